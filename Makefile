@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test kernels check metrics wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
+.PHONY: install demo test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -38,34 +38,38 @@ check: install metrics
 metrics: install
 	$(BIN)/python .ci/metrics.py $(OPTIONS)
 
+# OPTIONS='--against REV' names the commit with which the working tree is compared.
+unchanged: install
+	$(BIN)/python .ci/unchanged.py $(OPTIONS)
+
 # On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
 wheel: install
 	$(BIN)/python .ci/wheel.py
 
 accuracy: install
-	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/python -m benchmarks.accuracy.accuracy
 
 # With the seeds of the documentation, which no method may be tuned to.
 honesty: install
-	$(BIN)/python benchmarks/honesty.py --seed 9744000 --samples 608 --jobs $(JOBS) $(OPTIONS)
+	$(BIN)/python -m benchmarks.honesty.honesty --seed 9744000 --samples 608 --jobs $(JOBS) $(OPTIONS)
 
 numerics: install
-	$(BIN)/python benchmarks/numerics.py
-	$(BIN)/python benchmarks/discretization.py --seed 1000000
+	$(BIN)/python -m benchmarks.numerics.numerics
+	$(BIN)/python -m benchmarks.numerics.discretization --seed 1000000
 
 # OPTIONS='--page again' to write the page from the stored numbers alone.
 paper: install
-	$(BIN)/python benchmarks/paper.py $(OPTIONS)
+	$(BIN)/python -m benchmarks.paper.paper $(OPTIONS)
 
 gallery: install
 	$(BIN)/python examples/gallery.py
-	$(BIN)/python benchmarks/readme_pictures.py
+	$(BIN)/python -m benchmarks.pictures.readme
 
 report-picture: install
-	$(BIN)/python benchmarks/report_picture.py
+	$(BIN)/python -m benchmarks.pictures.report
 
 inputs: install
-	$(BIN)/python benchmarks/inputs_pictures.py
+	$(BIN)/python -m benchmarks.pictures.inputs
 
 validate: install
 	$(BIN)/python validation/table.py
@@ -95,7 +99,8 @@ docs: install .venv/documented
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look
 bench: install .venv/benched
-	grep -lE "^ +main\(\)" benchmarks/*.py | xargs -I {} -P $(JOBS) $(BIN)/python {} $(OPTIONS)
+	grep -lrE "^ +main\(\)" benchmarks --include='*.py' | sed 's#/#.#g; s#[.]py$$##' \
+		| xargs -I {} -P $(JOBS) $(BIN)/python -m {} $(OPTIONS)
 
 .venv/benched: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]'

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from accuracy_mechanisms import slider_crank
-from paper_page import page
-from paper_studies import PHASES, cosine, errors, mean_widths
-from paper_verdicts import cell_of, where
 
 import flexband as fb
+from benchmarks.accuracy.mechanisms import slider_crank
+from benchmarks.paper.page import page
+from benchmarks.paper.studies import PHASES, cosine, errors, mean_widths
+from benchmarks.paper.verdicts import cell_of, where
 
 ROOT = Path(__file__).parents[2]
 NUMBERS = json.loads((ROOT / "docs" / "evidence" / "paper.json").read_text(encoding="utf-8"))

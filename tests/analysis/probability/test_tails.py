@@ -5,9 +5,9 @@ import inspect
 import numpy as np
 import pytest
 from scipy.stats import norm
-from tails import Case, outcome
 
 import flexband as fb
+from benchmarks.probability.tails import Case, outcome
 
 NORMAL = fb.Normal(0.0, 1.0)
 
@@ -138,7 +138,7 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
 
 @pytest.mark.parametrize("seed", [61012, 61159, 61205])
 def test_intervals_allow_for_what_is_missed_beyond_the_bulk(seed):
-    """Of a sample of benchmarks/tails.py: exponentials and a bend that the surrogate rounds."""
+    """Of benchmarks/probability/tails.py: exponentials and a bend that the surrogate rounds."""
     one = outcome(Case.drawn(seed), seed, 0)
     assert one.held
     assert not 0.85 < one.surrogate < 1.18  # 0.803 to 0.796, as the kernel of OpenBLAS rounds

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 from scipy.optimize import brentq
 from scipy.special import chdtr
-from verification_kinks import hidden, judged
 
 import flexband as fb
+from benchmarks.honesty.verification_kinks import hidden, judged
 from flexband.analysis.verification import verify as verification
 from flexband.report.text.tables import remarks
 from flexband.uncertainty.expansions.direct import DirectExpansion

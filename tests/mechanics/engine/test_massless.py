@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from massless import drawn, judged
 from numpy.typing import ArrayLike
 
 import flexband as fb
+from benchmarks.numerics.massless import drawn, judged
 from tests.mechanics.models import FINE
 
 

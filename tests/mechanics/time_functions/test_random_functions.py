@@ -1,13 +1,13 @@
-"""A sample of benchmarks/time_functions.py: motions under random functions of time."""
+"""A sample of benchmarks/numerics/time_functions.py: motions under random functions of time."""
 
 import warnings
 
 import numpy as np
 import pytest
-from time_functions import trial
-from time_functions_draws import DRIVES, LOADS
 
 import flexband as fb
+from benchmarks.numerics.time_functions import trial
+from benchmarks.numerics.time_functions_draws import DRIVES, LOADS
 
 FOLLOWED = [("load", name) for name in LOADS if name not in ("sines", "vibrations", "waves")]
 FOLLOWED += [("drive", name) for name in DRIVES if name != "cycloids"]

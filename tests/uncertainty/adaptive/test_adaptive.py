@@ -9,7 +9,14 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from accuracy_formulas import (
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import ndtr, ndtri
+from scipy.stats import norm
+
+import flexband as fb
+from benchmarks.accuracy.formulas import (
     TIMES,
     beating,
     bifurcation,
@@ -21,13 +28,6 @@ from accuracy_formulas import (
     two_carriers,
     wave,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.integrate import quad
-from scipy.special import ndtr, ndtri
-from scipy.stats import norm
-
-import flexband as fb
 from flexband.report.text.tables import expected_errors, remarks
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from honesty_cases import draw
-from honesty_problems import Problem
-from honesty_rates import Outcome, errors, false, outcome, rates, right, too_small
-from honesty_references import Term, rule
 from scipy.stats import qmc
 
 import flexband as fb
+from benchmarks.honesty.cases import draw
+from benchmarks.honesty.problems import Problem
+from benchmarks.honesty.rates import Outcome, errors, false, outcome, rates, right, too_small
+from benchmarks.honesty.references import Term, rule
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from honesty_cases import draw
 
 import flexband as fb
+from benchmarks.honesty.cases import draw
 from tests.kernels import other_kernels
 
 NORMAL, INTERVAL = fb.Normal(0.0, 1.0), fb.Interval(-1.0, 1.0)

@@ -5,7 +5,10 @@ import functools
 import numpy as np
 import pytest
 import xarray as xr
-from accuracy_formulas import (
+from scipy import stats
+
+import flexband as fb
+from benchmarks.accuracy.formulas import (
     FORMULA_INPUTS,
     TIMES,
     beating,
@@ -23,9 +26,6 @@ from accuracy_formulas import (
     two_carriers,
     wave,
 )
-from scipy import stats
-
-import flexband as fb
 from flexband.study.comparison import relative_error
 from tests.mechanics.models import slider_crank
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from accuracy_formulas import TAU, TIMES, two_carriers, wave
 from hypothesis import example, given
 from hypothesis import strategies as st
 from numba import njit
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from benchmarks.accuracy.formulas import TAU, TIMES, two_carriers, wave
 from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from study_memory import announced_and_peak, inputs_of
 
 import flexband as fb
+from benchmarks.memory.study_memory import announced_and_peak, inputs_of
 from flexband.uncertainty.expansions.hybrid import transformed
 
 MOST, LEAST = 1 / 1.2, 2.0
@@ -24,7 +24,10 @@ MOST, LEAST = 1 / 1.2, 2.0
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, False),
         (fb.AdaptivePCCI(1e-14, 48), 15, 20, False),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, True),
+        (fb.AdaptivePCCI(1e-14, 40), 2, 2, 2),
+        (fb.AdaptivePCCI(1e-14, 40), 2, 2, 3),
         (fb.PhaseResolvedPCCI(1, 2), 2, 2, True),
+        (fb.PhaseResolvedPCCI(1, 2), 2, 2, 3),
     ],
 )
 def test_the_memory_announced_is_what_a_study_takes(method, intervals, random, ringing):

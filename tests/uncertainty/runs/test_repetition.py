@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
-from ordinary import refusals
 
 import flexband as fb
+from benchmarks.numerics.ordinary import refusals
 from flexband.report.text.tables import constants
 
 INPUTS = {"x": fb.Normal(1.0, 0.2), "e": fb.Interval(1.0, 2.0)}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from accuracy_references import normal_rule
 
 import flexband as fb
+from benchmarks.accuracy.references import normal_rule
 
 INPUTS = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from accuracy_formulas import damped, formula, two_carriers, wave
-from accuracy_references import moments, normal_rule
 
 import flexband as fb
+from benchmarks.accuracy.formulas import damped, formula, two_carriers, wave
+from benchmarks.accuracy.references import moments, normal_rule
 
 METHODS = [
     fb.AdaptivePCCI(0.01),

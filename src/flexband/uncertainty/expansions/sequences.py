@@ -13,8 +13,8 @@ are better as far as they reach: 1, 3 and 9 points integrate polynomials of degr
 are those of Patterson (1968) for a uniform variable: 1, 3, 7 and 15 points, of degree 1, 5, 11, 23.
 
 Interval variables take one point after the other. For random variables orders 2k − 1 and 2k are
-best added together: an odd order alone does not improve the mean. `benchmarks/points.py` measures
-all this.
+best added together: an odd order alone does not improve the mean.
+`benchmarks/accuracy/points.py` measures all this.
 """
 
 from __future__ import annotations

@@ -1,0 +1,135 @@
+"""Errors of a motion by element, number of elements, step, spectral radius and damping.
+
+Errors are root mean squares over the motion, in parts of the output's own standard deviation, and
+how far the largest value is off. They are compared with motions that are extrapolated from two fine
+steps. The notes say how far these move if the steps are halved again, without numerical damping,
+and with another element. The second table judges the formulas for the lag and the damping of a
+vibration by a mass on a spring.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.harness import options, report
+from benchmarks.numerics.problems import (
+    PROBLEMS,
+    Choice,
+    Problem,
+    apart,
+    motion,
+    peak_error,
+    reference,
+)
+
+STEPS, RADII, PERIODS = (10, 20, 40, 100), (0.0, 0.5, 0.7, 0.9, 1.0), 20
+"""Steps per period, spectral radii and periods of the mass on a spring."""
+
+
+def estimate(problem: Problem, choice: Choice) -> np.ndarray:
+    """Return what `discretization_error` says of the outputs that are compared."""
+    found = fb.discretization_error(
+        problem.build(choice.element, choice.elements, choice.damping),
+        duration=problem.duration,
+        step=choice.step,
+        integrator=fb.GeneralizedAlpha(spectral_radius=choice.radius),
+    )
+    return found["relative_error"].sel(output=list(problem.outputs)).values
+
+
+def lag_and_damping(steps: int, radius: float) -> tuple[float, float]:
+    """Return the lag per angle, and the damping ratio, of a mass on a spring, by integration."""
+    mass = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(1.5, 0.0))},
+        joints={"guide": fb.Slot("m", (0.0, 0.0))},
+        loads={"k": fb.Spring("m", (0.0, 0.0), (2 * np.pi) ** 2, 1.0)},  # 1 Hz
+        sensors={"r": fb.Position("m"), "v": fb.Velocity("m")},
+    )
+    integrator = fb.GeneralizedAlpha(spectral_radius=radius)
+    found = fb.simulate(mass, duration=PERIODS, step=1 / steps, integrator=integrator)
+    r, v = (found.sel(output=name).values for name in ("r_X", "v_X"))
+    phase = np.unwrap(np.angle((r - 1) - 1j * v / (2 * np.pi)))
+    size = np.hypot(r - 1, v / (2 * np.pi))
+    whole, t = slice(steps, None, steps), 2 * np.pi * found.time.values  # after whole periods
+    turned, decay = np.polyfit(t[whole], phase[whole], 1)[0], np.polyfit(t, np.log(size), 1)[0]
+    return 1 - turned, -decay
+
+
+def laws() -> tuple[list[list[str]], list[tuple[float, ...]]]:
+    """Return the table of lag and damping: found, and by the formulas."""
+    rows, numbers = [], []
+    for radius in RADII:
+        delta = (1 - radius) / (1 + radius)
+        for steps in STEPS:
+            x = 2 * np.pi / steps
+            lag, damping = lag_and_damping(steps, radius)
+            formula = x**2 / 12 * (1 + 4.5 * delta**2), delta**3 * x**3 / 2
+            numbers.append((radius, steps, lag, damping, *formula))
+            rows.append([
+                f"{radius:g}", str(steps), f"{lag:.2e}", f"{formula[0]:.2e}",
+                f"{damping:.1e}" if delta else f"{abs(damping):.0e}", f"{formula[1]:.1e}",
+            ])  # fmt: skip
+    return rows, numbers
+
+
+def percent(values: np.ndarray) -> str:
+    """Return parts in per cent, those of several outputs with slashes between them."""
+    numbers = [f"{100 * v:.0f}" if abs(v) > 0.1 else f"{100 * v:.2g}" for v in values]
+    return " / ".join(n if abs(v) >= 5e-5 else "0" for n, v in zip(numbers, values, strict=True))
+
+
+def errors(problem: Problem, notes: list[str]) -> tuple[list[list[str]], list[dict]]:
+    """Return the lines of one mechanism, and append how far its references are converged."""
+    references = {c.damping: reference(problem, c.damping) for c in problem.choices}
+    for damping, found in references.items():
+        notes.append(
+            f"{problem.name}, τ = {damping:g} s: the reference moves by "
+            f"{percent(found.halved)} % with half the steps, {percent(found.undamped)} % with "
+            f"ρ∞ = 1, {percent(found.other)} % with "
+            f"{problem.other.element}, {problem.other.elements} elements"
+        )
+    rows, measured = [], []
+    for choice in problem.choices:
+        found, truth = motion(problem, choice), references[choice.damping].motion
+        true, peak, said = (
+            apart(found, truth), peak_error(found, truth), estimate(problem, choice),
+        )  # fmt: skip
+        per_period = f"{1 / problem.frequency / choice.step:.0f}" if problem.frequency else ""
+        measured.append({"choice": vars(choice), "error": true.tolist(), "estimate": said.tolist()})
+        rows.append([
+            "" if rows else f"{problem.name}: {' / '.join(problem.outputs)}", choice.element,
+            str(choice.elements or ""), f"{1e3 * choice.step:g}", per_period,
+            f"{choice.radius:g}", f"{choice.damping:g}", percent(true), percent(peak),
+            percent(said),
+        ])  # fmt: skip
+    return rows, measured
+
+
+HEADER = [
+    "mechanism and outputs", "element", "number", "step [ms]", "steps per period", "ρ∞",
+    "retardation [s]", "error [%]", "of the peak [%]", "estimated error [%]",
+]  # fmt: skip
+LAWS = ["ρ∞", "steps per period", "lag", "formula", "damping ratio", "formula"]
+
+
+def main() -> None:
+    folder: Path = options(__doc__, 1).output
+    rows, notes, measured = [], [], {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        for problem in PROBLEMS:
+            own, measured[problem.name] = errors(problem, notes)
+            rows += own
+            print(f"{problem.name}: {time.process_time():.0f} s", flush=True)
+        table, numbers = laws()
+    report(folder, "numerics", HEADER, rows, measured, notes)
+    report(folder, "numerics_laws", LAWS, table, {"laws": numbers})
+
+
+if __name__ == "__main__":
+    main()

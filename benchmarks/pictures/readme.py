@@ -1,0 +1,69 @@
+"""Draw the pictures of the README: a mechanism and its bands (`make gallery`)."""
+
+from __future__ import annotations
+
+import runpy
+from dataclasses import replace
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+import flexband as fb
+
+ROOT = Path(__file__).parents[2]
+IMAGES = ROOT / "docs" / "images"
+ENLARGED = 10
+"""How many times the region is drawn as large as it is."""
+
+
+def main() -> None:
+    """Write both pictures."""
+    four_bar()
+    slider_crank()
+
+
+def slider_crank() -> None:
+    """Draw the bands of a reaction that rings."""
+    study = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["study"]
+    with fb.plot.style(2):
+        figure = Figure(figsize=(7.0, 2.4), dpi=200)
+        fb.plot.bands(study.run(), "F_X", ax=figure.subplots())
+        figure.savefig(IMAGES / "slider_crank.png")
+
+
+def four_bar() -> None:
+    """Draw a mechanism, the region of a point, and the bands of a deflection."""
+    own = runpy.run_path(str(ROOT / "examples" / "four_bar.py"))
+
+    def with_sensors(**values):
+        mechanism = own["four_bar"](**values)
+        sensors = {"bend": fb.Deflection("coupler"), "C": fb.Position("coupler.0.5")}
+        return replace(mechanism, sensors=sensors)
+
+    response = fb.dynamic_response(with_sensors, duration=0.34, step=2.5e-4, output_step=1e-3)
+    surrogate = fb.expand(response, own["inputs"], fb.AdaptivePCCI(tolerance=0.01))
+    with fb.plot.style(2):
+        figure = Figure(figsize=(7.0, 2.6), dpi=200)
+        drawing, band = figure.subplots(1, 2)
+        fb.plot.path(enlarged(fb.path(surrogate, "C_X", "C_Y", sigmas=3)), ax=drawing)
+        fb.plot.mechanism(own["four_bar"](own["COUPLER"], 2.8e9), ax=drawing)
+        drawing.set(title=f"where the middle of the coupler can be, {ENLARGED} times enlarged")
+        bands = surrogate.bands()
+        scaled = bands.assign({k: 1e3 * bands[k] for k in ("mean", "error_bar")})
+        fb.plot.bands(scaled.assign_coords(unit=("output", ["mm", "m", "m"])), "bend", ax=band)
+        figure.savefig(IMAGES / "four_bar.png")
+
+
+def enlarged(found: xr.Dataset) -> xr.Dataset:
+    """Return a path with larger regions."""
+    return found.assign(
+        {
+            name: found[f"{name}_nominal"] + ENLARGED * (found[name] - found[f"{name}_nominal"])
+            for name in "xy"
+        }
+    ).assign_attrs(found.attrs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""Seconds of answers on the surrogate of the slider–crank: 601 times, 2 outputs, 4 inputs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.harness import ROOT, alternate, medians, options, report
+
+PROBABILITY = 1e-3
+"""Of leaving the limit, with the interval inputs at their midpoints."""
+
+
+def slider_crank() -> fb.Surrogate:
+    """Return the surrogate of the main example at 601 times."""
+    sys.path.insert(0, str(ROOT / "examples"))
+    import slider_crank as example  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+
+    response = fb.dynamic_response(example.slider_crank, duration=0.6, step=1e-4, output_step=1e-3)
+    found = fb.expand(response, example.inputs, fb.AdaptivePCCI(tolerance=0.01))
+    assert isinstance(found, fb.Surrogate)
+    return found
+
+
+def limit(surrogate: fb.Surrogate) -> fb.Limit:
+    """Return the limit of a force that is left with a probability of 1e-3."""
+    space, rng = surrogate.space, np.random.default_rng(0)
+    xi = rng.standard_normal((20_000, space.random_dimension))
+    eta = np.zeros((len(xi), space.interval_dimension))
+    blocks = [slice(k, k + 1000) for k in range(0, len(xi), 1000)]
+    peaks = [surrogate.standard(xi[k], eta[k])[:, 0].max(axis=1) for k in blocks]
+    return fb.Limit("F_X", below=float(np.quantile(np.concatenate(peaks), 1 - PROBABILITY)))
+
+
+def seconds(answer: Callable[[], object]) -> float:
+    """Return the seconds of one answer."""
+    begin = time.perf_counter()
+    answer()
+    return time.perf_counter() - begin
+
+
+def main() -> None:
+    chosen = options(__doc__, 1)
+    surrogate = slider_crank()
+    at = limit(surrogate)
+    tighter = {"crank_length": fb.Interval(0.198, 0.202)}
+    answers = {
+        "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
+        "contributions": partial(fb.contributions, surrogate),
+        "check_limits": partial(fb.check_limits, surrogate, at),
+        "quantiles": partial(fb.quantiles, surrogate),
+        "sobol_indices": partial(fb.sobol_indices, surrogate),
+        "failure_probability": partial(fb.failure_probability, surrogate, at),
+    }
+    for answer in answers.values():  # also compiles
+        answer()
+    timed = {name: partial(seconds, answer) for name, answer in answers.items()}
+    found = alternate(timed, chosen.repeats)
+    told = fb.failure_probability(surrogate, at)
+    names = ("probability", "confidence_low", "confidence_high")
+    low, high = ([float(told[k][b, 0]) for k in names] for b in range(2))
+    note = "probability {:.3g} ({:.3g} to {:.3g}) to {:.3g} ({:.3g} to {:.3g})"
+    rows = [[name, f"{value:.3g}"] for name, value in medians(found).items()]
+    report(chosen.output, "answers", ["answer", "s"], rows, found, [note.format(*low, *high)])
+
+
+if __name__ == "__main__":
+    main()

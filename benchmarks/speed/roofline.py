@@ -1,0 +1,186 @@
+"""Floating-point rate of a Newton iteration, compared with the peak of one core.
+
+Operations are counted by running the engine's formulas, uncompiled, on numbers that count the
+operations on them; a multiply-add counts as two. The peak is measured in the same run, by
+multiply-adds on lanes in twelve independent chains.
+"""
+
+from __future__ import annotations
+
+import runpy
+from contextlib import contextmanager
+from types import ModuleType
+
+import numpy as np
+
+from benchmarks.harness import ROOT, alternate, medians, options, report
+from benchmarks.speed.kernels import kernel_cases, kernel_time
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import WorkSpace
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.initial_conditions import start
+from flexband.mechanics.kernels import (
+    angles,
+    equations,
+    factorization,
+    lanes,
+    laws,
+    springs,
+)
+from flexband.mechanics.kernels.elements import (
+    beams,
+    cables,
+    centre_line,
+    continuum,
+    continuum_strains,
+    elastic,
+)
+from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
+
+CHAINS = 12
+MODULES = (
+    lanes, continuum_strains, continuum, centre_line, beams, cables, elastic, angles, springs,
+    laws, equations, factorization,
+)  # fmt: skip
+
+
+@entry
+def multiply_adds(count, array):
+    """Compute 12 × `count` multiply-adds."""
+    x, y = load(array, 0), load(array, 1)
+    a, b, c, d, e, f = x, y, x, y, x, y
+    g, h, i, j, k, m = y, x, y, x, y, x
+    for _ in range(count):
+        a, b, c = a * x + y, b * x + y, c * x + y
+        d, e, f = d * x + y, e * x + y, f * x + y
+        g, h, i = g * x + y, h * x + y, i * x + y
+        j, k, m = j * x + y, k * x + y, m * x + y
+    store(array, 2, a + b + c + d + e + f + g + h + i + j + k + m)
+
+
+class Counted(float):
+    """A number that counts the operations on it."""
+
+    count = 0
+
+    @staticmethod
+    def _counting(name: str):
+        plain = getattr(float, name)
+
+        def operation(*numbers):
+            Counted.count += 1
+            return Counted(plain(*numbers))
+
+        return operation
+
+
+for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv", "neg"):
+    setattr(Counted, f"__{_name}__", Counted._counting(f"__{_name}__"))
+
+
+@contextmanager
+def counting():
+    """Run the engine as plain Python on counting numbers, for one sample in lane 0."""
+    plain = {
+        "load": lambda array, row: Counted(array[row, 0]),
+        "load_rows": lambda array, row, count: tuple(
+            Counted(number) for number in array[row : row + count, 0]
+        ),
+        "store": lambda array, row, value: array.__setitem__((row, 0), value),
+        "store_rows": lambda array, row, values: array.__setitem__(
+            (slice(row, row + len(values)), 0), values
+        ),
+        "load_each": lambda arrays, row: tuple(Counted(array[row, 0]) for array in arrays),
+        "store_each": lambda arrays, row, values: [
+            array.__setitem__((row, 0), value) for array, value in zip(arrays, values, strict=True)
+        ],
+        "plus": lambda a, factor, b: tuple(x + factor * y for x, y in zip(a, b, strict=True)),
+        "times": lambda factor, a: tuple(factor * x for x in a),
+        "add_to": lambda array, row, value: array.__setitem__(
+            (row, 0), Counted(array[row, 0]) + value
+        ),
+        "filled": Counted,
+        "less": lambda a, b: Counted(float.__lt__(a, b)),
+        "where": lambda mask, a, b: a if mask else b,
+        "magnitude": lambda a: Counted(abs(float(a))),
+        "maximum": lambda a, b: Counted(max(float(a), float(b))),
+    }
+    kept: list[tuple[ModuleType, str, object]] = []
+    for module in MODULES:
+        for name, value in list(vars(module).items()):
+            new = plain.get(name, getattr(value, "py_func", None))
+            if new is not None and callable(value):
+                kept.append((module, name, value))
+                setattr(module, name, new)
+    try:
+        yield
+    finally:
+        for module, name, value in kept:
+            setattr(module, name, value)
+
+
+def operations(action) -> int:
+    """Return the number of operations of an action of the engine for one sample."""
+    with counting():
+        Counted.count = 0
+        action()
+    return Counted.count
+
+
+def main() -> None:
+    chosen = options(__doc__, 10_000)
+    mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
+    system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
+    structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
+    work = WorkSpace.of(structure)
+    work.smallest[:] = 1e-7
+    start(structure, values, work, np.zeros((4, WIDTH)))
+    z, matrix, pattern = work.z, work.matrix, structure.pattern
+    count = {
+        "residual": operations(
+            lambda: equations.residual(structure, values, 0, z, work.r, work.blocks)
+        ),
+        "tangent": operations(
+            lambda: equations.tangent(
+                structure, values, 0, z, Counted(1e-7), 0.0, matrix, work.blocks
+            )
+        ),
+        "factorization": operations(
+            lambda: factorization.factorize(pattern, matrix, Counted(1e-12), work.r)
+        ),
+        "solution": operations(
+            lambda: factorization.solve(pattern, pattern.below, matrix, (work.r,))
+        ),
+    }
+    start(structure, values, work, np.zeros((4, WIDTH)))
+    array = zeros(3) + 0.5
+    repeats = np.int64(chosen.samples)
+    cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}
+    cases |= kernel_cases(chosen.samples, structure, values, work)
+    cases["multiply-adds"]()
+    measured = alternate(cases, chosen.repeats)
+    us = medians(measured)
+    us["factorization"] = us["tangent and factorization"] - us["tangent"]
+    peak = 2 * CHAINS * WIDTH / us["multiply-adds"] / 1e3
+    rows = [["multiply-adds, twelve chains", str(2 * CHAINS), "", f"{peak:.1f}", "1.00"]]
+    parts = [(name, count[name], us[name]) for name in count]
+    parts.append(("a Newton iteration with a new matrix", sum(count.values()),
+                  us["residual"] + us["tangent and factorization"] + us["solution"]))  # fmt: skip
+    parts.append(("a Newton iteration with an old matrix", count["residual"] + count["solution"],
+                  us["residual"] + us["solution"]))  # fmt: skip
+    for name, flops, time_ in parts:
+        rate = flops * WIDTH / time_ / 1e3
+        rows.append([name, str(flops), f"{time_:.2f}", f"{rate:.1f}", f"{rate / peak:.2f}"])
+    report(
+        chosen.output,
+        "roofline",
+        ["case", "operations per sample", f"µs per block of {WIDTH}", "Gflop/s", "part of peak"],
+        rows,
+        measured | {"operations": count},
+        [f"one core; the work space of a block is {sum(a.nbytes for a in work) / 1024:.0f} KiB"],
+    )
+
+
+if __name__ == "__main__":
+    main()

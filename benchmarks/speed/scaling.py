@@ -1,0 +1,134 @@
+"""Time per step and sample as mechanisms grow: a flexible pendulum and a chain of closed loops.
+
+"Single" compares one sample on one thread with one run of Exudyn, "batched" many samples on all
+cores with as many processes of Exudyn. Only the solvers are timed, not the setup of the models.
+Exudyn uses modified Newton with the faster of the dense (up to 16 elements or loops) and the sparse
+solver.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from functools import partial
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.harness import alternate, medians, options, report
+from benchmarks.speed import peer_exudyn as peer
+from benchmarks.speed.peer_models import MODULUS, OURS
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.engine.batch import march_block
+from flexband.mechanics.engine.threads import available_cores, in_parallel
+from flexband.mechanics.kernels.lanes import WIDTH
+
+SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
+STEPS, STEP = 200, 1e-3
+FEW = 20  # steps of Exudyn for large models, in which its Newton iteration fails later
+LARGEST_DENSE = 16
+PATIENCE = 60  # seconds: time limit of a process of Exudyn
+
+
+def repeats(size: int) -> int:
+    """Return the number of consecutive runs that are timed together."""
+    return max(1, 64 // size)
+
+
+class Own:
+    """An assembled batch; calling it returns microseconds per step and sample."""
+
+    def __init__(self, kind: str, size: int, samples: int, threads: int):
+        moduli = MODULUS * np.linspace(0.99, 1.01, samples) if samples > 1 else MODULUS
+        self.system = assemble(OURS[kind](size, moduli))
+        self.packed = pack(self.system, np.arange(STEPS + 1) * STEP)
+        self.samples, self.threads, self.repeats = samples, threads, repeats(size)
+
+    def _run(self, block: int) -> int:
+        method = fb.GeneralizedAlpha().coefficients(STEP)
+        series, failure, *_ = march_block(self.system, method, 1e-10, self.packed(block), STEPS + 1)
+        if failure[0].any():
+            raise RuntimeError("a run failed")
+        self.tips = series[:, :2, -1]
+        return WIDTH
+
+    def __call__(self) -> float:
+        begin = time.perf_counter()
+        for _ in range(self.repeats):
+            in_parallel(self._run, -(-self.samples // WIDTH), self.samples, self.threads, None)
+        return 1e6 * (time.perf_counter() - begin) / self.repeats / STEPS / self.samples
+
+
+def peer_runs(kind: str, size: int, processes: int, setting: str) -> list[dict]:
+    """Run several processes of Exudyn at the same time and return their results."""
+    steps = STEPS if size < 256 else FEW
+    job = json.dumps([kind, size, repeats(size), steps, STEP, setting])
+    command = [sys.executable, "-m", "benchmarks.speed.peer_models", job]
+    running = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        for _ in range(processes)
+    ]
+    printed = [process.communicate(timeout=PATIENCE)[0] for process in running]
+    return [json.loads(text.splitlines()[-1]) | {"steps": steps} for text in printed]
+
+
+def peer_time(kind: str, size: int, processes: int) -> float:
+    """Return microseconds per step and sample of Exudyn's fastest setting."""
+    settings = ["modified Newton, sparse"]
+    if size <= LARGEST_DENSE:
+        settings.append("modified Newton, dense")
+    microseconds = []
+    for setting in settings:
+        runs = peer_runs(kind, size, processes, setting)
+        each = [run["seconds"] / run["steps"] for run in runs]
+        microseconds.append(1e6 * sum(each) / processes**2)
+    return min(microseconds)
+
+
+def main() -> None:
+    chosen, cores = options(__doc__, 64), available_cores()
+    rows, every, notes = [], {}, []
+    for kind, sizes in SIZES.items():
+        for size in sizes if chosen.samples >= WIDTH * cores else sizes[:2]:
+            own = Own(kind, size, 1, 1)
+            own()  # compile
+            cases = {"single": own, "batched": Own(kind, size, chosen.samples, cores)}
+            if peer.AVAILABLE:
+                cases["Exudyn single"] = partial(peer_time, kind, size, 1)
+                cases["Exudyn batched"] = partial(peer_time, kind, size, cores)
+            measured = alternate(cases, chosen.repeats)
+            every |= {f"{kind} {size}, {name}": v for name, v in measured.items()}
+            rows.append([f"{kind}, {size}", *_columns(medians(measured), size)])
+            if peer.AVAILABLE:
+                run = peer_runs(kind, size, 1, "modified Newton, sparse")[0]
+                apart = np.abs(own.tips[run["steps"]] - run["tip"]).max()
+                notes.append(
+                    f"{kind}, {size}: tips differ by {apart:.0e} m after {run['steps']} steps"
+                )
+    batch = f"batch of {chosen.samples} on {cores} cores"
+    report(
+        chosen.output,
+        "scaling",
+        ["case", "single: µs per step", "per element or loop", "Exudyn single",
+         f"{batch}: µs per step and sample", "per element or loop", "Exudyn batched"],
+        rows,
+        every,
+        notes,
+    )  # fmt: skip
+
+
+def _columns(middle: dict[str, float], size: int) -> list[str]:
+    """Return flexband's time, its time per element or loop, and Exudyn's time with the ratio."""
+    columns = []
+    for name in ("single", "batched"):
+        own, theirs = middle[name], middle.get(f"Exudyn {name}")
+        ratio = "-" if theirs is None else f"{theirs:.3g} ({theirs / own:.1f} ×)"
+        columns += [f"{own:.3g}", f"{own / size:.3f}", ratio]
+    return columns
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""What a store and worker processes cost: three measurements, each in alternating runs.
+
+The slider–crank of the paper with and without a store; trivial responses without a store; a
+response of 20 ms in one and two processes.
+"""
+
+from __future__ import annotations
+
+import runpy
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.harness import ROOT, alternate, medians, options, report
+
+INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+
+
+def seconds(study: Callable[..., object], *, stored: bool = False) -> float:
+    """Return the wall time of a study [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        study(store=folder if stored else None)
+        return time.perf_counter() - begin
+
+
+def trivial(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return one number per sample."""
+    return a * b
+
+
+def slow(a: float, b: float) -> float:
+    """Take 20 ms."""
+    end = time.perf_counter() + 0.02
+    while time.perf_counter() < end:
+        pass
+    return a * b
+
+
+def main() -> None:
+    chosen = options(__doc__, 10_000)
+    points = 10
+    example = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))
+    scan = fb.LHSScanning(max(2, chosen.samples // points**2), points)
+    crank = partial(fb.propagate, example["response"], example["inputs"], fb.LHSScanning(10, 2))
+    crank()  # compile
+    crank = partial(fb.propagate, example["response"], example["inputs"], scan)
+    quick = partial(fb.propagate, trivial, INPUTS, fb.LHSScanning(100_000, 10))
+    scan = fb.LHSScanning(100, 10)
+    single = partial(fb.propagate, fb.samplewise(slow), INPUTS, scan)
+    raw = alternate(
+        {
+            "slider–crank": partial(seconds, crank),
+            "slider–crank, stored": partial(seconds, crank, stored=True),
+            "1 000 000 trivial runs": partial(seconds, quick),
+            "1000 runs of 20 ms, one process": partial(
+                seconds, partial(single, executor=fb.Processes(1))
+            ),
+            "1000 runs of 20 ms, two processes": partial(
+                seconds, partial(single, executor=fb.Processes(2))
+            ),
+        },
+        chosen.repeats,
+    )
+    measured = medians(raw)
+    plain, stored, quickly, one, two = measured.values()
+    report(
+        chosen.output,
+        "store",
+        ["case", "value"],
+        [
+            *([name, f"{value:.2f} s"] for name, value in measured.items()),
+            ["a store adds", f"{100 * (stored / plain - 1):.1f} %"],
+            ["trivial runs in a second", f"{1e6 / quickly:.0f}"],
+            ["two processes are faster by", f"{one / two:.2f}"],
+        ],
+        raw,
+    )
+
+
+if __name__ == "__main__":
+    main()

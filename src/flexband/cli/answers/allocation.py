@@ -63,13 +63,13 @@ def allocate(
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
     options = result.response_and_store(purpose, trust=trust) if confirm else {}
-    allocation = fb.allocate(  # which refuses choices
-        surrogate,
+    allocation = fb.allocate(
+        surrogate,  # pyright: ignore[reportArgumentType]  # one with choices is refused
         limits,
         costs,
         sigmas=k,
         probability=probability,
-        **options,  # pyright: ignore
+        **options,
     )
     dims = {"name", "sizing", "limit", "binding", "input"}
     plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}

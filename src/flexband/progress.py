@@ -10,9 +10,6 @@ from typing import Protocol
 
 from flexband.errors import check_function
 
-MANY_STEPS, LONG = 1_000_000, 60.0
-"""Steps of a run that are told at once, and time left [s] that is worth a line."""
-
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""
 
@@ -123,16 +120,25 @@ def listener() -> _Listeners:
 class Pace:
     """Tells how many steps a simulation has, and how long they take, measured on the first ones.
 
-    Called about every second, it tells the time left beside what is done now. A line tells it once
-    where it is more than a minute.
+    Called about every second, it tells the time left beside what is done now. A message tells it
+    once where that is long.
+
+    Attributes
+    ----------
+    many_steps
+        Steps of a run whose number is told at once.
+    long
+        Time left [s] that is worth a message.
     """
+
+    many_steps, long = 1_000_000, 60.0
 
     def __init__(self, steps: int, part: Callable[[], float]):
         """Take the number of steps of a run, and what returns the part of all that is done."""
         self.steps, self.part, self.warned = steps, part, False
         self.listener, self.stage = listener(), _stage.get()
         self.first: tuple[float, float] | None = None
-        if steps >= MANY_STEPS:
+        if steps >= self.many_steps:
             self._tell(f"runs of {steps} steps")
             self.listener.warn(f"each run has {steps} steps")
 
@@ -145,7 +151,7 @@ class Pace:
         remaining = (now - self.first[0]) * (1 - part) / (part - self.first[1])
         text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(remaining)} left"
         self._tell(text)
-        if remaining >= LONG and not self.warned:
+        if remaining >= self.long and not self.warned:
             self.listener.warn(text)
             self.warned = True
 

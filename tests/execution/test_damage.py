@@ -150,7 +150,7 @@ def unfinished(folder):
 def killed_before_writing(folder):
     from flexband.execution import record  # noqa: PLC0415
 
-    record.PERIOD = 1e9
+    record.RunRecorder.period = 1e9
 
     def response(a, b):
         if np.any(wrong(a, b, 0.0) & (a > 1.99)):
@@ -297,7 +297,7 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
         return rotate(own)
 
     monkeypatch.setattr(Journal, "rotate", broken)
-    monkeypatch.setattr("flexband.execution.record.WAITING", 1e3)  # bytes
+    monkeypatch.setattr("flexband.execution.record.RunRecorder.most_waiting", 1e3)  # bytes
     exact = fb.propagate(wide, INPUTS, LHS)
     with pytest.warns(fb.FlexbandWarning) as told:
         found = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
@@ -330,7 +330,7 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
         if done == 4:
             monkeypatch.setattr(growing, "write_synced", writing)
             monkeypatch.setattr(Journal, "append", appending)
-            monkeypatch.setattr("flexband.execution.record.PERIOD", 0.002)
+            monkeypatch.setattr("flexband.execution.record.RunRecorder.period", 0.002)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.FlexbandWarning)

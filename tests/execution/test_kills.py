@@ -199,7 +199,7 @@ def test_a_store_opens_at_any_moment_of_a_study(tmp_path):
 def study_often_written(folder, log):
     from flexband.execution import record  # noqa: PLC0415
 
-    record.PERIOD = 0.01
+    record.RunRecorder.period = 0.01
     study(folder, log, seconds=0.002)
 
 

@@ -171,7 +171,7 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     fb.simulate(swinging(), duration=0.1, step=1e-3)  # which may compile the engine
     capsys.readouterr()
     monkeypatch.setattr(threads, "BEAT", 0.02)
-    monkeypatch.setattr(progress, "MANY_STEPS", 300_000)
+    monkeypatch.setattr(progress.Pace, "many_steps", 300_000)
     stages, messages = [], []
     listener = progress.ProgressListener()
     listener.stage, listener.warn = stages.append, messages.append
@@ -183,7 +183,7 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     assert any(re.search(r"% of runs of 300000 steps, about .* left$", stage) for stage in stages)
     assert stages[-1] == "the first runs"
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(progress, "LONG", 0.0)
+    monkeypatch.setattr(progress.Pace, "long", 0.0)
     fb.simulate(swinging(), duration=300.0, step=1e-3)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "flexband: each run has 300000 steps"

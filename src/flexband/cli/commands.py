@@ -18,9 +18,6 @@ MODULES = (  # the order of the help page
 )  # fmt: skip
 
 
-DECORATORS = ("app.command", "answer_command")
-"""What makes a command of a function."""
-
 COMMANDS = {
     "points": ["export-points"],
     "ingest": ["import-results"],
@@ -74,7 +71,10 @@ def commands() -> dict[str, tuple[str, str]]:
 def _names(function: ast.FunctionDef) -> Iterator[str]:
     """Yield the name of the command that a function is, if it is one."""
     for decorator in function.decorator_list:
-        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) in DECORATORS:
+        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) in (
+            "app.command",
+            "answer_command",
+        ):
             yield (
                 ast.literal_eval(decorator.args[0])
                 if decorator.args

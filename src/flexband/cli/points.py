@@ -88,7 +88,7 @@ def import_results(
 
 def response_elsewhere(study: Study) -> Any:
     """Return the response; raise `InputError` if it is not run elsewhere."""
-    if not getattr(study.response, "elsewhere", False):
+    if not study.runs_elsewhere:
         raise InputError(
             "the response must be one that is run elsewhere, fb.elsewhere('a', 'b', …), where a "
             f"and b are inputs; got {study.response!r}. `flexband run` runs others"

@@ -13,9 +13,8 @@ from flexband.analysis.verification.verify import RUNS
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output, check_folder, draw_limits
 from flexband.cli.messages import (
-    DOUBTFUL,
-    WAITING,
     Ending,
+    ExitStatus,
     print_json,
     print_remark,
     print_table,
@@ -153,7 +152,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
             raise
         print_text(f"{are(len(needed.points), 'point')} to be run: {output / POINTS}")
         print_text(f"`flexband import-results {output} RESULTS.csv` records their results")
-        raise typer.Exit(WAITING) from None
+        raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:
         if options.record and StudyFolder(output).begun:
             goes_on = f"`flexband resume {shlex.quote(str(output))}` goes on"
@@ -163,7 +162,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     if result.reused:
         print_text(f"{output} has this result already: no run was made.", error=True)
     if result.doubts:
-        raise typer.Exit(DOUBTFUL)
+        raise typer.Exit(ExitStatus.DOUBTFUL)
 
 
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:

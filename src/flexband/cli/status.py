@@ -26,12 +26,6 @@ from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of
 
-PERIOD = 1.0
-"""Time [s] between two looks."""
-
-SHOWN = 10
-"""Failed runs that are listed."""
-
 
 @app.command()
 @reported_errors()
@@ -63,7 +57,7 @@ def status(
 def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
     yield (facts := state_of(folder))
     while watch and facts["state"] == "running":
-        time.sleep(PERIOD)
+        time.sleep(1.0)
         yield (facts := state_of(folder))
 
 
@@ -221,8 +215,8 @@ def now_and_left(facts: dict[str, Any]) -> list[str]:
     return texts
 
 
-def lines(facts: dict[str, Any]) -> list[str]:
-    """Return the state of a study as lines."""
+def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
+    """Return the state of a study as lines; so many failed runs are listed."""
     state = facts["state"]
     about = f"{facts['folder']}: {state}"
     failures = [failure for failure in facts["failures"] if not failure["replaced"]]
@@ -245,13 +239,13 @@ def lines(facts: dict[str, Any]) -> list[str]:
             f"{facts['replaced']} more failed on a coarse discretization that was tried first, and "
             "were made again on a finer one"
         )
-    for failure in failures[:SHOWN]:
+    for failure in failures[:listed]:
         inputs = ", ".join(f"{name} = {value:.9g}" for name, value in failure["inputs"].items())
         where = f" ({failure['setting']})" if failure["setting"] else ""
         report.append(f"failed: run {failure['run']}{where}: {inputs}: {failure['reason']}")
-    if len(failures) > SHOWN:
+    if len(failures) > listed:
         report.append(
-            f"… and {number_of(len(failures) - SHOWN, 'more failed run')} (--json lists all)"
+            f"… and {number_of(len(failures) - listed, 'more failed run')} (--json lists all)"
         )
     if facts["doubts"]:
         report.append(f"Doubts: {'; '.join(facts['doubts'])}")

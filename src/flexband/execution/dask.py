@@ -16,7 +16,9 @@ from flexband.execution.executors import (
     Arguments,
     Outcome,
     Performing,
+    Workers,
     dask_client,
+    is_dask_client,
     outcome_of,
     perform_elsewhere,
     sent_by,
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @frozen()
-class Dask:
+class Dask(Workers):
     """A Dask cluster whose calls have a time limit, as an `executor`.
 
     A worker that exceeds it, because the response or the whole worker hangs, is restarted, or gets
@@ -50,7 +52,7 @@ class Dask:
     time_limit: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.client, str) and not hasattr(self.client, "get_executor"):
+        if not isinstance(self.client, str) and not is_dask_client(self.client):
             raise InputError(
                 "client must be a Dask client, or the address of a scheduler; got "
                 f"{shown(self.client)}"

@@ -26,15 +26,6 @@ from flexband.execution.names import AGAIN, DONE, FAILED, LOST
 from flexband.execution.store import Owner, Store, versions
 from flexband.words import are, number_of
 
-PERIOD = 0.5
-"""Time [s] between two writings of the arrays."""
-
-WAITING = 64e6
-"""Runs that wait to be written to the arrays [bytes], at most."""
-
-SLOW = 0.1
-"""Runs that took longer [s] are synced at once."""
-
 
 class RunRecorder:
     """The runs of a store, and a thread that writes what is added.
@@ -47,7 +38,12 @@ class RunRecorder:
     labels : no runs with the dims and coordinates of the response; None if no run has succeeded.
     status : of every run.
     confirmed : whether runs of the store have been made again and agree.
+    period : time [s] between two writings of the arrays.
+    most_waiting : runs that wait to be written to the arrays [bytes], at most.
+    slow : runs that took longer [s] are synced at once.
     """
+
+    period, most_waiting, slow = 0.5, 64e6, 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
         """Open or make the store; find damaged runs, and those of an unfinished session.
@@ -206,10 +202,10 @@ class RunRecorder:
                 self._append_to_journal()
             except OSError as error:
                 self._error = error
-            if self._bytes > WAITING / 2:
+            if self._bytes > self.most_waiting / 2:
                 self._hurry = True
                 self._changed.notify_all()
-            self._changed.wait_for(lambda: self._error or self._bytes <= WAITING)
+            self._changed.wait_for(lambda: self._error or self._bytes <= self.most_waiting)
         if self._error and not self._told:
             self._told = True
             warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
@@ -219,7 +215,7 @@ class RunRecorder:
         first = len(self.status) - sum(len(record.inputs) for record in self._waiting[self._safe :])
         while self._safe < len(self._waiting):
             record = self._waiting[self._safe]
-            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > SLOW)
+            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > self.slow)
             self._safe += 1
             first += len(record.inputs)
 
@@ -237,7 +233,7 @@ class RunRecorder:
         """Write the runs that wait; return whether to go on."""
         error, older = None, []
         with self._changed:
-            self._changed.wait_for(lambda: self._closing or self._hurry, timeout=PERIOD)
+            self._changed.wait_for(lambda: self._closing or self._hurry, timeout=self.period)
             self._hurry = False
             batch, closing = list(self._waiting), self._closing
             try:

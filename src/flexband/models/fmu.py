@@ -28,14 +28,6 @@ from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import ModelError, OneByOne
 
-FATAL = 4
-"""Status after which no function of an FMU may be called."""
-
-SHOWN_MESSAGES = 5
-
-EQUAL = 1e-6
-"""Relative difference of equal steps."""
-
 
 @frozen()
 class FMU(OneByOne):
@@ -125,7 +117,9 @@ class FMU(OneByOne):
                     run.advance(begin, step, count)
                     rows.append(run.read(outputs))
             except run.failure as error:
-                run.fatal = getattr(error, "status", 0) == FATAL
+                run.fatal = (
+                    getattr(error, "status", 0) == 4
+                )  # after which no function may be called
                 raise ModelError(f"the FMU fails: {error}{_shown(messages)}") from error
             finally:
                 run.end()
@@ -174,13 +168,13 @@ class FMU(OneByOne):
         experiment = description.defaultExperiment
         longest = self.step or float((experiment and experiment.stepSize) or np.inf)
         points = ends if ends[0] == start else (start, *ends)
-        parts = []
+        parts, equal = [], 1e-6  # relative difference of equal steps
         for begin, end in pairwise(points):
-            count = max(1, int(np.ceil((end - begin) / longest - EQUAL)))
+            count = max(1, int(np.ceil((end - begin) / longest - equal)))
             parts.append((begin, (end - begin) / count, count))
         steps = [step for _, step, _ in parts]
         variable = description.coSimulation.canHandleVariableCommunicationStepSize
-        if not variable and steps and max(steps) - min(steps) > EQUAL * max(steps):
+        if not variable and steps and max(steps) - min(steps) > equal * max(steps):
             raise InputError(
                 f"this FMU takes equal communication steps only; FMU times with step "
                 f"{longest:g} s would need steps from {min(steps):g} to {max(steps):g} s"
@@ -255,7 +249,7 @@ def _checksum(path: str | os.PathLike[str]) -> str:
     return sha256(Path(path).read_bytes()).hexdigest()
 
 
-def _shown(messages: list[str]) -> str:
+def _shown(messages: list[str], count: int = 5) -> str:
     """Return the last messages of an FMU, as text to append."""
-    last = [f"\n    {message}" for message in messages[-SHOWN_MESSAGES:]]
+    last = [f"\n    {message}" for message in messages[-count:]]
     return f". Its last messages:{''.join(last)}" if last else ""

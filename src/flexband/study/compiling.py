@@ -36,9 +36,6 @@ from flexband.uncertainty.propagate import propagate
 if TYPE_CHECKING:
     from flexband.study.study import Study
 
-PATIENCE = 0.05
-"""Seconds between two looks at the processes."""
-
 
 def _engine() -> None:
     bar = RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1000.0)
@@ -94,7 +91,7 @@ def compile_ahead(study: Study) -> None:
                         stderr=subprocess.DEVNULL,
                     )
                 )
-            time.sleep(PATIENCE)
+            time.sleep(0.05)
     finally:
         for process in running:
             process.kill()

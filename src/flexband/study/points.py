@@ -20,9 +20,6 @@ from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
-SAME = 1e-6
-"""Inputs in a file of results may differ so much, relatively: programs drop digits."""
-
 
 @dataclass
 class RequestedPoints:
@@ -126,7 +123,7 @@ class RequestedPoints:
         for name, value in zip(self.names, self.asked[number - 1][1], strict=True):
             if name in row:
                 cell = _number(f"{place}: {name}", row[name])
-                if abs(cell - value) > SAME * max(abs(value), abs(cell)):
+                if abs(cell - value) > 1e-6 * max(abs(value), abs(cell)):  # programs drop digits
                     raise InputError(
                         f"{place}: {name} must be {value!r}, as point {number} has it; got {cell!r}"
                     )

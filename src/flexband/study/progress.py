@@ -27,11 +27,6 @@ if TYPE_CHECKING:
     from flexband.execution.store import Store
     from flexband.study.study import Study
 
-GIGABYTE = 1e9
-
-WRITING_PERIOD = 0.5
-"""Time [s] between two writings of study.json."""
-
 
 class StudyProgress(ProgressListener):
     """How far a study is.
@@ -40,7 +35,11 @@ class StudyProgress(ProgressListener):
     ----------
     about
         What study.json has: how to go on with the study, and how far it is.
+    period
+        Time [s] between two writings of study.json.
     """
+
+    period = 0.5
 
     def __init__(
         self,
@@ -138,7 +137,7 @@ class StudyProgress(ProgressListener):
         new = not self.opened or any(self.about.get(k) != value for k, value in known.items())
         self.opened = True
         self.about |= {"done": done, **known, "ran": now - self.begin}
-        if new or done == total or now > self.written + WRITING_PERIOD:
+        if new or done == total or now > self.written + self.period:
             self.written = now
             self.write("running")
 
@@ -193,4 +192,4 @@ def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tupl
 
 def in_bytes(size: float) -> str:
     """Return a size in bytes as text, in MB or GB."""
-    return f"{1e-9 * size:.3g} GB" if size >= GIGABYTE else f"{1e-6 * size:.3g} MB"
+    return f"{1e-9 * size:.3g} GB" if size >= 1e9 else f"{1e-6 * size:.3g} MB"

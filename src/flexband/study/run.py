@@ -100,7 +100,7 @@ class RunOptions:
             return 0
         if self.verification_runs is not None:
             return self.verification_runs
-        return 0 if getattr(study.response, "elsewhere", False) else RUNS
+        return 0 if study.runs_elsewhere else RUNS
 
 
 def run_study(

@@ -16,6 +16,7 @@ import xarray as xr
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
+from flexband.models.elsewhere import Elsewhere
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
@@ -71,6 +72,11 @@ class Study:
     def expands(self) -> bool:
         """Whether the method makes a surrogate, so that `expand` can be called."""
         return callable(getattr(self.method, "expand", None))
+
+    @property
+    def runs_elsewhere(self) -> bool:
+        """Whether others run the response: `elsewhere`."""
+        return isinstance(self.response, Elsewhere)
 
     def run(
         self,

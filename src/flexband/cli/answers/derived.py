@@ -33,15 +33,6 @@ class Quantity(StrEnum):
     spectrum = "spectrum"
 
 
-KINDS = {
-    Quantity.peak: fb.Peak,
-    Quantity.trough: fb.Trough,
-    Quantity.peak_time: fb.PeakTime,
-    Quantity.rms: fb.RootMeanSquare,
-    Quantity.spectrum: fb.Spectrum,
-}
-
-
 @answer_command("derived")
 def derived(
     result: SavedResult,
@@ -69,9 +60,16 @@ def derived(
 
     surrogate = result.surrogate
     made_of = _output(output or [], labels_of(surrogate))
+    kinds = {
+        Quantity.peak: fb.Peak,
+        Quantity.trough: fb.Trough,
+        Quantity.peak_time: fb.PeakTime,
+        Quantity.rms: fb.RootMeanSquare,
+        Quantity.spectrum: fb.Spectrum,
+    }
     with usage():
         bounds = fb.derived(
-            surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
+            surrogate, kinds[quantity](made_of), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
         )  # fmt: skip
     names = ("mean", "error_bar", "range")

@@ -15,9 +15,6 @@ from flexband.cli.messages import Table, UsageError, usage
 from flexband.report.text.numbers import number
 from flexband.words import number_of
 
-ROWS = 20
-"""Of a table of a distribution function, about."""
-
 
 class Kind(StrEnum):
     """What is bounded."""
@@ -25,16 +22,6 @@ class Kind(StrEnum):
     quantiles = "quantiles"
     range = "range"
     p_box = "p-box"
-
-
-OPTIONS = {
-    "output": (Kind.p_box,),
-    "--time": (Kind.p_box,),
-    "--probability": (Kind.quantiles, Kind.range),
-    "--samples": (Kind.quantiles, Kind.p_box),
-    "--seed": (Kind.quantiles, Kind.p_box),
-}
-"""What takes each option."""
 
 
 @answer_command("distribution")
@@ -101,9 +88,16 @@ def distribution(
 
 def check_options(kind: Kind, values: dict[str, object]) -> None:
     """Raise `UsageError` for an option that is given, and that the kind does not take."""
+    takers = {
+        "output": (Kind.p_box,),
+        "--time": (Kind.p_box,),
+        "--probability": (Kind.quantiles, Kind.range),
+        "--samples": (Kind.quantiles, Kind.p_box),
+        "--seed": (Kind.quantiles, Kind.p_box),
+    }
     for option, value in values.items():
-        if value is not None and kind not in OPTIONS[option]:
-            kinds = " or ".join(OPTIONS[option])
+        if value is not None and kind not in takers[option]:
+            kinds = " or ".join(takers[option])
             raise UsageError(f"{option} is one of --kind {kinds}; got --kind {kind}")
 
 
@@ -159,8 +153,8 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
 
 
 def value_table(bounds: xr.Dataset) -> Table:
-    """Return some values, and the bounds of the probability of values up to these."""
-    some = bounds.isel(value=slice(None, None, max(1, bounds.sizes["value"] // ROWS)))
+    """Return about 20 values, and the bounds of the probability of values up to these."""
+    some = bounds.isel(value=slice(None, None, max(1, bounds.sizes["value"] // 20)))
     unit = bounds["value"].attrs.get("units")
     header = [f"value [{unit}]" if unit else "value", "lowest", "highest", "sampling error"]
     errors = some["sampling_error"].max("bound").values

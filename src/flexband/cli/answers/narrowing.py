@@ -34,9 +34,6 @@ from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import with_article
 
-SPREADS = {"std", "cv"}
-"""Parameters of which a distribution has one."""
-
 
 @answer_command("narrow")
 def narrow(
@@ -269,8 +266,9 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
             raise InputError(f"{narrowed_by(owner, uncertain_input, names)}; got {text!r}")
         if name not in inputs and parameter in names:
             changed: dict[str, Any] = {parameter: numbers[0]}
-            if parameter in SPREADS:  # one of them alone is given
-                changed = dict.fromkeys(SPREADS & {*names}) | changed
+            spreads = {"std", "cv"}
+            if parameter in spreads:  # one of them alone is given
+                changed = dict.fromkeys(spreads & {*names}) | changed
             changes[owner] = replace(changes.get(owner, uncertain_input), **changed)
         else:
             changes[name] = fb.Interval(*numbers) if dots else numbers[0]

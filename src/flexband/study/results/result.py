@@ -22,10 +22,6 @@ from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import implied_error
 
-INACCURATE_SHARE = 0.25
-"""An error that verification runs imply, in parts of the error bar's width, above which a result is
-doubtful, unless its tolerance is larger."""
-
 
 @dataclass(frozen=True)
 class StudyResult:
@@ -169,11 +165,19 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
 
 
 def doubts_about(
-    bands: xr.Dataset, verification: xr.Dataset | None, *, requested: bool
+    bands: xr.Dataset,
+    verification: xr.Dataset | None,
+    *,
+    requested: bool,
+    inaccurate_share: float = 0.25,
 ) -> tuple[Doubt, ...]:
     """Return why a result is not what was asked for.
 
-    `requested` is whether runs were to verify it.
+    Parameters
+    ----------
+    requested : whether runs were to verify it.
+    inaccurate_share : an error that verification runs imply, in parts of the error bar's width,
+        above which a result is doubtful, unless its tolerance is larger.
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")
@@ -185,6 +189,6 @@ def doubts_about(
         return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
     if verification.attrs["confirmed"] == "no":
         doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
-    elif (error := implied_error(verification)) > max(INACCURATE_SHARE, tolerance or 0.0):
+    elif (error := implied_error(verification)) > max(inaccurate_share, tolerance or 0.0):
         doubts.append(Doubt(DoubtKind.INACCURATE, error))
     return tuple(doubts)

@@ -26,7 +26,7 @@ from flexband.cli.methods import with_method_options
 from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
 from flexband.error_text import error_text
 from flexband.errors import InputError, RunsNeeded
-from flexband.execution.names import BANDS, POINTS, REPORT, SURROGATE, VERIFICATION
+from flexband.execution.names import FileName
 from flexband.progress import listener
 from flexband.report.page.given import read_given
 from flexband.report.progress import progress_bars
@@ -150,7 +150,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     except RunsNeeded as needed:
         if not options.record:
             raise
-        print_text(f"{are(len(needed.points), 'point')} to be run: {output / POINTS}")
+        print_text(f"{are(len(needed.points), 'point')} to be run: {output / FileName.POINTS}")
         print_text(f"`flexband import-results {output} RESULTS.csv` records their results")
         raise typer.Exit(ExitStatus.WAITING) from None
     except KeyboardInterrupt:
@@ -184,7 +184,7 @@ def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
 def has_report(folder: Path) -> bool:
     """Return whether a folder has the report of its result, perhaps with more answers."""
     try:
-        return (folder / REPORT).is_file() and bool(read_given(folder))
+        return (folder / FileName.REPORT).is_file() and bool(read_given(folder))
     except InputError:
         return False
 
@@ -205,8 +205,12 @@ def print_result(
         )  # fmt: skip
         return
     print_table(title, table)
-    files = [f"Report: {result.folder / REPORT}"] * reported
-    kinds = {SURROGATE: "Model: ", BANDS: "Data:  ", VERIFICATION: "Check: "}
+    files = [f"Report: {result.folder / FileName.REPORT}"] * reported
+    kinds: dict[str, str] = {
+        FileName.SURROGATE: "Model: ",
+        FileName.BANDS: "Data:  ",
+        FileName.VERIFICATION: "Check: ",
+    }
     files += [f"{kinds[k]} {result.folder / k}" for k in result.files if k in kinds]
     files += [f"Older:  {result.folder / name}, of an earlier run" for name in result.stale]
     details = [line for line in notes if f"{line}." not in answer]

@@ -19,7 +19,7 @@ from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
-from flexband.execution.names import AGAIN, DONE, FAILED
+from flexband.execution.names import RunStatus
 from flexband.report.progress import duration
 from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
@@ -143,14 +143,14 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     status, sessions = arrays.read("status"), arrays.read("session")
     names = arrays.read("input").tolist()
     settings: Any = arrays.read("setting")
-    made = np.flatnonzero(np.isin(status, [DONE, FAILED]))
+    made = np.flatnonzero(np.isin(status, [RunStatus.DONE, RunStatus.FAILED]))
     rows = zip(made, arrays.read("inputs", made), strict=True)
     last = {(settings[k], row.tobytes()): int(k) for k, row in rows}
     done: dict[bytes, list[Counter[str]]] = {}
     for (setting, point), k in last.items():
-        if status[k] == DONE:
+        if status[k] == RunStatus.DONE:
             done.setdefault(point, []).append(parts_of(setting))
-    failed = np.array([k for k in last.values() if status[k] == FAILED], dtype=int)
+    failed = np.array([k for k in last.values() if status[k] == RunStatus.FAILED], dtype=int)
     inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
 
     def replaced(k: Any, row: np.ndarray) -> bool:
@@ -158,8 +158,8 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
 
     first = len(arrays.attrs.get("sessions", [])) - 1 if session is None else session
     return {
-        "done": int((status == DONE).sum()),
-        "made": int(((sessions >= first) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
+        "done": int((status == RunStatus.DONE).sum()),
+        "made": int(((sessions >= first) & (status != RunStatus.LOST)).sum()),
         "failures": [
             {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
              "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}

@@ -10,7 +10,7 @@ from pathlib import Path
 from weakref import WeakSet
 
 from flexband.errors import StoreError
-from flexband.execution.names import HOLDER, STORE_LOCK
+from flexband.execution.names import FileName
 from flexband.files import open_unlinked, read_unlinked, replaced
 
 if os.name == "posix":
@@ -26,7 +26,7 @@ class Lock:
     at once: it would hold the lock after the end of its parent.
     """
 
-    def __init__(self, folder: Path, name: str = STORE_LOCK, seconds: float = 0.5):
+    def __init__(self, folder: Path, name: str = FileName.STORE_LOCK, seconds: float = 0.5):
         """Take the folder, by a file of this name.
 
         Another process that only looks whether it is locked is waited for, so many seconds.
@@ -39,7 +39,7 @@ class Lock:
             If the file cannot be written to, or is a symbolic link.
         """
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
-        holder = folder / HOLDER
+        holder = folder / FileName.HOLDER
         end = time.monotonic() + seconds
         while not (has_lock := _locked(self._handle)) and time.monotonic() < end:
             time.sleep(seconds / 20)

@@ -22,7 +22,7 @@ from flexband.execution.layout import (
     stored_labels,
 )
 from flexband.execution.lock import Lock, this_process
-from flexband.execution.names import AGAIN, DONE, FAILED, LOST
+from flexband.execution.names import RunStatus
 from flexband.execution.store import Owner, Store, versions
 from flexband.words import are, number_of
 
@@ -107,7 +107,7 @@ class RunRecorder:
                 self.arrays.clear(name, chunk)
         lost = np.flatnonzero(bad)
         if len(lost):
-            self.arrays.replace("status", lost, LOST)
+            self.arrays.replace("status", lost, RunStatus.LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
             text = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
@@ -120,12 +120,12 @@ class RunRecorder:
 
     def _index(self, settings: Sequence[str] | np.ndarray, inputs: np.ndarray, first: int) -> None:
         for k, (setting, row) in enumerate(zip(settings, inputs, strict=True), start=first):
-            if self.status[k] in (DONE, FAILED):
+            if self.status[k] in (RunStatus.DONE, RunStatus.FAILED):
                 self.rows[_key(setting, row)] = k
 
     def _count(self, record: Finished) -> None:
         first, count = len(self.status), len(record.inputs)
-        status = FAILED if record.values is None else DONE
+        status = RunStatus.FAILED if record.values is None else RunStatus.DONE
         self.status = np.concatenate([self.status, np.full(count, status, np.int8)])
         self._index([record.setting] * count, record.inputs, first)
 
@@ -152,7 +152,7 @@ class RunRecorder:
                 if record.values is not None:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
-        failed = np.flatnonzero(self.status[runs] == FAILED)
+        failed = np.flatnonzero(self.status[runs] == RunStatus.FAILED)
         return values, {int(k): str(reasons[k]) for k in failed}
 
     def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
@@ -166,7 +166,7 @@ class RunRecorder:
             return np.zeros(0, int)
         serves = np.array(other)[self.arrays.read("session")]
         serves &= self.arrays.read("setting") == setting
-        return np.flatnonzero(serves & (self.status[: len(serves)] == DONE))
+        return np.flatnonzero(serves & (self.status[: len(serves)] == RunStatus.DONE))
 
     def inputs(self, runs: np.ndarray) -> np.ndarray:
         """Return the numbers of runs that are in the arrays, shape (runs, inputs)."""
@@ -270,10 +270,10 @@ class RunRecorder:
     def forget_failed(self) -> int:
         """Let failed runs be made again; return their number."""
         self.flush()
-        failed = np.flatnonzero(self.status == FAILED)
+        failed = np.flatnonzero(self.status == RunStatus.FAILED)
         if len(failed):
-            self.arrays.replace("status", failed, AGAIN)
-            self.status[failed] = AGAIN
+            self.arrays.replace("status", failed, RunStatus.AGAIN)
+            self.status[failed] = RunStatus.AGAIN
             gone = set(failed.tolist())
             self.rows = {key: k for key, k in self.rows.items() if k not in gone}
         return len(failed)

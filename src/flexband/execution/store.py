@@ -13,7 +13,7 @@ import xarray as xr
 from flexband.arguments import frozen
 from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
-from flexband.execution.names import RUNS
+from flexband.execution.names import FileName
 from flexband.files import refuse_links
 from flexband.source_hash import source_hash
 
@@ -71,7 +71,7 @@ class Store:
     @property
     def runs(self) -> Path:
         """Folder of the recorded runs."""
-        return Path(self.folder) / RUNS
+        return Path(self.folder) / FileName.RUNS
 
 
 def as_store(store: Any) -> Store | None:
@@ -150,7 +150,7 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
-    path = Path(folder) / RUNS
+    path = Path(folder) / FileName.RUNS
     if not (path / "zarr.json").exists():
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)

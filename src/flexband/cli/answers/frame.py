@@ -28,7 +28,7 @@ from flexband.cli.plan import plan_in
 from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.lock import is_locked
-from flexband.execution.names import BANDS, RUNS, STUDY, STUDY_LOCK, SURROGATE
+from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
 
@@ -64,7 +64,7 @@ class SavedResult(NamedTuple):
 
         Raise `UsageError` if its file is run only with `trust`.
         """
-        if not (self.folder / STUDY).is_file():
+        if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
             return list(plan_in(self.folder, trust=trust).study().limits)
@@ -79,9 +79,9 @@ class SavedResult(NamedTuple):
 
         Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
         """
-        if not (self.folder / STUDY).is_file():
+        if not (self.folder / FileName.STUDY).is_file():
             raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
-        store = self.folder if (self.folder / RUNS).is_dir() else None
+        store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
         return {"response": plan_in(self.folder, trust=trust).study().response, "store": store}
 
 
@@ -195,21 +195,23 @@ def saved_result(folder: Path) -> SavedResult:
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 
-    file = folder / SURROGATE if folder.is_dir() else folder
+    file = folder / FileName.SURROGATE if folder.is_dir() else folder
     if not file.is_file():
         if not folder.exists():
             raise InputError(f"there is no '{folder}'; the argument is the --output of a study")
-        if (folder / BANDS).is_file():
+        if (folder / FileName.BANDS).is_file():
             raise InputError(
                 f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
                 "response. Run the study with one that does, such as AdaptivePCCI"
             )
-        running = ": its study is running" * (folder.is_dir() and is_locked(folder / STUDY_LOCK))
+        running = ": its study is running" * (
+            folder.is_dir() and is_locked(folder / FileName.STUDY_LOCK)
+        )
         raise InputError(
             "the argument must be a folder with the surrogate.npz of a finished study; "
             f"got '{folder}', which has none{running}"
         )
-    if is_locked(file.parent / STUDY_LOCK):
+    if is_locked(file.parent / FileName.STUDY_LOCK):
         written = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(file.stat().st_mtime))
         print_remark(
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "

@@ -18,7 +18,7 @@ from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust, plan_in
 from flexband.errors import check_integer
-from flexband.execution.names import STUDY
+from flexband.execution.names import FileName
 from flexband.report.progress import progress_bars
 from flexband.study.results.limits import check_limits_in, has_probability
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -126,7 +126,7 @@ def limits_of(
                 raise UsageError(f"--{side} must be given once for {name or 'the output'}")
             known_limits[side] = value
     if not sides:
-        known = during is None and (result.folder / STUDY).is_file()
+        known = during is None and (result.folder / FileName.STUDY).is_file()
         if known and (known_limits := plan_in(result.folder, trust=trust).study().limits):
             return selected(known_limits, only)
         raise UsageError(

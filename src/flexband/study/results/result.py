@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError, StoreError, warn
-from flexband.execution.names import BANDS, CONTRIBUTIONS, SURROGATE, VERIFICATION, WRITTEN_BY_RUN
+from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
@@ -82,7 +82,7 @@ class StudyResult:
     @property
     def result_files(self) -> list[str]:
         """Names of the files that no command but ``flexband run`` writes."""
-        return [name for name in self.files if name != CONTRIBUTIONS]
+        return [name for name in self.files if name != FileName.CONTRIBUTIONS]
 
     @property
     def answers(self) -> list[str]:
@@ -135,7 +135,7 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
     files = record["files"]
     verification, contributions = (
         read_netcdf(folder / name) if name in files else None
-        for name in (VERIFICATION, CONTRIBUTIONS)
+        for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
     answers, limits = read_answers(folder, WRITTEN_BY_RUN), None
     if Unusable.ALTERED in answers.unusable.values():
@@ -149,8 +149,8 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
     return StudyResult(
         folder,
         record["label"],
-        read_netcdf(folder / BANDS),
-        load_surrogate(folder / SURROGATE) if SURROGATE in files else None,
+        read_netcdf(folder / FileName.BANDS),
+        load_surrogate(folder / FileName.SURROGATE) if FileName.SURROGATE in files else None,
         verification,
         contributions,
         limits,

@@ -66,8 +66,8 @@ class Plan:
             raise StoreError("study.json does not tell which study it is") from None
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
-    def told(self) -> dict[str, Any]:
-        """Return what study.json tells."""
+    def as_json(self) -> dict[str, Any]:
+        """Return what study.json has of it."""
         return {**asdict(self), "values": dict(self.values)}
 
     @property

@@ -11,34 +11,25 @@ import typer
 
 from flexband.analysis.verification.verify import RUNS
 from flexband.cli.application import app
-from flexband.cli.files import File, Folder, Output, check_folder, draw_limits
+from flexband.cli.files import File, Folder, Output, check_folder
 from flexband.cli.messages import (
     Ending,
     ExitStatus,
-    print_json,
-    print_remark,
-    print_table,
     print_text,
     reported_errors,
     usage,
 )
 from flexband.cli.methods import with_method_options
 from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
-from flexband.error_text import error_text
-from flexband.errors import InputError, RunsNeeded
+from flexband.cli.result import print_result, write_report_of
+from flexband.errors import RunsNeeded
 from flexband.execution.names import FileName
 from flexband.progress import listener
-from flexband.report.page.given import read_given
 from flexband.report.progress import progress_bars
-from flexband.report.study_report import answer_of, remarks, report_study
-from flexband.report.text import tables
-from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import StudyFolder
-from flexband.study.results.result import StudyResult
 from flexband.study.run import RunOptions, run_study
-from flexband.study.study import Study
 from flexband.uncertainty.runs.evaluations import BATCH
-from flexband.words import are, number_of
+from flexband.words import are
 
 Method = Annotated[
     str | None, typer.Option(help="Used instead of the study's; see --help-methods.")
@@ -141,7 +132,7 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     """
     study = plan.study()
     check_folder(output)
-    about = {**plan.told(), "command": shlex.join(["flexband", *sys.argv[1:]])}
+    about = {**plan.as_json(), "command": shlex.join(["flexband", *sys.argv[1:]])}
     try:
         with progress_bars() as task:
             result = run_study(study, output, options, about=about, task=task)
@@ -163,55 +154,3 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
         print_text(f"{output} has this result already: no run was made.", error=True)
     if result.doubts:
         raise typer.Exit(ExitStatus.DOUBTFUL)
-
-
-def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
-    """Write the report of a result, unless it is there; print a remark if there can be none."""
-    if result.limits is not None and not result.reused:
-        draw_limits(result.limits, result.folder)
-    if result.reused and has_report(result.folder):
-        return True
-    try:
-        report_study(study, result, plan.title, Path(plan.file))
-    except OSError:
-        raise
-    except Exception as error:  # the results are there
-        print_remark(f"the report is not written: {error_text(error)}")
-        return False
-    return True
-
-
-def has_report(folder: Path) -> bool:
-    """Return whether a folder has the report of its result, perhaps with more answers."""
-    try:
-        return (folder / FileName.REPORT).is_file() and bool(read_given(folder))
-    except InputError:
-        return False
-
-
-def print_result(
-    plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
-) -> None:
-    """Print the table of a result, what it answers, and the files that were written."""
-    title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
-    table = tables.summary_table(result.bands, result.verification)
-    answer = answer_of(study, result) if reported else []
-    notes = remarks(study, result)
-    if as_json:
-        doubts = [doubt_text(doubt) for doubt in result.doubts]
-        print_json(
-            {"title": title, "table": table, "answer": answer, "runs": result.runs,
-             "doubts": doubts, "remarks": notes}
-        )  # fmt: skip
-        return
-    print_table(title, table)
-    files = [f"Report: {result.folder / FileName.REPORT}"] * reported
-    kinds: dict[str, str] = {
-        FileName.SURROGATE: "Model: ",
-        FileName.BANDS: "Data:  ",
-        FileName.VERIFICATION: "Check: ",
-    }
-    files += [f"{kinds[k]} {result.folder / k}" for k in result.files if k in kinds]
-    files += [f"Older:  {result.folder / name}, of an earlier run" for name in result.stale]
-    details = [line for line in notes if f"{line}." not in answer]
-    print_text("\n".join([*answer, "", *details, "", *files]))

@@ -25,13 +25,13 @@ from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
     from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @frozen()

@@ -10,7 +10,13 @@ import flexband as fb
 from flexband.analysis.allocation.allocate import checked_probability
 from flexband.analysis.allocation.costs import checked_costs
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.cli.answers.frame import Answer, SavedResult, SomeSigmas, answer_command, one_of
+from flexband.cli.answers.frame import (
+    CommandOutput,
+    SavedResult,
+    SomeSigmas,
+    answer_command,
+    one_of,
+)
 from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust
@@ -40,7 +46,7 @@ def allocate(
         bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
     ] = True,
     trust: Trust = False,
-) -> Answer:
+) -> CommandOutput:
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
@@ -73,7 +79,7 @@ def allocate(
     )
     dims = {"name", "sizing", "limit", "binding", "input"}
     plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}
-    return Answer(
+    return CommandOutput(
         {str(k): v for k, v in (plain | allocation.attrs).items()},
         [("Tolerances", allocation_table(allocation))],
         allocation.attrs["verdict"],

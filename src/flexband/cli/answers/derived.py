@@ -12,7 +12,7 @@ import xarray as xr
 import flexband as fb
 from flexband.analysis.margins import labels_of
 from flexband.cli.answers.frame import (
-    Answer,
+    CommandOutput,
     Samples,
     SavedResult,
     Seed,
@@ -50,7 +50,7 @@ def derived(
     ] = 0.99,
     samples: Samples = 2048,
     seed: Seed = 0,
-) -> Answer:
+) -> CommandOutput:
     """Bound the largest value of an output over time, or another quantity made of it.
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
@@ -78,7 +78,7 @@ def derived(
     unit = bounds["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    return Answer(
+    return CommandOutput(
         ends | errors | {str(k): v for k, v in bounds.attrs.items()},
         [(title, derived_table(bounds))],
         name="derived",

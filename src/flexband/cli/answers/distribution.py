@@ -10,7 +10,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.cli.answers.frame import Answer, SavedResult, answer_command
+from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.messages import Table, UsageError, usage
 from flexband.report.text.numbers import number
 from flexband.words import number_of
@@ -56,7 +56,7 @@ def distribution(
         int | None, typer.Option(help="Samples of the random inputs (4096).")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the samples (0).")] = None,
-) -> Answer:
+) -> CommandOutput:
     """Bound quantiles, ranges or distribution functions of outputs over the interval inputs.
 
     No runs are made. quantiles.nc and quantiles.png are written, range.nc and range.png, or
@@ -101,7 +101,7 @@ def check_options(kind: Kind, values: dict[str, object]) -> None:
             raise UsageError(f"{option} is one of --kind {kinds}; got --kind {kind}")
 
 
-def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> Answer:
+def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> CommandOutput:
     """Return the table, the data and the figure of bounds."""
     from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
 
@@ -112,7 +112,7 @@ def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> Answer:
     )
     header, rows = value_table(bounds) if "value" in variable.dims else bounds_table(bounds, name)
     remark = bounds.attrs.get("surrogate_not_reliable")
-    return Answer(
+    return CommandOutput(
         {
             "title": title,
             "bounds": [dict(zip(header, row, strict=True)) for row in rows],

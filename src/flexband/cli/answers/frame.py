@@ -86,7 +86,7 @@ class SavedResult(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Answer:
+class CommandOutput:
     """What a command answers.
 
     Attributes
@@ -141,13 +141,15 @@ class Answer:
             print_text("\n".join(lines))
 
 
-def answer_command(name: str) -> Callable[[Callable[..., Answer]], Callable[..., Answer]]:
-    """Return a decorator that makes a command of a function ``question(result, ...) -> Answer``.
+def answer_command(
+    name: str,
+) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
+    """Return a decorator that makes a command of a function ``question(result, ...) -> CommandOutput``.
 
     The command takes the folder of a study, the options of the function, and --json.
     """
 
-    def registered(question: Callable[..., Answer]) -> Callable[..., Answer]:
+    def registered(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
         def folder_and_json(
             folder: Annotated[
                 Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")

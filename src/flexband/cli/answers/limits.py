@@ -13,7 +13,7 @@ from flexband.analysis.limits import corridors
 from flexband.analysis.probability.failure import COARSEST, FINEST
 from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
 from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.frame import Answer, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust, plan_in
@@ -57,7 +57,7 @@ def limits(
         typer.Option(help="Runs that correct each bound of a probability; 0 for none."),
     ] = 0,
     trust: Trust = False,
-) -> Answer:
+) -> CommandOutput:
     """Check whether outputs keep limits, and how likely they leave them, by default without runs.
 
     Without --below and --above, limits are those of the study in FOLDER. The margin is that of
@@ -90,7 +90,7 @@ def limits(
     draw_limits(check, place)
     checked, probability = check.margins, check.probability
     verdicts = [answer.attrs["verdict"] for answer in (checked, probability) if answer is not None]
-    return Answer(
+    return CommandOutput(
         {"limits": as_rows(checked), "probability": as_rows(probability)},
         [("Limits", limits_table(checked, probability))],
         "\n".join(verdicts),

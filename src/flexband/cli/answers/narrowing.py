@@ -14,7 +14,7 @@ import xarray as xr
 import flexband as fb
 from flexband.analysis.margins import labels_of
 from flexband.analysis.probability.texts import NOT_GIVEN
-from flexband.cli.answers.frame import Answer, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.plan import Trust
 from flexband.errors import InputError
@@ -51,7 +51,7 @@ def narrow(
         typer.Option("--probability", help="Also how likely the study's limits are left."),
     ] = False,
     trust: Trust = False,
-) -> Answer:
+) -> CommandOutput:
     """Show the bands for tighter tolerances or less scatter, without further runs.
 
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
@@ -97,7 +97,7 @@ def narrow(
     mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
     content = {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **mean_widths}
     by_limit = {row["limit"]: {k: v for k, v in row.items() if k != "limit"} for row in limits}
-    return Answer(
+    return CommandOutput(
         {**content, "expected_error": error, "limits": by_limit},
         printed,
         f"{changed}\n{sentence}",
@@ -171,7 +171,7 @@ def tolerance(
     name: Annotated[str, typer.Argument(help="Name of the input.")],
     share: Annotated[float, typer.Option(help="Part of the width that is wanted.")] = 0.5,
     sigmas: Sigmas = 1.0,
-) -> Answer:
+) -> CommandOutput:
     """Find the tolerance of an input with which the error bars have a part of their width.
 
     Widths are the largest over time, as in the report's panel "What if". All other inputs stay as
@@ -211,7 +211,7 @@ def tolerance(
     )
     moving = {output: values for output, values in table.items() if output not in still}
     options = {"share": share, "sigmas": sigmas}
-    return Answer(
+    return CommandOutput(
         {
             output: dict(zip(names, values, strict=True)) | options
             for output, values in table.items()

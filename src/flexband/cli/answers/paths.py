@@ -8,7 +8,13 @@ import numpy as np
 import typer
 
 import flexband as fb
-from flexband.cli.answers.frame import Answer, SavedResult, SomeSigmas, answer_command, one_of
+from flexband.cli.answers.frame import (
+    CommandOutput,
+    SavedResult,
+    SomeSigmas,
+    answer_command,
+    one_of,
+)
 from flexband.cli.messages import usage
 from flexband.report.text.tables import deviations
 
@@ -24,7 +30,7 @@ def path(
         typer.Option("--probability", "-p", help="Of the random inputs, instead of μ ± kσ."),
     ] = None,
     directions: Annotated[int, typer.Option(help="Directions, and vertices of a region.")] = 32,
-) -> Answer:
+) -> CommandOutput:
     """Show the path of a point, and the region in which it is at every time, without further runs.
 
     path.nc and path.png are written.
@@ -51,7 +57,7 @@ def path(
         f"path, at {last} {at:.4g}, by regions with {directions} vertices"
     )
     remark = f"; the largest estimated error is {error:.2g}{unit}" if error is not None else ""
-    return Answer(
+    return CommandOutput(
         content | about | {"directions": directions},
         text=f"{text}{remark}",
         name="path",

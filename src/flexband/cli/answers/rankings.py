@@ -12,7 +12,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.frame import Answer, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, usage
 from flexband.report.text.numbers import percent_to_tenth
 from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
@@ -23,7 +23,7 @@ def contributions(
     result: SavedResult,
     sigmas: Sigmas = 1.0,
     shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
-) -> Answer:
+) -> CommandOutput:
     """Rank the inputs by how much they widen the error bar, without further runs.
 
     With --shapley, all inputs together share the whole width, which takes eight inputs at most.
@@ -50,7 +50,7 @@ def contributions(
         parts = {"mean over time": mean, "where the bar is widest": widest}
     else:
         parts = {"": mean}
-    return Answer(
+    return CommandOutput(
         {"sigmas": sigmas, "inputs": names, **shares},
         _tables(title, names, parts, _part),
         name="contributions",
@@ -111,7 +111,7 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
 
 
 @answer_command("sobol")
-def sobol(result: SavedResult) -> Answer:
+def sobol(result: SavedResult) -> CommandOutput:
     """Rank the random inputs by their Sobol' indices, without further runs.
 
     The indices are parts of the variance, at the time at which σ is largest, each with its lowest
@@ -140,7 +140,7 @@ def sobol(result: SavedResult) -> Answer:
     parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
     remarks = [indices.attrs[k] for k in ("sampling", "undefined") if k in indices.attrs]
     alone = len(names) == 1
-    return Answer(
+    return CommandOutput(
         {"inputs": names, **ends, "undefined": indices.attrs["undefined"]},
         [] if alone else _tables(title, names, parts, _from_to),
         only_one(indices) if alone else "\n".join(remarks),

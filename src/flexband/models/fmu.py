@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import field
 from hashlib import sha256
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,7 +25,6 @@ from flexband.errors import (
     check_positive,
     shown,
 )
-from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import ModelError, OneByOne
 
@@ -108,7 +108,7 @@ class FMU(OneByOne):
         given = assigned(description, values)
         messages: list[str] = []
         with TemporaryDirectory(prefix="flexband-") as folder:
-            extra("fmpy", "fmi").extract(self.path, folder)
+            _fmpy("fmpy").extract(self.path, folder)
             run = _Run(folder, description, messages)
             try:
                 run.start(self._start(description), self._ends[-1], given)
@@ -139,7 +139,7 @@ class FMU(OneByOne):
 
     def _description(self, *, validate: bool = False) -> Any:
         """Return what FMPy reads of the FMU; raise `InputError` if it cannot be simulated."""
-        fmpy = extra("fmpy", "fmi")
+        fmpy = _fmpy("fmpy")
         try:
             description = fmpy.read_model_description(self.path, validate=validate)
             platforms = fmpy.supported_platforms(self.path)
@@ -187,8 +187,8 @@ class _Run:
 
     def __init__(self, folder: str, description: Any, messages: list[str]):
         self.description, self.fatal = description, False
-        simulation = extra("fmpy.simulation", "fmi")
-        self.failure: type[Exception] = extra("fmpy.fmi1", "fmi").FMICallException
+        simulation = _fmpy("fmpy.simulation")
+        self.failure: type[Exception] = _fmpy("fmpy.fmi1").FMICallException
 
         def logged(*parts: Any) -> None:
             messages.append(parts[-1].decode(errors="replace"))
@@ -247,6 +247,16 @@ class _Run:
 
 def _checksum(path: str | os.PathLike[str]) -> str:
     return sha256(Path(path).read_bytes()).hexdigest()
+
+
+def _fmpy(module: str) -> Any:
+    """Return a module of FMPy; raise `ImportError` with how to install it if it is missing."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ImportError(
+            "the package 'fmpy' is needed here; install it by: pip install 'flexband[fmi]'"
+        ) from error
 
 
 def _shown(messages: list[str], count: int = 5) -> str:

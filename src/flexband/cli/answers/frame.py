@@ -144,7 +144,7 @@ class CommandOutput:
 def answer_command(
     name: str,
 ) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
-    """Return a decorator that makes a command of a function ``question(result, ...) -> CommandOutput``.
+    """Return a decorator that makes a command of a function ``question(result, ...)``.
 
     The command takes the folder of a study, the options of the function, and --json.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 import xarray as xr
@@ -17,6 +17,10 @@ from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.files import try_write
 from flexband.study.results.answers import Unusable, answer_file, read_answers
 from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @app.command("report")
@@ -72,7 +76,9 @@ def check_answers(folder: Path) -> None:
         raise InputError(f"{folder / name}.nc is not as written; {restored}")
 
 
-def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> None:
+def add_p_boxes(
+    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, folder: Path, count: int
+) -> None:
     """Write the bounds of distribution functions at some times."""
     from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
 

@@ -46,6 +46,12 @@ class Performing(Protocol):
     ) -> Generator[tuple[int, Outcome], None, None]: ...
 
 
+class DaskClient(Protocol):
+    """What is called of a client of Dask."""
+
+    def get_executor(self, *, pure: bool) -> Executor: ...
+
+
 class Workers(ABC):
     """An `executor` of this library, which performs tasks in processes that it starts or knows."""
 
@@ -261,6 +267,10 @@ def performing(executor: Any) -> Iterator[Performing]:
             "executor must be None, Processes(…), Dask(…), an executor of concurrent.futures, or a "
             f"Dask client or its address; got {executor!r}"
         )
+
+
+ExecutorLike = Workers | Executor | DaskClient | str | None
+"""Where runs are made, as users give it."""
 
 
 def is_dask_client(client: object) -> bool:

@@ -34,9 +34,12 @@ from flexband.study.results.result import StudyResult, doubts_about, finished_re
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+    StudySurrogate = Surrogate | SurrogateOfChoices | None
 
 
 @frozen()
@@ -70,7 +73,7 @@ class RunOptions:
     """
 
     batch: int = BATCH
-    executor: Any = None
+    executor: ExecutorLike = None
     failed: str = "stop"
     verification_runs: int | None = None
     record: bool = True
@@ -188,7 +191,7 @@ def run_study(
 
 def _bands(
     progress: StudyProgress, options: RunOptions, files: ResultFiles
-) -> tuple[Surrogate | SurrogateOfChoices | None, xr.Dataset]:
+) -> tuple[StudySurrogate, xr.Dataset]:
     """Make the runs; write the surrogate, if the method makes one, and the bands."""
     study = progress.study
     listener().stage("runs")
@@ -213,11 +216,11 @@ def _bands(
 
 
 def _verification(
-    progress: StudyProgress, options: RunOptions, surrogate: Any, files: ResultFiles
+    progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate, files: ResultFiles
 ) -> xr.Dataset | None:
     """Write how verification runs judge a surrogate; warn and return None if they fail."""
     study, runs = progress.study, options.verifying(progress.study)
-    if not runs:
+    if not runs or surrogate is None:
         return None
     listener().stage("verification runs")
     try:
@@ -240,7 +243,9 @@ def _verification(
     return verification
 
 
-def _contributions(study: Study, surrogate: Any, files: ResultFiles) -> xr.Dataset | None:
+def _contributions(
+    study: Study, surrogate: StudySurrogate, files: ResultFiles
+) -> xr.Dataset | None:
     """Write how much each input widens the error bars; warn and return None if that fails."""
     if surrogate is None:
         return None
@@ -253,7 +258,7 @@ def _contributions(study: Study, surrogate: Any, files: ResultFiles) -> xr.Datas
     return shares
 
 
-def _limits(study: Study, surrogate: Any, folder: Path) -> tuple[LimitCheck | None, str]:
+def _limits(study: Study, surrogate: StudySurrogate, folder: Path) -> tuple[LimitCheck | None, str]:
     """Return whether the limits of a study are kept, or why that is not known."""
     if not study.limits:
         return None, ""

@@ -28,6 +28,10 @@ from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 if TYPE_CHECKING:
+    from os import PathLike
+
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import Store
     from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -82,8 +86,8 @@ class Study:
         self,
         *,
         batch: int = BATCH,
-        store: Any = None,
-        executor: Any = None,
+        store: Store | str | PathLike[str] | None = None,
+        executor: ExecutorLike = None,
         failed: str = "stop",
         progress: Callable[[int, int], object] | None = None,
     ) -> xr.Dataset:
@@ -140,8 +144,8 @@ class Study:
         self,
         *,
         batch: int = BATCH,
-        store: Any = None,
-        executor: Any = None,
+        store: Store | str | PathLike[str] | None = None,
+        executor: ExecutorLike = None,
         failed: str = "stop",
         progress: Callable[[int, int], object] | None = None,
     ) -> Surrogate | SurrogateOfChoices:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -14,6 +14,10 @@ from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import mark_stale, stale_files
 from flexband.study.results.netcdf import write_netcdf
 from flexband.uncertainty.surrogates.files import save_surrogate
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def stale_results(folder: Path, names: Collection[str]) -> list[str]:
@@ -41,7 +45,7 @@ class ResultFiles:
     def __init__(self, folder: StudyFolder) -> None:
         self.folder, self.names, self.changed = folder, list[str](), False
 
-    def write_surrogate(self, surrogate: Any) -> None:
+    def write_surrogate(self, surrogate: Surrogate | SurrogateOfChoices | None) -> None:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""
         file = self.folder.path / FileName.SURROGATE
         known = file.is_file() and not file.is_symlink()

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.execution.executors import Workers
 from flexband.uncertainty.runs.evaluations import FAILURES_BEFORE_STOP
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 
@@ -32,7 +33,7 @@ ERRORS = {
 CAUSES = {"raises": ZeroDivisionError, "hangs": TimeoutError}
 
 
-class Opened:
+class Opened(Workers):
     """Worker processes that serve several studies."""
 
     def __init__(self, perform):

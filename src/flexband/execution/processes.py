@@ -165,15 +165,15 @@ class _Pool:
                 for worker in self._ready():
                     number = worker.task
                     assert number is not None
-                    heard = self._heard(worker)
-                    if isinstance(heard, str):
+                    outcome = self._heard(worker)
+                    if isinstance(outcome, str):
                         if attempts[number] < self.attempts:
                             waiting.appendleft(number)
                             continue
-                        heard = Outcome(None, RuntimeError(heard), 0.0)
-                    if heard is not None:
+                        outcome = Outcome(None, RuntimeError(outcome), 0.0)
+                    if outcome is not None:
                         done += 1
-                        yield number, heard
+                        yield number, outcome
         finally:
             for worker in [worker for worker in self.workers if worker.task is not None]:
                 worker.process.kill()

@@ -7,7 +7,7 @@ import pytest
 
 import flexband as fb
 from flexband.mechanics.engine.batch import run_samples
-from flexband.mechanics.engine.generalized_alpha import DIVERGED
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.progress import listener
 from tests.execution.responses import good
 from tests.mechanics.models import hardening_spring
@@ -50,7 +50,7 @@ def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_pa
         batch = run_samples(system, times, *arguments, samples=samples, **options)
         chosen = np.arange(system.samples) if samples is None else samples
         fast = (system.values.velocity == 15.0).any(axis=0)[chosen]
-        batch.failures[fast & (times[1] > 0.006), :2] = DIVERGED, 1
+        batch.failures[fast & (times[1] > 0.006), :2] = FAILURE.diverged, 1
         return batch
 
     monkeypatch.setattr("flexband.mechanics.simulate.run_samples", diverging)

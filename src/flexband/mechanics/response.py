@@ -162,7 +162,7 @@ class DynamicResponse(MechanismResponse):
             if self.element_parts > 1:
                 mechanism = mechanism.refined(self.element_parts)
             try:
-                motion = simulated(
+                motion, _ = simulated(
                     mechanism,
                     duration=self.duration,
                     step=self.output_step,

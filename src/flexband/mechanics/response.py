@@ -169,7 +169,7 @@ class DynamicResponse(MechanismResponse):
                     substeps=self.step_parts,
                     integrator=self.integrator,
                     threads=self.threads,
-                    progress=listener(),
+                    progress=listener().advance,
                     complete=self.given_step,
                 )
             except RunError as error:

@@ -36,7 +36,7 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
-from flexband.progress import heard, hearing
+from flexband.progress import ProgressListener, listener, listening
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
@@ -87,7 +87,7 @@ def simulate(
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
     """
-    with nullcontext() if heard() else hearing(_printed):
+    with nullcontext() if listener().shows_stages else listening(_Printed()):
         motion, system = simulated(
             mechanism,
             duration=duration,
@@ -213,10 +213,12 @@ def _range(values: list[float], unit: str) -> str:
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
-def _printed(_: str, line: str = "") -> None:
-    """Print what is worth to be read of a call that nobody shows the progress of."""
-    if line:
-        print(f"flexband: {line}", file=sys.stderr, flush=True)
+class _Printed(ProgressListener):
+    """Prints the messages of a call that nobody shows the progress of."""
+
+    def warn(self, message: str) -> None:
+        """Print a message."""
+        print(f"flexband: {message}", file=sys.stderr, flush=True)
 
 
 def _numbers_per_time(system: System, threads: int, substeps: int) -> float:

@@ -24,6 +24,7 @@ ROOMS = [
     "rounding",
     "files",
     "progress",
+    "response",
     "caching",
     "source_hash",
     "execution",

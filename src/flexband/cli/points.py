@@ -17,6 +17,7 @@ from flexband.cli.runs import Failed, Method, Sigmas, run_plan
 from flexband.errors import InputError
 from flexband.execution.journal import Finished
 from flexband.execution.store import Store
+from flexband.response import as_response
 from flexband.study.folder import StudyFolder
 from flexband.study.points import RequestedPoints
 from flexband.study.study import Study
@@ -88,7 +89,7 @@ def ingest(
 
 def response_elsewhere(study: Study) -> Any:
     """Return the response; raise `InputError` if it is not run elsewhere."""
-    if not getattr(study.response, "elsewhere", False):
+    if not as_response(study.response).elsewhere:
         raise InputError(
             "the response must be one that is run elsewhere, fb.elsewhere('a', 'b', …), where a "
             f"and b are inputs; got {study.response!r}. `flexband run` runs others"

@@ -25,6 +25,7 @@ from flexband.errors import (
 )
 from flexband.execution.store import Store
 from flexband.progress import Progress, doing
+from flexband.response import as_response
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
@@ -101,7 +102,7 @@ class RunOptions:
             return 0
         if self.verification_runs is not None:
             return self.verification_runs
-        return 0 if getattr(study.response, "elsewhere", False) else RUNS
+        return 0 if as_response(study.response).elsewhere else RUNS
 
 
 def run_study(

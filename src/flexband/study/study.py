@@ -16,10 +16,11 @@ import xarray as xr
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
+from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
 from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.budget import check_method
@@ -52,7 +53,7 @@ class Study:
         unit that is no text.
     """
 
-    response: Response
+    response: ResponseFunction
     inputs: Mapping[str, Any]
     method: Method
     sigmas: float = 1.0

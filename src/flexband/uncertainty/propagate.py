@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Response
+from flexband.response import ResponseFunction
 from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.budget import MAX_RUNS, check_method
@@ -22,7 +22,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def propagate(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
     method: Method,
     *,
@@ -110,7 +110,7 @@ def propagate(
 
 
 def expand(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
     method: Expanding,
     *,

@@ -19,8 +19,9 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.progress import counted
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Response, Space, check_names
+from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.runs.evaluations import evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -52,7 +53,7 @@ class ResponseModel:
 @contextmanager
 def models(
     surrogates: Mapping[str, Surrogate],
-    response: Response | None,
+    response: ResponseFunction | None,
     runs: int,
     probabilities: int,
     progress: Callable[[int, int], object] | None,

@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 
 ROUNDING = 4 * np.finfo(float).eps
 """Relative difference of equal values: products of matrices round differently row by row."""
@@ -31,7 +32,7 @@ WATCHERS = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
 """Functions that read arguments without naming them."""
 
 
-def never_read(response: Response, inputs: Mapping[str, Input]) -> list[str]:
+def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[str]:
     """Return the inputs that the code of a response never reads.
 
     An object that wraps a function, such as one with a cache, is taken for the function; a function

@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, warn, without_warnings
+from flexband.response import Response
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
-from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.words import number_of
 
@@ -76,11 +76,9 @@ def _at_more_times(
     response: Response, nominal: dict[str, Any], diagnostics: xr.Dataset
 ) -> Response | None:
     """Return the response at more times, on the discretization that the method chose."""
-    if not callable(getattr(response, "at_more_times", None)):
-        return None
     for name in diagnostics.attrs.get("halved", []):
-        response = response.refinements(**nominal)[name]  # pyright: ignore
-    return response.at_more_times()  # pyright: ignore
+        response = response.refinements(**nominal)[name]
+    return response.at_more_times()
 
 
 def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from flexband.errors import InputError, RunError
 from flexband.execution.executors import Outcome
+from flexband.response import Response
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
     check_labels,
@@ -19,7 +20,7 @@ from flexband.uncertainty.inputs.evaluation import (
     not_finite,
 )
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 
 
 class Evaluated:

@@ -27,9 +27,10 @@ from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, as_store
 from flexband.progress import Advance, doing, listening
+from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import located, texts
 from flexband.words import all_of, are, number_of
@@ -70,7 +71,7 @@ class Evaluations:
 
     def __call__(
         self,
-        response: Response,
+        function: ResponseFunction,
         space: Space,
         setting: str,
         points: tuple[np.ndarray, np.ndarray],
@@ -98,17 +99,17 @@ class Evaluations:
         RunsNeeded
             If the response is run elsewhere, and runs are not in the store.
         """
-        record = self.record if recorded else None
+        record, response = self.record if recorded else None, as_response(function)
         if record is not None and labels is None:
             labels = record.labels
         evaluation = Evaluated(response, space, setting, points, labels, probed=self.probed)
         if record is not None:
             self._look_up(evaluation, record, advance)
-        if getattr(response, "elsewhere", False) and len(evaluation.missing):
+        if response.elsewhere and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
-        one_by_one = bool(getattr(response, "one_by_one", False))
-        self._make(evaluation, evaluation.missing, 1 if one_by_one else self.batch, record, advance)
+        most = 1 if response.one_by_one else self.batch
+        self._make(evaluation, evaluation.missing, most, record, advance)
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -146,7 +147,8 @@ class Evaluations:
         failed: dict[int, tuple[str, Exception | None, float]] = {}
         one_call_at_a_time = self.perform is in_process
         heard = (lambda done, total: advance(0, done)) if one_call_at_a_time else None
-        with listening(heard), closing(self.perform(evaluation.response, tasks)) as outcomes:
+        response = evaluation.response.original
+        with listening(heard), closing(self.perform(response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 good, values, bad, error = evaluation.judged(part, outcome)
@@ -199,20 +201,21 @@ class Evaluations:
         self, evaluation: Evaluated, run: np.ndarray, record: RunRecorder | None
     ) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
-        response: Any = evaluation.response
+        response = evaluation.response
         for part in range(1, HALVINGS + 1):
-            finer = getattr(response, "refinements", None)
-            options: dict[str, Any] = finer(**evaluation.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
-            if "step" not in options:
+            finer = response.refinements(**evaluation.arguments(run))
+            if "step" not in finer:
                 raise InputError(
                     "failed='half step' requires a response whose `refinements` have a step, "
                     "as that of dynamic_response"
                 )
-            response = options["step"]
-            outcome = next(iter(self.perform(response, [lambda: evaluation.arguments(run)])))[1]
+            response = finer["step"]
+            tasks = [lambda: evaluation.arguments(run)]
+            outcome = next(iter(self.perform(response.original, tasks)))[1]
             good, values, _, _ = evaluation.judged(run, outcome)
             if len(good):
-                again = "halved_step" in getattr(outcome.value, "attrs", {})  # by the response
+                labelled = isinstance(outcome.value, xr.DataArray)
+                again = labelled and "halved_step" in outcome.value.attrs  # by the response
                 text = f"completed with 1/{2 ** (part + again)} of the step"
                 self._keep(record, evaluation, good, values, text, outcome.seconds)
                 return True
@@ -246,7 +249,7 @@ def setting(case: str, finer: Iterable[str]) -> str:
 
 @contextmanager
 def evaluations(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
     *,
     batch: int = BATCH,
@@ -257,7 +260,7 @@ def evaluations(
     """Give what makes the runs of a study; its store is closed with the context."""
     batch = check_integer("batch", batch, 1)
     check_option("failed", failed, POLICIES)
-    if failed == "half step" and not callable(getattr(response, "refinements", None)):
+    if failed == "half step" and not as_response(response).refines:
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "
             f"dynamic_response; got {shown(response)}"
@@ -281,7 +284,7 @@ def evaluations(
             record.close()
 
 
-def forget_failed(response: Response, inputs: Mapping[str, Any], store: Any) -> None:
+def forget_failed(response: ResponseFunction, inputs: Mapping[str, Any], store: Any) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
     with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
         assert evaluate.record is not None

@@ -20,12 +20,13 @@ from flexband.errors import (
 )
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.space import Response, Space, check_names
+from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.methods.pcci import Method
 from flexband.uncertainty.runs.budget import check_runs
@@ -37,6 +38,7 @@ from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.words import number_of
 
 Result = TypeVar("Result")
+Answer = TypeVar("Answer")
 
 MAX_FAILED = 0.05
 """Above this part of runs that failed and were left out, results are not trusted."""
@@ -44,7 +46,7 @@ MAX_FAILED = 0.05
 
 def in_cases(
     solve: Callable[[CountedRuns], Result],
-    response: Response,
+    function: ResponseFunction,
     inputs: Mapping[str, Any],
     method: Method,
     most_runs: int,
@@ -60,10 +62,11 @@ def in_cases(
         check_function("progress", progress)
     if check is not None:
         check_function("check", check)
-    check_function("response", response)
-    check_names(response, inputs)
+    check_function("response", function)
+    check_names(function, inputs)
+    response = as_response(function)
     with without_warnings(ResolutionWarning):
-        placed, explored = located(response, inputs, as_store(options["store"]))
+        placed, explored = located(function, inputs, as_store(options["store"]))
     all_inputs = cases(placed)
     results: dict[str, Result] = {}
     finished, labels, budget = 0, None, None
@@ -79,9 +82,9 @@ def in_cases(
         if progress is not None:
             progress(finished + done, whole)
 
-    with evaluations(response, placed, **options) as evaluate:
+    with evaluations(function, placed, **options) as evaluate:
         if explored:
-            keep_domains(response, placed, evaluate.record)
+            keep_domains(function, placed, evaluate.record)
         for label, case_inputs in all_inputs.items():
             runs = CountedRuns(
                 response, case_inputs, method, evaluate, most_runs, len(all_inputs), advance
@@ -111,8 +114,7 @@ class CountedRuns:
         self.done, self.total, self.labels = 0, method.runs(space), None
         check_runs(method, space, most_runs, count)
         self.total += 1  # one run is made again
-        refined = getattr(response, "refinements", getattr(response, "refined", None))
-        self.each = self.total if callable(refined) else 0
+        self.each = self.total if response.refines else 0
         self.response, self.method, self.evaluations = response, method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
         self.check: Callable[[xr.DataArray], object] | None = None
@@ -203,7 +205,7 @@ class CountedRuns:
         that was made again when these runs were made.
         """
         record, stored = self.evaluations.record, self.stored
-        if getattr(response, "elsewhere", False):
+        if response.elsewhere:
             return
         assert self.labels is not None  # there are runs
         labels = self.labels
@@ -282,7 +284,7 @@ class CountedRuns:
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
-        unread = never_read(self.response, self.space.inputs)
+        unread = never_read(self.response.original, self.space.inputs)
         response, calls = max(self.calls, key=lambda entry: sum(len(call[0]) for call in entry[1]))
         idle, likely = ({}, []) if id(response) in self.effective else self._without_effect(calls)
         likely = [name for name in likely if name not in unread]
@@ -317,7 +319,7 @@ class Level:
 
     def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
         self.runs, self.response, self.finer = runs, response, finer
-        self.left_out: list[str] = self._of_nominal("left_out", [])
+        self.left_out: list[str] = self._of_nominal(response.left_out)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
@@ -340,9 +342,7 @@ class Level:
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        refined = getattr(self.response, "refined", None)
-        whole = {"discretization": refined()} if callable(refined) else {}
-        finer = self._of_nominal("refinements", whole)
+        finer = self._of_nominal(self.response.refinements)
         return {
             name: Level(self.runs, response, (*self.finer, name))
             for name, response in finer.items()
@@ -350,21 +350,19 @@ class Level:
 
     def discretization(self) -> dict[str, float]:
         """Return the numbers of the discretization, such as the step, by name."""
-        return self._of_nominal("discretization", {})
+        return self._of_nominal(self.response.discretization)
 
     def quantities(self) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
-        return self._of_nominal("quantities", [])
+        return self._of_nominal(self.response.quantities)
 
     def tensors(self) -> list[str]:
         """Return which of the quantities are tensors, by name."""
-        return self._of_nominal("tensors", [])
+        return self._of_nominal(self.response.tensors)
 
-    def _of_nominal(self, name: str, default: Any) -> Any:
-        """Return what a method of the response tells for inputs at their means and midpoints."""
-        method, space = getattr(self.response, name, None), self.runs.space
-        if not callable(method):
-            return default
+    def _of_nominal(self, method: Callable[..., Answer]) -> Answer:
+        """Return what a method of the response returns for inputs at their means and midpoints."""
+        space = self.runs.space
         arguments = space.arguments_at(*space.nominal())
         try:
             return method(**arguments)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -21,9 +21,8 @@ from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
-from flexband.uncertainty.methods.pcci import Expanding, Method
+from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -62,7 +61,7 @@ class Study:
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
-        check_method(self.method)
+        as_method(self.method)
         object.__setattr__(self, "inputs", dict(self.inputs))
         object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
         object.__setattr__(self, "limits", several(self.limits))
@@ -71,7 +70,7 @@ class Study:
     @property
     def expands(self) -> bool:
         """Whether the method makes a surrogate, so that `expand` can be called."""
-        return callable(getattr(self.method, "expand", None))
+        return as_method(self.method).expands
 
     def run(
         self,
@@ -144,7 +143,7 @@ class Study:
         return expand(
             self.response,
             self.inputs,
-            cast(Expanding, self.method),  # `expand` refuses any other method
+            self.method,
             batch=batch,
             store=store,
             executor=executor,

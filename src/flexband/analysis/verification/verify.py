@@ -43,7 +43,7 @@ from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
 from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.runs.evaluations import (
-    BATCH,
+    EvaluationOptions,
     Evaluations,
     evaluations,
     setting,
@@ -168,8 +168,8 @@ def verify(
     given = next(iter(surrogates.values())).space.given
     check_names(response, given)
     advance, results = counted(progress, runs * len(surrogates)), {}
-    options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
-    with evaluations(response, given, **options) as evaluate:
+    options = EvaluationOptions(store=store, executor=executor, failed=failed)
+    with evaluations(response, given, options) as evaluate:
         advance(0)
         for label, case_surrogate in surrogates.items():
             results[label] = _verified(

@@ -19,7 +19,8 @@ from flexband.uncertainty.expansions.regression import (
 )
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import MAX_ORDER, Evaluate, earlier_runs
+from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.methods.pcci import MAX_ORDER
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -32,7 +33,7 @@ MIN_PIVOT = 1e-8
 
 
 @frozen()
-class RegressionPCCI:
+class RegressionPCCI(ExpansionMethod):
     """Regression: the terms of low total order, by least squares, instead of a full tensor product.
 
     The expansion of Eq. (11) contains the terms whose orders ν in all variables, random and
@@ -61,7 +62,7 @@ class RegressionPCCI:
 
     name = "regression PCCI"
     copies = 3.2
-    leaves_out_failed = True
+    skips_failed = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "order", check_integer("order", self.order, 0, MAX_ORDER))
@@ -105,7 +106,7 @@ class RegressionPCCI:
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
         index, m = self.index(space), space.interval_dimension
-        known = earlier_runs(evaluate, self.runs(space) // 2)
+        known = evaluate.earlier_runs(self.runs(space) // 2)
         new = self.runs(space) - len(known[0])
         points = nested_points(new, m, space.families, self.seed)
         values = evaluate(*points)
@@ -147,10 +148,6 @@ class RegressionPCCI:
             attrs={"terms": len(index), **trusted.attrs},
         )
         return Surrogate(space, values[:0], (expansion,), diagnostics)
-
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands(sigmas)
 
 
 def _correction(terms: np.ndarray) -> float:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from flexband.errors import (
     RunError,
     RunsNeeded,
     StrainWarning,
+    check_function,
     check_integer,
     check_option,
     shown,
@@ -25,12 +27,13 @@ from flexband.execution.executors import Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
-from flexband.execution.store import Owner, as_store
-from flexband.progress import Advance, doing, listening
+from flexband.execution.store import Owner, Store, as_store
+from flexband.progress import Advance, Progress, doing, listening
 from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import MAX_RUNS
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import located, texts
 from flexband.words import all_of, are, number_of
@@ -41,11 +44,36 @@ POLICIES = ("stop", "half step", "leave out")
 BATCH = 2048
 """Most runs in one call of a response."""
 
-HALVINGS = 3
-"""How often the step is halved for a run that fails."""
 
-FAILURES_BEFORE_STOP = 8
-"""Runs without a success after which all are taken to fail."""
+@dataclass(frozen=True)
+class EvaluationOptions:
+    """How the runs of a study are made; errors are those of `propagate`.
+
+    Attributes
+    ----------
+    batch : most runs in one call.
+    store : folder, or `Store`, in which runs are recorded; None without one.
+    executor : where runs are made, as in `propagate`.
+    failed : one of `POLICIES`.
+    most_runs : a method that takes more is refused.
+    check : called with the outputs after the first runs.
+    progress : called as ``progress(done, total)``.
+    """
+
+    batch: int = BATCH
+    store: Store | str | PathLike[str] | None = None
+    executor: Any = None
+    failed: str = "stop"
+    most_runs: int = MAX_RUNS
+    check: Callable[[xr.DataArray], object] | None = None
+    progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "batch", check_integer("batch", self.batch, 1))
+        check_option("failed", self.failed, POLICIES)
+        for name, function in (("progress", self.progress), ("check", self.check)):
+            if function is not None:
+                check_function(name, function)
 
 
 @dataclass
@@ -60,6 +88,8 @@ class Evaluations:
     batch : most runs in one call.
     failures : number of failed runs that were left out.
     probed : whether a response that failed has been tried with one sample.
+    halvings : how often the step is halved for a run that fails.
+    failures_before_stop : number of runs without a success after which all are taken to fail.
     """
 
     perform: Performing = in_process
@@ -68,6 +98,8 @@ class Evaluations:
     batch: int = BATCH
     failures: int = 0
     probed: bool = False
+    halvings: int = 3
+    failures_before_stop: int = 8
 
     def __call__(
         self,
@@ -188,7 +220,7 @@ class Evaluations:
             error = InputError(reason) if raised is None else raised
             if self.failed != "leave out":
                 raise error
-            if evaluation.values is None and len(evaluation.failed) >= FAILURES_BEFORE_STOP:
+            if evaluation.values is None and len(evaluation.failed) >= self.failures_before_stop:
                 raise RunError(
                     f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
                     "no further one is "
@@ -202,7 +234,7 @@ class Evaluations:
     ) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
         response = evaluation.response
-        for part in range(1, HALVINGS + 1):
+        for part in range(1, self.halvings + 1):
             finer = response.refinements(**evaluation.arguments(run))
             if "step" not in finer:
                 raise InputError(
@@ -251,24 +283,18 @@ def setting(case: str, finer: Iterable[str]) -> str:
 def evaluations(
     response: ResponseFunction,
     inputs: Mapping[str, Any],
-    *,
-    batch: int = BATCH,
-    store: Any = None,
-    executor: Any = None,
-    failed: str = "stop",
+    options: EvaluationOptions = EvaluationOptions(),
 ) -> Iterator[Evaluations]:
     """Give what makes the runs of a study; its store is closed with the context."""
-    batch = check_integer("batch", batch, 1)
-    check_option("failed", failed, POLICIES)
-    if failed == "half step" and not as_response(response).refines:
+    if options.failed == "half step" and not as_response(response).refines:
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "
             f"dynamic_response; got {shown(response)}"
         )
-    store = as_store(store)
-    with performing(executor) as perform, warning_once(StrainWarning):
+    store = as_store(options.store)
+    with performing(options.executor) as perform, warning_once(StrainWarning):
         if store is None:
-            yield Evaluations(perform, None, failed, batch)
+            yield Evaluations(perform, None, options.failed, options.batch)
             return
         space = Space(first_case(inputs))
         names = list(space.recorded_at(*space.nominal()))
@@ -279,14 +305,15 @@ def evaluations(
         about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
         record = RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
         try:
-            yield Evaluations(perform, record, failed, batch)
+            yield Evaluations(perform, record, options.failed, options.batch)
         finally:
             record.close()
 
 
-def forget_failed(response: ResponseFunction, inputs: Mapping[str, Any], store: Any) -> None:
+def forget_failed(response: ResponseFunction, inputs: Mapping[str, Any], store: Store) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
-    with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
+    placed, _ = located(response, inputs, store)
+    with evaluations(response, placed, EvaluationOptions(store=store)) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
     doing("", f"{are(count, 'failed run')} made again if needed.")

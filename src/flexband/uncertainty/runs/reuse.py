@@ -27,9 +27,6 @@ from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, locate_fields
 
-MOST = 10_000
-"""Runs that are looked at."""
-
 
 def generic_runs(
     record: RunRecorder, space: Space, setting: str, most: int
@@ -44,7 +41,7 @@ def generic_runs(
     runs = record.of_other_intervals(setting, texts(space, random=False), texts(space, random=True))
     if fields or record.labels is None or not len(runs) or not space.interval_dimension:
         return *none, np.zeros((0,))
-    runs = runs[:MOST]
+    runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
     chosen, points = [], []

@@ -147,7 +147,7 @@ class AdaptivePCCI(ExpansionMethod):
             "stop_reason": stopped.value,
             "stopped": stopped.text,
         }
-        surrogate = surrogate_of(course).telling(tolerance=self.tolerance, **attrs)
+        surrogate = surrogate_of(course).with_attrs(tolerance=self.tolerance, **attrs)
         error = surrogate.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(

@@ -28,9 +28,6 @@ ROUNDING = 4 * np.finfo(float).eps
 FEW = 64
 """First runs that may show that all inputs have effects."""
 
-WATCHERS = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
-"""Functions that read arguments without naming them."""
-
 
 def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[str]:
     """Return the inputs that the code of a response never reads.
@@ -38,13 +35,15 @@ def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[
     An object that wraps a function, such as one with a cache, is taken for the function; a function
     around another may read the arguments on its own, and is taken for itself.
     """
+    # functions that read arguments without naming them
+    watchers = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
     inner: Any = response
     while not isinstance(inner, FunctionType) and hasattr(inner, "__wrapped__"):
         inner = inner.__wrapped__
     if not isinstance(inner, FunctionType):
         return []
     code = inner.__code__
-    if WATCHERS & set(code.co_names):
+    if watchers & set(code.co_names):
         return []
     arguments = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     read = set(code.co_cellvars)

@@ -26,11 +26,6 @@ from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import are, number_of
 
-MAX_TERMS = 5000
-
-MIN_PIVOT = 1e-8
-"""What is new in a term, in the runs, as a fraction of the same of the term that is newest."""
-
 
 @frozen()
 class RegressionPCCI(ExpansionMethod):
@@ -87,9 +82,10 @@ class RegressionPCCI(ExpansionMethod):
 
     def index(self, space: Space) -> np.ndarray:
         """Return the orders of the terms in every variable, η first, shape (terms, m + n)."""
+        max_terms = 5000
         dimension = space.interval_dimension + space.random_dimension
         try:
-            return bounded_terms(dimension, self.order, self.q_norm, MAX_TERMS)
+            return bounded_terms(dimension, self.order, self.q_norm, max_terms)
         except InputError as error:
             raise InputError(f"{error}{space.advice_on_fields}") from None
 
@@ -155,10 +151,12 @@ def _correction(terms: np.ndarray) -> float:
 
     T = N/(N − P) (1 + tr (AᵀA)⁻¹) with the terms A, shape (N, P), of unit mean square.
     """
+    # what is new in a term, in the runs, as a fraction of the same of the term that is newest
+    min_pivot = 1e-8
     N, P = terms.shape
     R = np.linalg.qr(terms, mode="r")
     pivots = np.abs(np.diag(R))
-    if pivots.min() < MIN_PIVOT * pivots.max():
+    if pivots.min() < min_pivot * pivots.max():
         raise InputError(
             f"{number_of(N, 'run')} cannot determine {number_of(P, 'term')}; choose a larger "
             "oversampling or a lower order"

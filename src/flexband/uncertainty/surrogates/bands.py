@@ -99,7 +99,7 @@ def described(result: xr.Dataset) -> xr.Dataset:
         "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
         "mean_expected_error": "estimated error of the interval mean",
         "error_bar_expected_error": "estimated error of the interval error bar",
-        "pointwise_error": "estimated error of μ ± {k}σ at one time and any values of the intervals",
+        "pointwise_error": "estimated error of μ ± {k}σ at one time, any values of the intervals",
         "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
         "mean_expansion_error": "error that is due to the expansion",
         "error_bar_expansion_error": "error that is due to the expansion",

@@ -25,6 +25,7 @@ ROOMS = [
     "rounding",
     "files",
     "progress",
+    "response",
     "caching",
     "source_hash",
     "execution",

@@ -21,7 +21,7 @@ from benchmarks.accuracy.references import Case
 from benchmarks.harness import ROOT, options, report
 from flexband.study.comparison import relative_error
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Method
+from flexband.uncertainty.methods.method import Method
 
 FULL = 200
 """With at least this many samples of LHS–Scanning the documentation is written."""

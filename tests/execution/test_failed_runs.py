@@ -12,7 +12,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.execution.executors import Workers
-from flexband.uncertainty.runs.evaluations import FAILURES_BEFORE_STOP
+from flexband.uncertainty.runs.evaluations import Evaluations
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
@@ -209,7 +209,9 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
     words = WORDS[fault].split(": ")[-1]
     with pytest.raises(fb.RunError, match=rf"all of the first \d+ runs failed.*{words}"):
         fb.propagate(response, INPUTS, LHS, failed="skip", store=tmp_path / "s")
-    assert (status(tmp_path / "s").status == 2).sum() <= max(FAILURES_BEFORE_STOP, calls[0])
+    assert (status(tmp_path / "s").status == 2).sum() <= max(
+        Evaluations.failures_before_stop, calls[0]
+    )
 
 
 def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):

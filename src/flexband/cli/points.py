@@ -20,7 +20,7 @@ from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder
 from flexband.study.points import RequestedPoints
 from flexband.study.study import Study
-from flexband.uncertainty.runs.evaluations import evaluations
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
 from flexband.words import are
 
 
@@ -68,7 +68,9 @@ def import_results(
     response = response_elsewhere(study)
     with StudyFolder(folder).held():
         point_results = RequestedPoints.of(folder).read(results, response.labels)
-        with evaluations(response, study.inputs, store=Store(folder)) as evaluate:
+        with evaluations(
+            response, study.inputs, EvaluationOptions(store=Store(folder))
+        ) as evaluate:
             record = evaluate.record
             assert record is not None
             record.begin(response.labels)

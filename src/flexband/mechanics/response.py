@@ -27,6 +27,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.simulate import simulated, whole_steps
 from flexband.progress import listener
+from flexband.response import Response
 from flexband.words import number_of
 
 OUTPUTS = 500
@@ -37,10 +38,12 @@ MAX_PARTS, MAX_TIMES = 64, 2**15
 
 
 @dataclass(frozen=True)
-class MechanismResponse:
+class MechanismResponse(Response):
     """A response whose arguments are those of a function that builds a mechanism."""
 
     builder: Callable[..., Mechanism]
+
+    refines = True
 
     @property
     def __wrapped__(self) -> Callable[..., Mechanism]:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite, shown
+from flexband.response import Response
 
 
 @dataclass(frozen=True)
-class Elsewhere:
+class Elsewhere(Response):
     """A response that is not called: its runs come from a store.
 
     Attributes
@@ -26,7 +27,8 @@ class Elsewhere:
     names: tuple[str, ...]
     outputs: tuple[str, ...] | None = None
     times: tuple[float, ...] | None = None
-    elsewhere: ClassVar[bool] = True
+
+    elsewhere = True
 
     @property
     def __signature__(self) -> inspect.Signature:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
+from flexband.response import Response
 from flexband.words import number_of
 
 
@@ -17,7 +18,7 @@ class ModelError(RuntimeError):
     """A model outside of flexband fails; the message states which one, and why."""
 
 
-class OneByOne(ABC):
+class OneByOne(Response):
     """A response that is made of the results of single samples.
 
     A subclass is a frozen dataclass that holds nothing but what describes the model, so that it can
@@ -29,7 +30,7 @@ class OneByOne(ABC):
         distributed to processes, sample by sample.
     """
 
-    one_by_one: ClassVar[bool] = True
+    one_by_one = True
 
     @abstractmethod
     def sample(self, **values: Any) -> Any:

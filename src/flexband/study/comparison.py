@@ -16,11 +16,11 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.least_squares import RegressionPCCI
-from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI, Method
+from flexband.uncertainty.methods.method import Evaluate, Method, as_method, check_runs
+from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
 from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
-from flexband.uncertainty.runs.budget import check_method, check_runs
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def compare(
     check_instance("study", study, Study)
     check_instance("methods", methods, list | tuple, "a list of methods")
     for method in (reference, *methods):
-        check_method(method)
+        as_method(method)
     for name, callback in (("progress", progress), ("finished", finished)):
         if callback is not None:
             check_function(name, callback)
@@ -164,21 +164,24 @@ def warm_up(study: Study, methods: Iterable[Method]) -> None:
     """
     study.nominal()
     space = Space(first_case(study.located().inputs))
-    expanding = [method for method in methods if study.using(method).expands]
+    expanding = [method for method in methods if as_method(method).expands]
     fewest = sorted(expanding, key=lambda method: method.runs(space), reverse=True)
     for method in {type(method): method for method in fewest}.values():
         resolves = isinstance(method, PhaseResolvedPCCI | AdaptivePCCI)
-        method.solve(space, _ringing_response if resolves else _first_times)
+        method.solve(space, _Oscillation(256 if resolves else 2))
 
 
-def _first_times(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-    """Return the first times of the oscillation, which compile all that a polynomial needs."""
-    return _ringing_response(xi, eta)[:, :2]
+class _Oscillation(Evaluate):
+    """An oscillation whose frequency depends on the first ξ and η, at its first times.
 
+    Two times compile all that a polynomial needs.
+    """
 
-def _ringing_response(xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-    """Return an oscillation whose frequency depends on the first ξ and η, dims (sample, time)."""
-    times = np.linspace(0.0, 1.0, 256)
-    frequencies = 30.0 * (1.0 + 0.05 * (xi[:, :1].sum(axis=1) + eta[:, :1].sum(axis=1)))
-    values = np.cos(2.0 * np.pi * frequencies[:, None] * times)
-    return xr.DataArray(values, dims=("sample", "time"), coords={"time": times})
+    def __init__(self, times: int) -> None:
+        super().__init__()
+        self.times = np.linspace(0.0, 1.0, 256)[:times]
+
+    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        frequencies = 30.0 * (1.0 + 0.05 * (xi[:, :1].sum(axis=1) + eta[:, :1].sum(axis=1)))
+        values = np.cos(2.0 * np.pi * frequencies[:, None] * self.times)
+        return xr.DataArray(values, dims=("sample", "time"), coords={"time": self.times})

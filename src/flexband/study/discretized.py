@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from flexband.analysis.verification.verify import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.choices import first_case
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.propagate import expand
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
-class Discretized:
+class Discretized(Response):
     """A response whose discretization is taken as given.
 
     Attributes
@@ -25,36 +26,38 @@ class Discretized:
     response : the response on this discretization.
     """
 
-    response: Response
+    response: ResponseFunction
+
+    refines = True
 
     def __call__(self, **values: Any) -> Any:
         with without_warnings(ResolutionWarning):
             return self.response(**values)
 
     @property
-    def __wrapped__(self) -> Callable:
+    def __wrapped__(self) -> ResponseFunction:
         """What has the arguments."""
         return self.response
 
-    def refinements(self, **values: Any) -> dict[str, Response]:
+    def refinements(self, **values: Any) -> Mapping[str, Response]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        return self.response.refinements(**values)  # type: ignore[attr-defined]
+        return as_response(self.response).refinements(**values)
 
     def at_more_times(self) -> Response | None:
         """Return the response at more times, or None if it has none."""
-        return getattr(self.response, "at_more_times", lambda: None)()
+        return as_response(self.response).at_more_times()
 
     def discretization(self, **values: Any) -> dict[str, float]:
         """Return the numbers of the discretization, by name."""
-        return self.response.discretization(**values)  # type: ignore[attr-defined]
+        return as_response(self.response).discretization(**values)
 
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
-        return getattr(self.response, "quantities", lambda **_: [])(**values)
+        return as_response(self.response).quantities(**values)
 
     def tensors(self, **values: Any) -> list[str]:
         """Return which of the quantities are tensors, by name."""
-        return getattr(self.response, "tensors", lambda **_: [])(**values)
+        return as_response(self.response).tensors(**values)
 
 
 def discretized(study: Study) -> Study:
@@ -64,15 +67,16 @@ def discretized(study: Study) -> Study:
     would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. With choices,
     they are those of the first option.
     """
-    inputs, left_out = first_case(study.inputs), getattr(study.response, "left_out", None)
+    response, inputs = as_response(study.response), first_case(study.inputs)
     space = Space(inputs)
-    missing = left_out(**space.arguments_at(*space.nominal())) if callable(left_out) else None
-    if not isinstance(missing, list) or not missing:
+    if not response.refines:
+        return study
+    if not (missing := response.left_out(**space.arguments_at(*space.nominal()))):
         return study
     method = study.method if isinstance(study.method, AdaptivePCCI) else AdaptivePCCI()
     surrogate = expand(study.response, inputs, method)
     assert isinstance(surrogate, Surrogate)
-    response, _ = as_expanded(surrogate, study.response)
+    response, _ = as_expanded(surrogate, response)
     chosen = surrogate.diagnostics.attrs["discretization"]
     warn(f"left out: {' and '.join(missing)}; {method.label} chooses {chosen}")
-    return replace(study, response=Discretized(response))
+    return replace(study, response=Discretized(response.original))

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any, get_args, get_type_hints
 
 from flexband.errors import InputError
-from flexband.uncertainty.methods.pcci import Method
+from flexband.uncertainty.methods.method import Method
 
 
 def method_classes(public: Iterable[object]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import as_method
 from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.runs.memory import peak_memory
 from flexband.uncertainty.runs.reuse import located
@@ -187,7 +188,7 @@ def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tupl
     """
     inputs = cases(located(study.response, study.inputs, store)[0])
     intervals = Space(next(iter(inputs.values()))).interval_dimension
-    return peak_memory(study.method, intervals, -(-runs // len(inputs)), size)
+    return peak_memory(as_method(study.method), intervals, -(-runs // len(inputs)), size)
 
 
 def in_bytes(size: float) -> str:

@@ -9,21 +9,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
-from flexband.models.elsewhere import Elsewhere
+from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Response, Space, check_names, locate_fields
-from flexband.uncertainty.methods.pcci import Expanding, Method
+from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
+from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
@@ -57,7 +56,7 @@ class Study:
         unit that is no text.
     """
 
-    response: Response
+    response: ResponseFunction
     inputs: Mapping[str, Any]
     method: Method
     sigmas: float = 1.0
@@ -66,7 +65,7 @@ class Study:
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
-        check_method(self.method)
+        as_method(self.method)
         object.__setattr__(self, "inputs", dict(self.inputs))
         object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
         object.__setattr__(self, "limits", several(self.limits))
@@ -75,12 +74,12 @@ class Study:
     @property
     def expands(self) -> bool:
         """Whether the method makes a surrogate, so that `expand` can be called."""
-        return callable(getattr(self.method, "expand", None))
+        return as_method(self.method).expands
 
     @property
     def runs_elsewhere(self) -> bool:
         """Whether others run the response: `elsewhere`."""
-        return isinstance(self.response, Elsewhere)
+        return as_response(self.response).elsewhere
 
     def run(
         self,
@@ -153,7 +152,7 @@ class Study:
         return expand(
             self.response,
             self.inputs,
-            cast(Expanding, self.method),  # `expand` refuses any other method
+            self.method,
             batch=batch,
             store=store,
             executor=executor,

@@ -9,11 +9,10 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Response
-from flexband.uncertainty.methods.pcci import Expanding, Method
+from flexband.response import ResponseFunction
+from flexband.uncertainty.methods.method import MAX_RUNS, Method, as_method
 from flexband.uncertainty.runs.between import between_times
-from flexband.uncertainty.runs.budget import MAX_RUNS, check_method
-from flexband.uncertainty.runs.evaluations import BATCH
+from flexband.uncertainty.runs.evaluations import BATCH, EvaluationOptions
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
@@ -22,7 +21,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def propagate(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
     method: Method,
     *,
@@ -96,7 +95,8 @@ def propagate(
         If the store cannot be used: see `Store`.
     """
     sigmas = checked_sigmas(sigmas)
-    options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
+    method = as_method(method)
+    options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     def solved(runs: CountedRuns) -> xr.Dataset:
         bands = method.solve(runs.space, runs.start, sigmas)
@@ -104,15 +104,14 @@ def propagate(
         between = between_times(runs, bands)
         return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
 
-    check_method(method)
-    results = in_cases(solved, response, inputs, method, most_runs, progress, check, options)
+    results = in_cases(solved, response, inputs, method, options)
     return results[""] if len(results) == 1 else over_choices(inputs, results)
 
 
 def expand(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
-    method: Expanding,
+    method: Method,
     *,
     batch: int = BATCH,
     most_runs: int = MAX_RUNS,
@@ -128,11 +127,11 @@ def expand(
     is one that expands the response: any but the scanning methods. ``expand(…).bands(sigmas)``
     equals the result of `propagate`. With a `Choice` it is a `SurrogateOfChoices`.
     """
-    check_method(method)
-    if not callable(getattr(method, "expand", None)):
+    method = as_method(method)
+    if not method.expands:
         raise InputError(f"method must be one that expands the response; got {method!r}")
 
-    options = {"batch": batch, "store": store, "executor": executor, "failed": failed}
+    options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     def expanded(runs: CountedRuns) -> Surrogate:
         surrogate = method.expand(runs.space, runs.start)
@@ -142,5 +141,5 @@ def expand(
         diagnostics = surrogate.diagnostics.assign(between.variables)
         return replace(surrogate, diagnostics=diagnostics.assign_attrs(counted | between.attrs))
 
-    surrogates = in_cases(expanded, response, inputs, method, most_runs, progress, check, options)
+    surrogates = in_cases(expanded, response, inputs, method, options)
     return surrogates[""] if len(surrogates) == 1 else SurrogateOfChoices(inputs, surrogates)

@@ -265,7 +265,7 @@ def test_the_largest_tolerances_are_enough(plane):
 
 
 def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
-    doubtful = plane.telling(not_trusted="response (a kink)")
+    doubtful = plane.with_attrs(not_trusted="response (a kink)")
     found = fb.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
     assert found.attrs["verdict"].endswith("Not reliable: response (a kink)")
 

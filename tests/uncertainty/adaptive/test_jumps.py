@@ -49,7 +49,7 @@ def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     assert (
         "Not reliable" not in fb.failure_probability(smooth, fb.Limit(below=3.0)).attrs["verdict"]
     )
-    untrusted = surrogate.telling(not_trusted="response (60 % of it is missed)")
+    untrusted = surrogate.with_attrs(not_trusted="response (60 % of it is missed)")
     told = fb.failure_probability(untrusted, limit).attrs["verdict"]
     assert "Not reliable: response (60 % of it is missed)" in told
     assert above.split(".*", maxsplit=1)[0] in told

@@ -51,7 +51,7 @@ def test_reused_runs_are_generic_and_inside(folder):
 
     class Method(fb.RegressionPCCI):
         def expand(self, space, evaluate):
-            seen.append(evaluate.known(1000))
+            seen.append(evaluate.earlier_runs(1000))
             return super().expand(space, evaluate)
 
     study(folder, NARROW, Method(2))

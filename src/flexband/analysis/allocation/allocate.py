@@ -25,7 +25,7 @@ from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
 from flexband.errors import InputError, check_function, check_instance, check_numbers
 from flexband.uncertainty.inputs.space import check_names
-from flexband.uncertainty.runs.evaluations import BATCH, evaluations
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -142,7 +142,7 @@ def allocate(
     else:
         check_function("response", response)
         check_names(response, surrogate.space.given)
-        with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
+        with evaluations(response, surrogate.space.given, EvaluationOptions(**options)) as evaluate:
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirmed(surrogate, worst, first, response, evaluate, search)
     return result_of(surrogate, limit_corridors, worst, confirmation)

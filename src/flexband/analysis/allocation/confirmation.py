@@ -23,8 +23,8 @@ from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, 
 from flexband.analysis.results import expected_error
 from flexband.analysis.verification.verify import as_expanded
 from flexband.errors import ResolutionWarning, StrainWarning, without_warnings
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.evaluations import Evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -83,7 +83,7 @@ def confirmed(
     surrogate: Surrogate,
     worst: WorstCase,
     allocated: Allocated,
-    response: Response,
+    response: ResponseFunction,
     evaluate: Evaluations,
     search: Search,
 ) -> Confirmed:
@@ -176,7 +176,7 @@ def _doubtful(
 def _runs(
     narrow: Surrogate,
     worst: WorstCase,
-    response: Response,
+    response: ResponseFunction,
     evaluate: Evaluations,
     xi: np.ndarray,
     eta: np.ndarray,

@@ -37,8 +37,8 @@ from flexband.analysis.results import (
     places,
 )
 from flexband.errors import InputError, check_instance, check_integer, check_numbers, shown
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -62,7 +62,7 @@ def failure_probability(
     surrogate: Surrogate | SurrogateOfChoices,
     limits: Any,
     *,
-    response: Response | None = None,
+    response: ResponseFunction | None = None,
     runs: int = RUNS,
     accuracy: float = 0.025,
     seed: int = 0,

@@ -19,9 +19,10 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.progress import counted
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Response, Space, check_names
-from flexband.uncertainty.runs.evaluations import evaluations, setting
+from flexband.uncertainty.inputs.space import Space, check_names
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MIN_RUNS, MAX_RUNS = 16, 100_000
@@ -52,7 +53,7 @@ class ResponseModel:
 @contextmanager
 def models(
     surrogates: Mapping[str, Surrogate],
-    response: Response | None,
+    response: ResponseFunction | None,
     runs: int,
     probabilities: int,
     progress: Callable[[int, int], object] | None,
@@ -74,7 +75,7 @@ def models(
     given = first.space.given
     check_names(response, given)
     advance = counted(progress, runs * probabilities * len(surrogates))
-    with evaluations(response, given, **options) as evaluate:
+    with evaluations(response, given, EvaluationOptions(**options)) as evaluate:
 
         def model(label: str, surrogate: Surrogate) -> ResponseModel:
             expanded_response, finer = as_expanded(surrogate, response)

@@ -37,12 +37,13 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.progress import Advance, counted
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
-from flexband.uncertainty.inputs.space import Response, check_names
+from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.runs.evaluations import (
-    BATCH,
+    EvaluationOptions,
     Evaluations,
     evaluations,
     setting,
@@ -112,7 +113,7 @@ class VerificationPoints(NamedTuple):
 
 def verify(
     surrogate: Surrogate | SurrogateOfChoices,
-    response: Response,
+    response: ResponseFunction,
     *,
     runs: int = RUNS,
     sigmas: float = 1.0,
@@ -167,8 +168,8 @@ def verify(
     given = next(iter(surrogates.values())).space.given
     check_names(response, given)
     advance, results = counted(progress, runs * len(surrogates)), {}
-    options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
-    with evaluations(response, given, **options) as evaluate:
+    options = EvaluationOptions(store=store, executor=executor, failed=failed)
+    with evaluations(response, given, options) as evaluate:
         advance(0)
         for label, case_surrogate in surrogates.items():
             results[label] = _verified(
@@ -179,7 +180,7 @@ def verify(
 
 def _verified(
     surrogate: Surrogate,
-    response: Response,
+    response: ResponseFunction,
     case: str,
     evaluate: Evaluations,
     advance: Advance,
@@ -309,15 +310,15 @@ def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     return np.sqrt(np.mean(np.abs(effects).sum(axis=0).reshape(F.shape[1:]) ** 2, axis=1))
 
 
-def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
+def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
     halved: list[str] = []
-    space, left_out = surrogate.space, getattr(response, "left_out", None)
+    response, space = as_response(function), surrogate.space
     values = space.arguments_at(*space.nominal())
-    if callable(left_out) and left_out(**values):
+    if response.left_out(**values):
         halved = list(surrogate.diagnostics.attrs.get("halved", []))
         for name in halved:
-            response = response.refinements(**values)[name]  # pyright: ignore
+            response = response.refinements(**values)[name]
     return response, halved
 
 

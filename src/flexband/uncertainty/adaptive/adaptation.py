@@ -33,7 +33,7 @@ from flexband.uncertainty.adaptive.runs import (
 )
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Evaluate, earlier_runs, quantities
+from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import running, share, step
@@ -101,7 +101,7 @@ class Adaptation:
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
         self.design = _first_design(m, families, most - self.generic)
-        known = earlier_runs(evaluate, self.generic)
+        known = evaluate.earlier_runs(self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values, count = evaluate(xi, eta), len(self.design)

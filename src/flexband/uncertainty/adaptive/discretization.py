@@ -16,7 +16,7 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
 from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.methods.pcci import Evaluate
+from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
@@ -67,15 +67,9 @@ def discretization_error(
     return RICHARDSON * at_all_times(apart(*bounds), thinned(times), times)
 
 
-def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
-    """Return a response on finer discretizations, by the name of what is finer."""
-    return getattr(evaluate, "refinements", dict)()
-
-
 def in_words(evaluate: Evaluate) -> str:
     """Return the step and the elements of a response, or what it tells of its discretization."""
-    numbers = getattr(evaluate, "discretization", dict)()
-    return ", ".join(f"{name} {n:.6g}" for name, n in numbers.items())
+    return ", ".join(f"{name} {n:.6g}" for name, n in evaluate.discretization().items())
 
 
 def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
@@ -86,7 +80,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
     """
     runs: dict[str, np.ndarray] = {}
     try:
-        for name, response in refinements(evaluate).items():
+        for name, response in evaluate.refinements().items():
             listener().stage(
                 f"{number_of(len(xi), 'run')} that tell the error of the {name} "
                 f"({in_words(response)})"
@@ -94,7 +88,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
             finer = ResponseRuns(xi, eta, series(response(xi, eta)))
             runs[name] = succeeded(finer, len(xi)).values
     except RunError as error:
-        if getattr(evaluate, "left_out", []):
+        if evaluate.left_out:
             raise
         warn(f"the discretization error is not estimated: {error}")
         return {}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import xarray as xr
-
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
@@ -19,7 +17,7 @@ from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Evaluate
+from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
@@ -29,7 +27,7 @@ LARGE_TOLERANCE = 0.5
 
 
 @frozen()
-class AdaptivePCCI:
+class AdaptivePCCI(ExpansionMethod):
     """A sparse hybrid expansion that finds its orders by itself, and is judged by held-out runs.
 
     Every term of the expansion has one run, at a point of nested sequences that contain the ends of
@@ -72,8 +70,8 @@ class AdaptivePCCI:
 
     name = "adaptive PCCI"
     copies, copies_per_carrier = 4.5, 7.5
-    finds_discretization = True
-    leaves_out_failed = True
+    chooses_discretization = True
+    skips_failed = True
 
     def __post_init__(self) -> None:
         check_positive("tolerance", check_numbers("tolerance", self.tolerance))
@@ -149,7 +147,7 @@ class AdaptivePCCI:
             "stop_reason": stopped.value,
             "stopped": stopped.text,
         }
-        surrogate = surrogate_of(course).telling(tolerance=self.tolerance, **attrs)
+        surrogate = surrogate_of(course).with_attrs(tolerance=self.tolerance, **attrs)
         error = surrogate.diagnostics.attrs["expected_error"]
         if error > self.tolerance:
             warn(
@@ -159,7 +157,3 @@ class AdaptivePCCI:
                 ToleranceWarning,
             )
         return surrogate
-
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands(sigmas)

@@ -15,8 +15,8 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.discretization import in_words, refinements
-from flexband.uncertainty.methods.pcci import Evaluate
+from flexband.uncertainty.adaptive.discretization import in_words
+from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
 
@@ -59,7 +59,7 @@ def solved(
     begin : makes the first runs of a response.
     evaluate : the response on the coarsest discretization.
     """
-    left_out: list[str] = getattr(evaluate, "left_out", [])
+    left_out = evaluate.left_out
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
@@ -100,7 +100,7 @@ def solved(
         others += course.runs if course else 0
         for name, times in halvings.items():
             for _ in range(times):
-                evaluate = refinements(evaluate)[name]
+                evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
         finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)

@@ -46,7 +46,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     for name, errors in parts.items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
             dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
-    numbers = getattr(course.evaluate, "discretization", dict)()
+    numbers = course.evaluate.discretization()
     dataset = dataset.assign_attrs(
         {"discretization_error": "not estimated"}
         | {

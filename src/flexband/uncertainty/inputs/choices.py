@@ -14,9 +14,6 @@ from flexband.errors import InputError, check_non_negative, check_spread, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
-MAX_CASES = 1000
-"""Combinations of options, each of which has an expansion of its own."""
-
 
 @frozen(init=False)
 class Choice:
@@ -149,6 +146,7 @@ def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     Label of the combination, such as ``"steel"`` or ``"steel, 3"`` -> inputs; one entry with an
     empty label if there is no choice.
     """
+    max_cases = 1000  # combinations of options, each of which has an expansion of its own
     if not isinstance(inputs, Mapping):
         raise InputError(f"inputs must be a dict of names and inputs; got {shown(inputs)}")
     choices = {
@@ -156,9 +154,9 @@ def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     }
     names, inputs_by_label = sorted(choices, key=str), {}
     combined = list(product(*(choices[name] for name in names)))
-    if len(combined) > MAX_CASES:
+    if len(combined) > max_cases:
         raise InputError(
-            f"choices must have {MAX_CASES} combinations or fewer; got {len(combined)}"
+            f"choices must have {max_cases} combinations or fewer; got {len(combined)}"
         )
     for options in combined:
         fixed = {name: Constant(option) for name, option in zip(names, options, strict=True)}

@@ -28,15 +28,6 @@ from flexband.uncertainty.inputs.distributions.scipy_distribution import as_inpu
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
-TERMS = 40
-"""Hermite polynomials of a value as a function of its score."""
-
-SMALLEST_EIGENVALUE = 1e-10
-"""Of a correlation matrix; below it scores leave no independent variables."""
-
-NEARLY_ONE = 1 - 1e-9
-"""Correlations of scores are below it: equal ones leave no independent variable."""
-
 
 @dataclass(frozen=True)
 class Score(Input):
@@ -129,21 +120,24 @@ class Correlated:
         self, first: tuple[str, Distribution], second: tuple[str, Distribution], sought: float
     ) -> float:
         """Return the correlation of two scores."""
+        # correlations of scores are below it: equal ones leave no independent variable
+        nearly_one = 1 - 1e-9
+        terms = 40  # Hermite polynomials of a value as a function of its score
         if self.of == "scores" or sought == 0:
             return sought
         if self.of == "ranks":
             return 2 * np.sin(np.pi * sought / 6)
         members = (distribution.midpoint() for _, distribution in (first, second))
-        varying = (member.hermite_coefficients(TERMS, 2 * TERMS)[1:] for member in members)
+        varying = (member.hermite_coefficients(terms, 2 * terms)[1:] for member in members)
         a, b = (coefficients / np.linalg.norm(coefficients) for coefficients in varying)
         series = np.concatenate([[-sought], a * b])
-        low, high = polynomial.polyval([-NEARLY_ONE, NEARLY_ONE], series)
+        low, high = polynomial.polyval([-nearly_one, nearly_one], series)
         if low > 0 or high < 0:
             raise InputError(
                 f"the correlation of {first[0]} and {second[0]} must be from {low + sought:.3g} "
                 f"to {high + sought:.3g} for these distributions; got {sought:g}"
             )
-        return float(brentq(lambda r: polynomial.polyval(r, series), -NEARLY_ONE, NEARLY_ONE))  # pyright: ignore[reportArgumentType]
+        return float(brentq(lambda r: polynomial.polyval(r, series), -nearly_one, nearly_one))  # pyright: ignore[reportArgumentType]
 
 
 def _member(name: Any, member: Any) -> Any:
@@ -195,12 +189,14 @@ def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:
 
 def _check_definite(names: list[str], scores: np.ndarray) -> None:
     """Raise `InputError` with entries that contradict each other if R is not positive definite."""
-    if np.linalg.eigvalsh(scores)[0] > SMALLEST_EIGENVALUE:
+    # of a correlation matrix; below it scores leave no independent variables
+    smallest_eigenvalue = 1e-10
+    if np.linalg.eigvalsh(scores)[0] > smallest_eigenvalue:
         return
     direction = np.abs(np.linalg.eigh(scores)[1][:, 0])
     part = sorted(np.argsort(-direction)[: max(2, int(np.sum(direction > 0.1 * direction.max())))])
     for triple in combinations(range(len(names)), 3):
-        if np.linalg.eigvalsh(scores[np.ix_(triple, triple)])[0] <= SMALLEST_EIGENVALUE:
+        if np.linalg.eigvalsh(scores[np.ix_(triple, triple)])[0] <= smallest_eigenvalue:
             part = triple
             break
     entries = (f"{names[i]}–{names[j]} {scores[i, j]:.4g}" for i, j in combinations(part, 2))

@@ -19,17 +19,11 @@ from flexband.uncertainty.expansions.families import HERMITE, Family, Hermite
 from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
-REACH = 30.0
-"""Standard normal variable up to which quantiles matter for polynomials of high orders."""
-
 LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
 """Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
 
 MISSED = 1e-3
 """Part of the variance that polynomials of order `HERMITE.highest` may miss without a remark."""
-
-RULE = 60
-"""Gauss points for that."""
 
 NO_SCATTER = (
     "An input that does not scatter is written as a number, or as an Interval, in place of the "
@@ -158,7 +152,8 @@ class Distribution(Input):
 
     def _missed(self) -> float:
         """Return the part of the variance that Hermite polynomials of the highest order miss."""
-        terms = self.hermite_coefficients(HERMITE.highest, RULE)
+        rule = 60  # Gauss points
+        terms = self.hermite_coefficients(HERMITE.highest, rule)
         return float(1 - np.sum(terms[1:] ** 2) / self.frozen.var())
 
     @property
@@ -213,7 +208,10 @@ class Distribution(Input):
     @cached_property
     def quantiles(self) -> Quantiles:
         """The numbers at values of a standard normal variable, as polynomials."""
-        return Quantiles.of(self.at_normal, REACH, self.kinks)
+        # standard normal variable up to which quantiles matter for polynomials of high
+        # orders
+        reach = 30.0
+        return Quantiles.of(self.at_normal, reach, self.kinks)
 
 
 @dataclass(frozen=True, repr=False)

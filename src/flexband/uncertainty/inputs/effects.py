@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
 
 ROUNDING = 4 * np.finfo(float).eps
 """Relative difference of equal values: products of matrices round differently row by row."""
@@ -27,23 +28,22 @@ ROUNDING = 4 * np.finfo(float).eps
 FEW = 64
 """First runs that may show that all inputs have effects."""
 
-WATCHERS = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
-"""Functions that read arguments without naming them."""
 
-
-def never_read(response: Response, inputs: Mapping[str, Input]) -> list[str]:
+def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[str]:
     """Return the inputs that the code of a response never reads.
 
     An object that wraps a function, such as one with a cache, is taken for the function; a function
     around another may read the arguments on its own, and is taken for itself.
     """
+    # functions that read arguments without naming them
+    watchers = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
     inner: Any = response
     while not isinstance(inner, FunctionType) and hasattr(inner, "__wrapped__"):
         inner = inner.__wrapped__
     if not isinstance(inner, FunctionType):
         return []
     code = inner.__code__
-    if WATCHERS & set(code.co_names):
+    if watchers & set(code.co_names):
         return []
     arguments = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     read = set(code.co_cellvars)

@@ -27,9 +27,6 @@ OF_BANDS = frozenset((
 ))  # fmt: skip
 """Variables of bands and of what new runs tell of them, which a response cannot have either."""
 
-MAX_INPUTS, FEW_INPUTS = 6, 4
-"""Inputs that are all named in a sentence; of more, so many are."""
-
 LARGEST = 1e150
 """Squares of larger values overflow."""
 
@@ -69,11 +66,12 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
     ----------
     values : of all runs, shape (runs,), by the name of the input.
     """
+    max_inputs, few_inputs = 6, 4  # inputs that are all named in a sentence; of more, so many are
     names, out = list(values), []
     for column in values.values():
         spread = np.ptp(column)
         out.append(abs(column[run] - np.median(column)) / spread if spread else 0.0)
-    count = len(names) if len(names) <= MAX_INPUTS else FEW_INPUTS
+    count = len(names) if len(names) <= max_inputs else few_inputs
     which = np.sort(np.argsort(-np.array(out), kind="stable")[:count])
     words = [f"{names[k]} = {float(values[names[k]][run]):.{digits}g}" for k in which]
     others = len(names) - count

@@ -31,8 +31,6 @@ from flexband.uncertainty.inputs.space import Space
 COVERED = 3.0
 """Standard deviations of a normal variable up to which the runs of a study count as there."""
 
-GAUSS_POINTS = 20
-
 ROUNDING = 1e-6
 """By which a new distribution may be beyond the old one."""
 
@@ -178,9 +176,10 @@ def _nominal(input_: Input) -> Any:
 
 def _mean(distribution: Distribution) -> float:
     """Return the mean, of what SciPy has no distribution for by Gauss points."""
+    gauss_points = 20
     if distribution.frozen is not None:
         return float(distribution.frozen.mean())
-    xi, weights = distribution.family.gauss(GAUSS_POINTS)
+    xi, weights = distribution.family.gauss(gauss_points)
     return float(weights @ distribution.value(xi[:, None]))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,14 @@ import xarray as xr
 
 from flexband.errors import InputError, RunError, without_warnings
 from flexband.progress import RunListener, listening
+from flexband.response import Response
 
 COPIES = 5
 """Samples of a call that a vectorized response returns as many values for."""
 
 
 def of_one_sample(
-    response: Callable[..., Any], arguments: Mapping[str, Any], error: Exception
+    response: Response, arguments: Mapping[str, Any], error: Exception
 ) -> InputError | None:
     """Return an error with the line that helps if a response is a function of one sample.
 
@@ -30,7 +31,7 @@ def of_one_sample(
         functions of position.
     error : what the call raised, or what is wrong with the values that it returned.
     """
-    if getattr(response, "one_by_one", False) or not _of_response(error):
+    if response.one_by_one or not _of_response(error):
         return None
     counts = [len(value) for value in arguments.values() if not callable(value)]
     middle = max(counts, default=1) // 2
@@ -57,9 +58,7 @@ def _of_response(error: Exception) -> bool:
     return raised or isinstance(error, InputError)
 
 
-def _shape_of_result(
-    response: Callable[..., Any], arguments: dict[str, Any]
-) -> tuple[int, ...] | None:
+def _shape_of_result(response: Response, arguments: dict[str, Any]) -> tuple[int, ...] | None:
     """Return the shape of what a response returns; None if it fails or returns no real numbers."""
     try:
         with warnings.catch_warnings(), without_warnings(), listening(RunListener()):

@@ -12,9 +12,6 @@ from scipy.stats import qmc
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family
 
-END_SHARE = 0.3
-"""Fraction of the values of η in a sequence of points that are −1 or 1."""
-
 
 def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
     """Return ξ of the families at standard normal variables, both of shape (points, n)."""
@@ -73,10 +70,11 @@ def nested_points(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
 
-    It is a scrambled Sobol' sequence. The fraction `END_SHARE` of the values of each η is at the
+    It is a scrambled Sobol' sequence. Three tenths of the values of each η are at the
     ends, where most bounds are; the others are cos πu.
     """
+    end_share = 0.3  # fraction of the values of η in a sequence of points that are −1 or 1
     u = sobol(runs, m + len(families), seed)
-    middle = (u[:, :m] - END_SHARE / 2) / (1 - END_SHARE)
+    middle = (u[:, :m] - end_share / 2) / (1 - end_share)
     eta = -np.cos(np.pi * np.clip(middle, 0, 1))
     return of_normals(ndtri(u[:, m:]), families), eta

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from flexband.errors import InputError, RunError, check_finite, shown
+from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import first_case
@@ -21,10 +22,6 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.unfolding import unfolded
-
-Response = Callable[..., Any]
-"""``response(**values)``: takes one array of shape (n,) per input, or a function of position for a
-field, and returns an array of shape (n, ...)."""
 
 
 @dataclass(frozen=True)
@@ -234,7 +231,7 @@ def _standard(name: str, input_: Input, value: Any) -> np.ndarray:
     return columns
 
 
-def check_names(response: Response, inputs: Mapping[str, Any]) -> None:
+def check_names(response: ResponseFunction, inputs: Mapping[str, Any]) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
     space = Space(first_case(inputs))
     if all(isinstance(input_, Constant) for input_ in space.inputs.values()):
@@ -271,7 +268,9 @@ def raised(error: Exception, inputs: Mapping[str, Any]) -> str:
     )
 
 
-def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
+def locate_fields(
+    response: ResponseFunction, inputs: Mapping[str, Any]
+) -> tuple[dict[str, Any], int]:
     """Give each field without a domain the range of positions at which the response evaluates it.
 
     The response is run with fields at their nominal values, random inputs at their means and
@@ -309,7 +308,7 @@ def locate_fields(response: Response, inputs: Mapping[str, Any]) -> tuple[dict[s
     try:
         response(**values)
     except Exception as error:
-        scalar = of_one_sample(response, values, error)
+        scalar = of_one_sample(as_response(response), values, error)
         if scalar is not None:
             raise scalar from error
         if isinstance(error, RunError | InputError | MemoryError):

@@ -19,20 +19,16 @@ from flexband.uncertainty.expansions.regression import (
 )
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import MAX_ORDER, Evaluate, earlier_runs
+from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.methods.pcci import MAX_ORDER
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import are, number_of
 
-MAX_TERMS = 5000
-
-MIN_PIVOT = 1e-8
-"""What is new in a term, in the runs, as a fraction of the same of the term that is newest."""
-
 
 @frozen()
-class RegressionPCCI:
+class RegressionPCCI(ExpansionMethod):
     """Regression: the terms of low total order, by least squares, instead of a full tensor product.
 
     The expansion of Eq. (11) contains the terms whose orders ν in all variables, random and
@@ -61,7 +57,7 @@ class RegressionPCCI:
 
     name = "regression PCCI"
     copies = 3.2
-    leaves_out_failed = True
+    skips_failed = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "order", check_integer("order", self.order, 0, MAX_ORDER))
@@ -86,9 +82,10 @@ class RegressionPCCI:
 
     def index(self, space: Space) -> np.ndarray:
         """Return the orders of the terms in every variable, η first, shape (terms, m + n)."""
+        max_terms = 5000
         dimension = space.interval_dimension + space.random_dimension
         try:
-            return bounded_terms(dimension, self.order, self.q_norm, MAX_TERMS)
+            return bounded_terms(dimension, self.order, self.q_norm, max_terms)
         except InputError as error:
             raise InputError(f"{error}{space.advice_on_fields}") from None
 
@@ -105,7 +102,7 @@ class RegressionPCCI:
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
         index, m = self.index(space), space.interval_dimension
-        known = earlier_runs(evaluate, self.runs(space) // 2)
+        known = evaluate.earlier_runs(self.runs(space) // 2)
         new = self.runs(space) - len(known[0])
         points = nested_points(new, m, space.families, self.seed)
         values = evaluate(*points)
@@ -148,20 +145,18 @@ class RegressionPCCI:
         )
         return Surrogate(space, values[:0], (expansion,), diagnostics)
 
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands(sigmas)
-
 
 def _correction(terms: np.ndarray) -> float:
     """Return √T, the factor of leave-one-out errors in fits of many terms to few runs.
 
     T = N/(N − P) (1 + tr (AᵀA)⁻¹) with the terms A, shape (N, P), of unit mean square.
     """
+    # what is new in a term, in the runs, as a fraction of the same of the term that is newest
+    min_pivot = 1e-8
     N, P = terms.shape
     R = np.linalg.qr(terms, mode="r")
     pivots = np.abs(np.diag(R))
-    if pivots.min() < MIN_PIVOT * pivots.max():
+    if pivots.min() < min_pivot * pivots.max():
         raise InputError(
             f"{number_of(N, 'run')} cannot determine {number_of(P, 'term')}; choose a larger "
             "oversampling or a lower order"

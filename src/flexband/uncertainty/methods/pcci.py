@@ -1,10 +1,9 @@
-"""Methods of hybrid propagation: at which points to run the response, and bands from its values."""
+"""Expansions in tensor products: PCCI and improved PCCI, and the orders of their variables."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Protocol
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -15,20 +14,9 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.diagnostics import Quantities
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-Evaluate = Callable[[np.ndarray, np.ndarray], xr.DataArray]
-"""The response at ξ of shape (runs, n) and η of shape (runs, m): dims (sample, ...).
-
-It may have a method `refinements` that returns the same on discretizations twice as fine, by the
-name of what is finer; a method `discretization` that returns its numbers by name; a list `left_out`
-of what the user left to the method; a method `quantities` that returns of which vector or tensor
-each output is a component, and a method `tensors` that returns which of them are tensors; and a
-method `known` that returns ξ, η and values of up to so many
-earlier runs at generic points.
-"""
 
 MAX_ORDER = 100
 """Norms of Hermite polynomials overflow not far above it."""
@@ -73,53 +61,8 @@ def of_variables(name: str, order: Order, space: Space, *, random: bool) -> list
     return [orders[k] for k, input_ in inputs.items() for _ in range(input_.dimension)]
 
 
-def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
-    """Return of which vector or tensor each output is a component."""
-    names = getattr(evaluate, "quantities", list)()
-    if len(names) != outputs:
-        return Quantities.alone(outputs)
-    tensors = getattr(evaluate, "tensors", list)()
-    return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, tensors))
-
-
-def earlier_runs(evaluate: Evaluate, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ξ, η and values of earlier runs at generic points."""
-    known = getattr(evaluate, "known", None)
-    return known(most) if callable(known) else (np.zeros((0, 0)),) * 3  # pyright: ignore
-
-
-class Method(Protocol):
-    """What `propagate` requires of a method."""
-
-    @property
-    def name(self) -> str:
-        """Name of the method."""
-        ...
-
-    @property
-    def label(self) -> str:
-        """Name and orders, for tables and figures."""
-        ...
-
-    def runs(self, space: Space) -> int:
-        """Return the number of runs, or the most there may be."""
-        ...
-
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Run the response at the points of the method and return the bands, of μ ± kσ."""
-        ...
-
-
-class Expanding(Method, Protocol):
-    """A method that makes a surrogate, as `expand` requires."""
-
-    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        """Run the response at the points of the method and return the surrogate."""
-        ...
-
-
 @frozen()
-class PCCI:
+class PCCI(ExpansionMethod):
     """Polynomial-Chaos–Chebyshev-Interval method, Eqs. (11)–(18).
 
     Parameters
@@ -178,10 +121,6 @@ class PCCI:
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
         return Surrogate(space, values[:0], (direct,), diagnostics)
-
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands(sigmas)
 
 
 @frozen()

@@ -22,13 +22,14 @@ from flexband.uncertainty.expansions.polynomials import (
     scaled_chebyshev_zeros,
 )
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Evaluate, Order, checked_order, of_variables, shown
+from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.methods.pcci import Order, checked_order, of_variables, shown
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @frozen()
-class PerturbationChebyshev:
+class PerturbationChebyshev(ExpansionMethod):
     """The perturbation–Chebyshev method: random variables to first order, intervals in Chebyshev.
 
     At fixed interval variables the response is linearized about the means of the random variables,
@@ -109,10 +110,6 @@ class PerturbationChebyshev:
             {"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))}
         )
         return Surrogate(space, values[:0], (direct,), diagnostics)
-
-    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands and the diagnostics."""
-        return self.expand(space, evaluate).bands(sigmas)
 
     def _differences(self, space: Space) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ at which to run, (1 + 2n, n), and the differences of values there.

@@ -14,29 +14,22 @@ from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Evaluate
+from flexband.uncertainty.methods.method import Evaluate, Method
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.words import number_of
 
 
 @dataclass(frozen=True)
-class Scanning:
+class Scanning(Method):
     """Samples of ξ at every point of a scan of η; a subclass chooses the samples in `normals`."""
 
     samples: int = 100
     points: int = 10
     seed: int = 0
 
-    name = ""
-    copies = 2.0
-    leaves_out_failed = True
+    skips_failed = True
     lost = 1
     """What N is reduced by in the mean square of the deviations: 1 as in Eq. (10), or 0."""
-
-    @property
-    def label(self) -> str:
-        """The name alone."""
-        return self.name
 
     def __post_init__(self) -> None:
         for name, least in (("samples", 2), ("points", 2), ("seed", 0)):
@@ -54,7 +47,7 @@ class Scanning:
         samples = self.samples if space.random_dimension else 1
         return samples * self.points**space.interval_dimension
 
-    def fitting(self, space: Space, most_runs: int) -> str:
+    def advice(self, space: Space, most_runs: int) -> str:
         """Return which samples and points take at most so many runs, as text."""
         m, sampled = space.interval_dimension, space.random_dimension > 0
         most = most_runs // (self.samples if sampled else 1)

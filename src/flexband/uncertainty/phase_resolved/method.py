@@ -17,7 +17,8 @@ from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.pcci import Evaluate, ImprovedPCCI, Order, quantities
+from flexband.uncertainty.methods.method import Evaluate, quantities
+from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.bands_error import (
     NodePolynomials,
     error_of_bands,

@@ -13,25 +13,24 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, warn, without_warnings
+from flexband.response import Response
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
-from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.words import number_of
 
-COUNT = 8
-"""Runs, as many as are simulated at once: the nominal one, and others at the ends of all intervals,
-where most bounds are."""
 
-SEED = 0
-
-
-def between_times(runs: CountedRuns, diagnostics: xr.Dataset) -> xr.Dataset:
+def between_times(
+    runs: CountedRuns, diagnostics: xr.Dataset, *, count: int = 8, seed: int = 0
+) -> xr.Dataset:
     """Return by how much outputs leave the range of two neighbouring values, between their times.
 
     Parameters
     ----------
     runs : of the response, at whose times there are bands.
     diagnostics : of these; ``attrs["halved"]`` names what is finer than in the response.
+    count : number of further runs, as many as are simulated at once: the nominal one, and others at
+        the ends of all intervals, where most bounds are.
+    seed : of the random inputs.
 
     Returns
     -------
@@ -44,17 +43,17 @@ def between_times(runs: CountedRuns, diagnostics: xr.Dataset) -> xr.Dataset:
     response = _at_more_times(runs.response, space.arguments_at(*space.nominal()), diagnostics)
     if response is None:
         return xr.Dataset()
-    rng = np.random.default_rng(SEED)
-    eta = rng.choice([-1.0, 1.0], (COUNT, space.interval_dimension))
-    normals = latin_hypercube_normals(COUNT, space.random_dimension, SEED)
-    xi = of_normals(np.broadcast_to(normals, (COUNT, space.random_dimension)), space.families)
+    rng = np.random.default_rng(seed)
+    eta = rng.choice([-1.0, 1.0], (count, space.interval_dimension))
+    normals = latin_hypercube_normals(count, space.random_dimension, seed)
+    xi = of_normals(np.broadcast_to(normals, (count, space.random_dimension)), space.families)
     xi[0], eta[0] = 0.0, 0.0
     evaluate, failures = runs.evaluations, runs.evaluations.failures
     try:
         with without_warnings():
             made = evaluate(response, space, "", (xi, eta), None, lambda *_: None, recorded=False)
         assert made.values is not None
-        good = np.setdiff1d(np.arange(COUNT), list(made.failed))
+        good = np.setdiff1d(np.arange(count), list(made.failed))
         above, below = _beyond(made.values[good], labels)
     except (RunError, InputError, MemoryError) as error:
         why = (str(error) or type(error).__name__).splitlines()[0]
@@ -76,11 +75,9 @@ def _at_more_times(
     response: Response, nominal: dict[str, Any], diagnostics: xr.Dataset
 ) -> Response | None:
     """Return the response at more times, on the discretization that the method chose."""
-    if not callable(getattr(response, "at_more_times", None)):
-        return None
     for name in diagnostics.attrs.get("halved", []):
-        response = response.refinements(**nominal)[name]  # pyright: ignore
-    return response.at_more_times()  # pyright: ignore
+        response = response.refinements(**nominal)[name]
+    return response.at_more_times()
 
 
 def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:

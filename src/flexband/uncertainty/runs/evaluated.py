@@ -10,6 +10,7 @@ import xarray as xr
 
 from flexband.errors import InputError, RunError
 from flexband.execution.executors import Outcome
+from flexband.response import Response
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
     check_labels,
@@ -19,7 +20,9 @@ from flexband.uncertainty.inputs.evaluation import (
     not_finite,
 )
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.axes import names_of_outputs, series
+from flexband.words import number_of
 
 
 class Evaluated:
@@ -142,3 +145,21 @@ class Evaluated:
 def _in_words(error: Exception) -> str:
     text = str(error) if isinstance(error, RunError | InputError) else ""
     return text or f"{type(error).__name__}: {error}"
+
+
+def check_size(values: xr.DataArray, smallest: float = 1e-120) -> None:
+    """Raise `InputError` if an output is not zero, but smaller than `smallest` in all runs.
+
+    Its square would vanish, as those of large values overflow.
+    """
+    signal = series(values)
+    size = np.maximum(
+        np.nanmax(signal, axis=(0, 2), initial=0.0), -np.nanmin(signal, axis=(0, 2), initial=0.0)
+    )
+    for name, magnitude in zip(names_of_outputs(values), size.tolist(), strict=True):
+        if 0 < magnitude < smallest:
+            raise InputError(
+                f"{name} is at most {magnitude:.3g} in size in {number_of(len(values), 'run')}, "
+                "and its square "
+                f"vanishes; it must be zero, or reach {smallest:g}: choose another unit"
+            )

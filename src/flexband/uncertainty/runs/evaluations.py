@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from flexband.errors import (
     RunError,
     RunsNeeded,
     StrainWarning,
+    check_function,
     check_integer,
     check_option,
     shown,
@@ -26,11 +28,13 @@ from flexband.execution.executors import Performing, in_process, performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
-from flexband.execution.store import Owner, as_store
-from flexband.progress import Advance, RunListener, listener, listening
+from flexband.execution.store import Owner, Store, as_store
+from flexband.progress import Advance, Progress, RunListener, listener, listening
+from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Response, Space
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import MAX_RUNS
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import located, texts
 from flexband.words import all_of, are, number_of
@@ -41,11 +45,36 @@ POLICIES = ("stop", "half step", "skip")
 BATCH = 2048
 """Most runs in one call of a response."""
 
-HALVINGS = 3
-"""How often the step is halved for a run that fails."""
 
-FAILURES_BEFORE_STOP = 8
-"""Runs without a success after which all are taken to fail."""
+@dataclass(frozen=True)
+class EvaluationOptions:
+    """How the runs of a study are made; errors are those of `propagate`.
+
+    Attributes
+    ----------
+    batch : most runs in one call.
+    store : folder, or `Store`, in which runs are recorded; None without one.
+    executor : where runs are made, as in `propagate`.
+    failed : one of `POLICIES`.
+    most_runs : a method that takes more is refused.
+    check : called with the outputs after the first runs.
+    progress : called as ``progress(done, total)``.
+    """
+
+    batch: int = BATCH
+    store: Store | str | PathLike[str] | None = None
+    executor: Any = None
+    failed: str = "stop"
+    most_runs: int = MAX_RUNS
+    check: Callable[[xr.DataArray], object] | None = None
+    progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "batch", check_integer("batch", self.batch, 1))
+        object.__setattr__(self, "failed", checked_policy(self.failed))
+        for name, function in (("progress", self.progress), ("check", self.check)):
+            if function is not None:
+                check_function(name, function)
 
 
 def checked_policy(failed: str) -> str:
@@ -72,6 +101,8 @@ class Evaluations:
     batch : most runs in one call.
     failures : number of failed runs that were left out.
     probed : whether a response that failed has been tried with one sample.
+    halvings : how often the step is halved for a run that fails.
+    failures_before_stop : number of runs without a success after which all are taken to fail.
     """
 
     perform: Performing = in_process
@@ -80,10 +111,12 @@ class Evaluations:
     batch: int = BATCH
     failures: int = 0
     probed: bool = False
+    halvings: int = 3
+    failures_before_stop: int = 8
 
     def __call__(
         self,
-        response: Response,
+        function: ResponseFunction,
         space: Space,
         setting: str,
         points: tuple[np.ndarray, np.ndarray],
@@ -111,17 +144,17 @@ class Evaluations:
         RunsNeeded
             If the response is run elsewhere, and runs are not in the store.
         """
-        record = self.record if recorded else None
+        record, response = self.record if recorded else None, as_response(function)
         if record is not None and labels is None:
             labels = record.labels
         evaluation = Evaluated(response, space, setting, points, labels, probed=self.probed)
         if record is not None:
             self._look_up(evaluation, record, advance)
-        if getattr(response, "elsewhere", False) and len(evaluation.missing):
+        if response.elsewhere and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
-        one_by_one = bool(getattr(response, "one_by_one", False))
-        self._make(evaluation, evaluation.missing, 1 if one_by_one else self.batch, record, advance)
+        most = 1 if response.one_by_one else self.batch
+        self._make(evaluation, evaluation.missing, most, record, advance)
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -159,7 +192,8 @@ class Evaluations:
         failed: dict[int, tuple[str, Exception | None, float]] = {}
         one_call_at_a_time = self.perform is in_process
         within = RunListener((lambda done, total: advance(0, done)) if one_call_at_a_time else None)
-        with listening(within), closing(self.perform(evaluation.response, tasks)) as outcomes:
+        response = evaluation.response.original
+        with listening(within), closing(self.perform(response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 good, values, bad, error = evaluation.judged(part, outcome)
@@ -199,7 +233,7 @@ class Evaluations:
             error = InputError(reason) if raised is None else raised
             if self.failed != "skip":
                 raise error
-            if evaluation.values is None and len(evaluation.failed) >= FAILURES_BEFORE_STOP:
+            if evaluation.values is None and len(evaluation.failed) >= self.failures_before_stop:
                 raise RunError(
                     f"all of the first {number_of(len(evaluation.failed), 'run')} failed, so that "
                     "no further one is "
@@ -212,20 +246,21 @@ class Evaluations:
         self, evaluation: Evaluated, run: np.ndarray, record: RunRecorder | None
     ) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
-        response: Any = evaluation.response
-        for part in range(1, HALVINGS + 1):
-            finer = getattr(response, "refinements", None)
-            options: dict[str, Any] = finer(**evaluation.arguments(run)) if callable(finer) else {}  # pyright: ignore[reportAssignmentType]
-            if "step" not in options:
+        response = evaluation.response
+        for part in range(1, self.halvings + 1):
+            finer = response.refinements(**evaluation.arguments(run))
+            if "step" not in finer:
                 raise InputError(
                     "failed='half step' requires a response whose `refinements` have a step, "
                     "as that of dynamic_response"
                 )
-            response = options["step"]
-            outcome = next(iter(self.perform(response, [lambda: evaluation.arguments(run)])))[1]
+            response = finer["step"]
+            tasks = [lambda: evaluation.arguments(run)]
+            outcome = next(iter(self.perform(response.original, tasks)))[1]
             good, values, _, _ = evaluation.judged(run, outcome)
             if len(good):
-                again = "halved_step" in getattr(outcome.value, "attrs", {})  # by the response
+                labelled = isinstance(outcome.value, xr.DataArray)
+                again = labelled and "halved_step" in outcome.value.attrs  # by the response
                 text = f"completed with 1/{2 ** (part + again)} of the step"
                 self._keep(record, evaluation, good, values, text, outcome.seconds)
                 return True
@@ -259,26 +294,20 @@ def setting(case: str, finer: Iterable[str]) -> str:
 
 @contextmanager
 def evaluations(
-    response: Response,
+    response: ResponseFunction,
     inputs: Mapping[str, Any],
-    *,
-    batch: int = BATCH,
-    store: Any = None,
-    executor: Any = None,
-    failed: str = "stop",
+    options: EvaluationOptions = EvaluationOptions(),
 ) -> Iterator[Evaluations]:
     """Give what makes the runs of a study; its store is closed with the context."""
-    batch = check_integer("batch", batch, 1)
-    failed = checked_policy(failed)
-    if failed == "half step" and not callable(getattr(response, "refinements", None)):
+    if options.failed == "half step" and not as_response(response).refines:
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "
             f"dynamic_response; got {shown(response)}"
         )
-    store = as_store(store)
-    with performing(executor) as perform, warning_once(StrainWarning):
+    store = as_store(options.store)
+    with performing(options.executor) as perform, warning_once(StrainWarning):
         if store is None:
-            yield Evaluations(perform, None, failed, batch)
+            yield Evaluations(perform, None, options.failed, options.batch)
             return
         space = Space(first_case(inputs))
         names = list(space.recorded_at(*space.nominal()))
@@ -289,14 +318,15 @@ def evaluations(
         about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
         record = RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
         try:
-            yield Evaluations(perform, record, failed, batch)
+            yield Evaluations(perform, record, options.failed, options.batch)
         finally:
             record.close()
 
 
-def forget_failed(response: Response, inputs: Mapping[str, Any], store: Any) -> None:
+def forget_failed(response: ResponseFunction, inputs: Mapping[str, Any], store: Store) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
-    with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
+    placed, _ = located(response, inputs, store)
+    with evaluations(response, placed, EvaluationOptions(store=store)) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
     listener().warn(f"{are(count, 'failed run')} made again if needed.")

@@ -9,6 +9,7 @@ apart which it is: in it all neighbours are others, but all places are the same.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,11 +19,18 @@ from flexband.execution.store import ALLOW_MISMATCH, OTHER_FOLDER, Store
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, units_of
 from flexband.uncertainty.surrogates.diagnostics import variation
 
-SMALL = 1e-6
-"""Differences up to this part of the variation over all runs are rounding."""
 
-LARGE = 0.01
-"""Differences above this part of the variation make results wrong."""
+class DifferenceLimits(NamedTuple):
+    """How far a run may differ from the same run, as parts of the variation over all runs.
+
+    Attributes
+    ----------
+    rounding : differences up to it are rounding.
+    wrong : differences above it make results wrong.
+    """
+
+    rounding: float = 1e-6
+    wrong: float = 0.01
 
 
 def middle(values: np.ndarray) -> int:
@@ -39,6 +47,7 @@ def check_repetition(
     labels: xr.DataArray,
     *,
     noise_allowed: bool,
+    limits: DifferenceLimits = DifferenceLimits(),
 ) -> None:
     """Run one of some runs again, and refuse or remark what makes a difference.
 
@@ -54,30 +63,30 @@ def check_repetition(
     ------
     InputError
         If samples of a batch change each other, or the same inputs give other values, by more than
-        `LARGE`.
+        `limits.wrong`.
     """
     alone = again(1)[0]
     off, name = _apart(values, values[run], alone, labels)
-    if off <= SMALL:
+    if off <= limits.rounding:
         return
     part = f"{100 * off:.2g} % of its variation" if np.isfinite(off) else "more than it varies"
     repeated = again(1)[0]
-    if _apart(values, alone, repeated, labels)[0] > SMALL:
+    if _apart(values, alone, repeated, labels)[0] > limits.rounding:
         text = (
             f"the response returns other values if the same inputs are run again: {name} differs "
             f"by {part}. Is it noisy, or does it keep a state between calls?"
         )
-        if not noise_allowed and off > LARGE:
+        if not noise_allowed and off > limits.wrong:
             raise InputError(
                 f"{text} An expansion would fit noise; fix the seed of random numbers, make them "
                 "an input, or use a scanning method"
             )
-    elif _apart(values, again(len(values))[run], values[run], labels)[0] <= SMALL:
+    elif _apart(values, again(len(values))[run], values[run], labels)[0] <= limits.rounding:
         text = (
             f"the place of a sample in its batch changes {name} by {part}. Does the response use "
             "the number of the sample, or is it chaotic, so that rounding matters?"
         )
-        if not noise_allowed and off > LARGE:
+        if not noise_allowed and off > limits.wrong:
             raise InputError(text)
     else:
         text = (
@@ -85,13 +94,18 @@ def check_repetition(
             f"samples differs by {part}. Does the response average or normalize over samples, or "
             "solve them with common steps?"
         )
-        if off > LARGE:
+        if off > limits.wrong:
             raise InputError(text)
     warn(text)
 
 
 def check_stored(
-    values: np.ndarray, old: np.ndarray, new: np.ndarray, labels: xr.DataArray, store: Store
+    values: np.ndarray,
+    old: np.ndarray,
+    new: np.ndarray,
+    labels: xr.DataArray,
+    store: Store,
+    limits: DifferenceLimits = DifferenceLimits(),
 ) -> None:
     """Compare runs of a store, which were made again, with what it has.
 
@@ -104,18 +118,19 @@ def check_stored(
     Raises
     ------
     StoreError
-        If they differ by more than `LARGE`; a warning says if they differ by more than `SMALL`.
+        If they differ by more than `limits.wrong`; a warning says if they differ by more than
+        `limits.rounding`.
     """
     pairs = zip(old, new, strict=True)
     off, name = max(_apart(values, *pair, labels) for pair in pairs)
-    if off <= SMALL:
+    if off <= limits.rounding:
         return
     part = f"{100 * off:.2g} % of its variation" if np.isfinite(off) else "more than it varies"
     text = (
         f"runs in {store.folder} were made again and {name} differs by {part}: the response has "
         "changed in a way that its code does not show, or is noisy"
     )
-    if off > LARGE and not store.allow_mismatch:
+    if off > limits.wrong and not store.allow_mismatch:
         raise StoreError(f"{text}. {OTHER_FOLDER}. To use them nevertheless, {ALLOW_MISMATCH}")
     warn(text)
 

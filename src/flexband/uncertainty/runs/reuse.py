@@ -21,13 +21,11 @@ from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store
 from flexband.files import read_json, write_json
+from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Response, Space, locate_fields
-
-MOST = 10_000
-"""Runs that are looked at."""
+from flexband.uncertainty.inputs.space import Space, locate_fields
 
 
 def generic_runs(
@@ -43,7 +41,7 @@ def generic_runs(
     runs = record.of_other_intervals(setting, texts(space, random=False), texts(space, random=True))
     if fields or record.labels is None or not len(runs) or not space.interval_dimension:
         return *none, np.zeros((0,))
-    runs = runs[:MOST]
+    runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
     chosen, points = [], []
@@ -63,7 +61,7 @@ def generic_runs(
 
 
 def located(
-    response: Response, inputs: Mapping[str, Any], store: Store | None
+    response: ResponseFunction, inputs: Mapping[str, Any], store: Store | None
 ) -> tuple[dict[str, Any], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
     loose = [k for k, field in inputs.items() if isinstance(field, Field) and field.domain is None]
@@ -77,7 +75,9 @@ def located(
     return locate_fields(response, inputs)
 
 
-def keep_domains(response: Response, inputs: Mapping[str, Any], record: RunRecorder | None) -> None:
+def keep_domains(
+    response: ResponseFunction, inputs: Mapping[str, Any], record: RunRecorder | None
+) -> None:
     """Write the domains of the fields among the inputs into the folder of an open store."""
     if record is None:
         return
@@ -88,7 +88,7 @@ def keep_domains(response: Response, inputs: Mapping[str, Any], record: RunRecor
         write_json(file, content)
 
 
-def _owner(response: Response, store: Store) -> list[str]:
+def _owner(response: ResponseFunction, store: Store) -> list[str]:
     return [fingerprint(response), source_hash("mechanics")[:16], store.version]
 
 

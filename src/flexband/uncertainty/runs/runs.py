@@ -19,51 +19,48 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
-from flexband.progress import Budget
+from flexband.progress import Budget, Progress
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.space import Response, Space, check_names
+from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import in_words
-from flexband.uncertainty.methods.pcci import Method
-from flexband.uncertainty.runs.budget import check_runs
-from flexband.uncertainty.runs.evaluations import evaluations, setting
+from flexband.uncertainty.methods.method import Evaluate, Method, check_runs
+from flexband.uncertainty.runs.evaluated import check_size
+from flexband.uncertainty.runs.evaluations import (
+    EvaluationOptions,
+    Evaluations,
+    evaluations,
+    setting,
+)
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
-from flexband.uncertainty.runs.size import check_size
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.words import number_of
 
 Result = TypeVar("Result")
-
-MAX_FAILED = 0.05
-"""Above this part of runs that failed and were left out, results are not trusted."""
+Answer = TypeVar("Answer")
 
 
 def in_cases(
     solve: Callable[[CountedRuns], Result],
-    response: Response,
+    function: ResponseFunction,
     inputs: Mapping[str, Any],
     method: Method,
-    most_runs: int,
-    progress: Callable[[int, int], object] | None,
-    check: Callable[[xr.DataArray], object] | None,
-    options: Mapping[str, Any],
+    options: EvaluationOptions,
 ) -> dict[str, Result]:
     """Return what is solved for every combination of options, by its label.
 
-    The other arguments and errors are those of `propagate`; `options` are those of `evaluations`.
+    The other arguments and errors are those of `propagate`.
     """
-    if progress is not None:
-        check_function("progress", progress)
-    if check is not None:
-        check_function("check", check)
-    check_function("response", response)
-    check_names(response, inputs)
+    check_function("response", function)
+    check_names(function, inputs)
+    response = as_response(function)
     with without_warnings(ResolutionWarning):
-        placed, explored = located(response, inputs, as_store(options["store"]))
+        placed, explored = located(function, inputs, as_store(options.store))
     all_inputs = cases(placed)
     results: dict[str, Result] = {}
     finished, labels, budget = 0, None, None
@@ -76,18 +73,17 @@ def in_cases(
             budget = total
         if budget and (total is budget or remaining > 1):
             whole = Budget.of(whole, budget.each)
-        if progress is not None:
-            progress(finished + done, whole)
+        if options.progress is not None:
+            options.progress(finished + done, whole)
 
-    with evaluations(response, placed, **options) as evaluate:
+    with evaluations(function, placed, options) as evaluate:
         if explored:
-            keep_domains(response, placed, evaluate.record)
+            keep_domains(function, placed, evaluate.record)
         for label, case_inputs in all_inputs.items():
             runs = CountedRuns(
-                response, case_inputs, method, evaluate, most_runs, len(all_inputs), advance
+                response, case_inputs, method, evaluate, options, len(all_inputs), advance
             )
             runs.labels, runs.case, runs.explored = labels, label, explored
-            runs.check = check
             runs.check_left_out()
             results[label] = solve(runs)
             labels, finished = runs.labels, finished + runs.done
@@ -101,21 +97,29 @@ Call = tuple[np.ndarray, np.ndarray, np.ndarray]
 class CountedRuns:
     """Evaluations of the response and of its refinements, counted."""
 
-    def __init__(self, response, inputs, method, evaluations, most_runs, count, progress):
+    def __init__(
+        self,
+        response: Response,
+        inputs: Mapping[str, Any],
+        method: Method,
+        evaluations: Evaluations,
+        options: EvaluationOptions,
+        count: int,
+        progress: Progress,
+    ) -> None:
         """Check the arguments of `propagate`, and find the domains of fields.
 
         `count` is the number of combinations of options, each with runs of its own.
         """
-        check_integer("most_runs", most_runs, 1)
+        check_integer("most_runs", options.most_runs, 1)
         self.space = space = Space(inputs)
         self.done, self.total, self.labels = 0, method.runs(space), None
-        check_runs(method, space, most_runs, count)
+        check_runs(method, space, options.most_runs, count)
         self.total += 1  # one run is made again
-        refined = getattr(response, "refinements", getattr(response, "refined", None))
-        self.each = self.total if callable(refined) else 0
+        self.each = self.total if response.refines else 0
         self.response, self.method, self.evaluations = response, method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
-        self.check: Callable[[xr.DataArray], object] | None = None
+        self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
         self.calls: list[tuple[Response, list[Call]]] = []
@@ -125,7 +129,7 @@ class CountedRuns:
     def check_left_out(self) -> None:
         """Raise `InputError` if the method cannot choose what the response leaves out."""
         left_out = self.start.left_out
-        if left_out and not getattr(self.method, "finds_discretization", False):
+        if left_out and not self.method.chooses_discretization:
             raise InputError(
                 f"{' and '.join(left_out)} must be given for {self.method!r}; "
                 "only AdaptivePCCI chooses them"
@@ -159,7 +163,7 @@ class CountedRuns:
             response, self.space, known, (xi, eta), self.labels, advance, recorded=recorded
         )
         assert evaluation.values is not None
-        if evaluation.failed and not getattr(self.method, "leaves_out_failed", False):
+        if evaluation.failed and not self.method.skips_failed:
             run, reason = next(iter(evaluation.failed.items()))
             raise RunError(
                 f"{self.method!r} needs every run of its design; {len(evaluation.failed)} of "
@@ -203,7 +207,7 @@ class CountedRuns:
         that was made again when these runs were made.
         """
         record, stored = self.evaluations.record, self.stored
-        if getattr(response, "elsewhere", False):
+        if response.elsewhere:
             return
         assert self.labels is not None  # there are runs
         labels = self.labels
@@ -229,8 +233,7 @@ class CountedRuns:
             self._count_repeated(copies)
             return values
 
-        samples = not callable(getattr(self.method, "expand", None))
-        check_repetition(values, again, run, labels, noise_allowed=samples)
+        check_repetition(values, again, run, labels, noise_allowed=not self.method.expands)
 
     def _count_repeated(self, count: int) -> None:
         self.repeated += count
@@ -248,7 +251,7 @@ class CountedRuns:
     @property
     def budget(self) -> int:
         """The number of all runs, or the most of a method that finds out how many it needs."""
-        if getattr(self.method, "finds_discretization", False):
+        if self.method.chooses_discretization:
             return Budget.of(self.total, self.each)
         return self.total
 
@@ -273,7 +276,7 @@ class CountedRuns:
             counts["runs_reused"] = self.reused
         if failed:
             counts["runs_failed"] = failed
-        if failed > MAX_FAILED * self.done:
+        if failed > 0.05 * self.done:  # results are not trusted
             why = (
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
@@ -282,7 +285,7 @@ class CountedRuns:
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
-        unread = never_read(self.response, self.space.inputs)
+        unread = never_read(self.response.original, self.space.inputs)
         response, calls = max(self.calls, key=lambda entry: sum(len(call[0]) for call in entry[1]))
         idle, likely = ({}, []) if id(response) in self.effective else self._without_effect(calls)
         likely = [name for name in likely if name not in unread]
@@ -312,12 +315,13 @@ def _succeeded(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
 
 
-class Level:
+class Level(Evaluate):
     """The response on one discretization, as a function of ξ and η."""
 
     def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
+        super().__init__()
         self.runs, self.response, self.finer = runs, response, finer
-        self.left_out: list[str] = self._of_nominal("left_out", [])
+        self.left_out = self._of_nominal(response.left_out)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
@@ -327,7 +331,7 @@ class Level:
         self.runs.keep(self.response, (xi, eta, values.values))
         return values
 
-    def known(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many runs that a store has for other intervals."""
         runs, record = self.runs, self.runs.evaluations.record
         if record is None:
@@ -340,9 +344,7 @@ class Level:
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        refined = getattr(self.response, "refined", None)
-        whole = {"discretization": refined()} if callable(refined) else {}
-        finer = self._of_nominal("refinements", whole)
+        finer = self._of_nominal(self.response.refinements)
         return {
             name: Level(self.runs, response, (*self.finer, name))
             for name, response in finer.items()
@@ -350,21 +352,19 @@ class Level:
 
     def discretization(self) -> dict[str, float]:
         """Return the numbers of the discretization, such as the step, by name."""
-        return self._of_nominal("discretization", {})
+        return self._of_nominal(self.response.discretization)
 
     def quantities(self) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
-        return self._of_nominal("quantities", [])
+        return self._of_nominal(self.response.quantities)
 
     def tensors(self) -> list[str]:
         """Return which of the quantities are tensors, by name."""
-        return self._of_nominal("tensors", [])
+        return self._of_nominal(self.response.tensors)
 
-    def _of_nominal(self, name: str, default: Any) -> Any:
-        """Return what a method of the response tells for inputs at their means and midpoints."""
-        method, space = getattr(self.response, name, None), self.runs.space
-        if not callable(method):
-            return default
+    def _of_nominal(self, method: Callable[..., Answer]) -> Answer:
+        """Return what a method of the response returns for inputs at their means and midpoints."""
+        space = self.runs.space
         arguments = space.arguments_at(*space.nominal())
         try:
             return method(**arguments)

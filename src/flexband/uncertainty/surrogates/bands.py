@@ -13,9 +13,6 @@ from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
 
-AT_ONCE = 4096
-"""Places whose values of the inputs are computed at once."""
-
 BOUNDS = ["lower", "upper"]
 
 VARIABLES = frozenset(
@@ -24,31 +21,6 @@ VARIABLES = frozenset(
 """Names in the dataset of bands."""
 
 
-LONG_NAMES = {
-    "mean": "interval mean: bounds of μ",
-    "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",
-    "error_bar_lower": "bounds of μ − {k}σ",
-    "error_bar_upper": "bounds of μ + {k}σ",
-    "mean_at": "values of the interval inputs at the bounds of the interval mean",
-    "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
-    "mean_expected_error": "error expected of the interval mean",
-    "error_bar_expected_error": "error expected of the interval error bar",
-    "pointwise_error": "error expected of μ ± {k}σ at one time and any values of the intervals",
-    "relative_expected_error": "expected error{averaged}, in parts of the error bar's width",
-    "mean_expansion_error": "error that is due to the expansion",
-    "error_bar_expansion_error": "error that is due to the expansion",
-    "mean_discretization_error": "error that is due to step and elements",
-    "error_bar_discretization_error": "error that is due to step and elements",
-    "carriers": "number of carriers",
-    "trusted": "whether most of the variation in held-out runs is predicted",
-    "orders": "highest order of the expansion",
-    "above_between": "largest rise above this value and the next one, between them",
-    "above_between_least": "least such rise of some runs",
-    "below_between": "largest fall below this value and the next one, between them",
-    "below_between_least": "least such fall of some runs",
-    "truncation": "indicator of the truncation error",
-    "bound": "bound over all values of the interval inputs",
-}
 WITHOUT_UNITS = (
     "mean_at", "error_bar_at", "relative_expected_error", "carriers", "trusted", "orders", "bound",
 )  # fmt: skip
@@ -73,6 +45,7 @@ def bands(
     `mean_at` and `error_bar_at` give, along dim "input", the values of the interval inputs at which
     the bounds are reached.
     """
+    at_once = 4096  # places whose values of the inputs are computed at once
     mean, lower, upper = extremes
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
 
@@ -83,10 +56,10 @@ def bands(
         values = np.empty((len(coords["input"]), 2, low[..., 0].size))
         for input_values, bound in zip(np.moveaxis(values, 1, 0), (low, high), strict=True):
             flat = bound.reshape(-1, bound.shape[-1])
-            for k in range(0, len(flat), AT_ONCE):  # all together take as much as many runs
-                eta = flat[k : k + AT_ONCE]
+            for k in range(0, len(flat), at_once):  # all together take as much as many runs
+                eta = flat[k : k + at_once]
                 numbers = intervals.numbers_at(np.zeros((len(eta), 0)), eta)
-                input_values[:, k : k + AT_ONCE] = list(numbers.values())
+                input_values[:, k : k + at_once] = list(numbers.values())
         return ("input", *dims), values.reshape(-1, *shape)
 
     data = {
@@ -117,11 +90,36 @@ def described(result: xr.Dataset) -> xr.Dataset:
 
     Without dim "output", or with outputs of different units, the coordinate "unit" has them.
     """
+    long_names = {
+        "mean": "interval mean: bounds of μ",
+        "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",
+        "error_bar_lower": "bounds of μ − {k}σ",
+        "error_bar_upper": "bounds of μ + {k}σ",
+        "mean_at": "values of the interval inputs at the bounds of the interval mean",
+        "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
+        "mean_expected_error": "estimated error of the interval mean",
+        "error_bar_expected_error": "estimated error of the interval error bar",
+        "pointwise_error": "estimated error of μ ± {k}σ at one time, any values of the intervals",
+        "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
+        "mean_expansion_error": "error that is due to the expansion",
+        "error_bar_expansion_error": "error that is due to the expansion",
+        "mean_discretization_error": "error that is due to step and elements",
+        "error_bar_discretization_error": "error that is due to step and elements",
+        "carriers": "number of carriers",
+        "trusted": "whether most of the variation in held-out runs is predicted",
+        "orders": "highest order of the expansion",
+        "above_between": "largest rise above this value and the next one, between them",
+        "above_between_least": "least such rise of some runs",
+        "below_between": "largest fall below this value and the next one, between them",
+        "below_between_least": "least such fall of some runs",
+        "truncation": "indicator of the truncation error",
+        "bound": "bound over all values of the interval inputs",
+    }
     result, time = result.copy(), axes_of(result["mean"].transpose("bound", ...)).time
     averaged = "" if time is None else f", mean over {time}"
     k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
-    for name, words in LONG_NAMES.items():
+    for name, words in long_names.items():
         if name in result.variables:
             attrs = {"long_name": words.format(k=k, averaged=averaged)}
             if len(units) == 1 and name not in WITHOUT_UNITS:

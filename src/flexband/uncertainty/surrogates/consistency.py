@@ -18,12 +18,6 @@ from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
-MAX_ORDER = 101
-"""That of the methods and the next one."""
-
-MAX_LOWER_TERMS = 10_000
-"""Most terms below one term, unless as many are given."""
-
 
 def check(surrogate: Surrogate) -> None:
     """Raise `InputError` or another error if a surrogate cannot be evaluated or has no bands."""
@@ -88,15 +82,17 @@ def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> 
 
 def _check_index(index: np.ndarray, dimension: int) -> None:
     """Check the orders of polynomials, shape (terms, dimension), the constant first."""
+    max_lower_terms = 10_000  # most terms below one term, unless as many are given
+    max_order = 101  # that of the methods and the next one
     if index.ndim != 2 or index.shape[1] != dimension or index.dtype.kind not in "iu":
         raise InputError(
             f"orders of an expansion must be whole numbers of {number_of(dimension, 'variable')}"
         )
-    if not len(index) or index.min(initial=0) < 0 or index.max(initial=0) > MAX_ORDER:
-        raise InputError(f"orders of an expansion must be from 0 to {MAX_ORDER}")
+    if not len(index) or index.min(initial=0) < 0 or index.max(initial=0) > max_order:
+        raise InputError(f"orders of an expansion must be from 0 to {max_order}")
     if index[0].any() or len(np.unique(index, axis=0)) < len(index):
         raise InputError("orders of an expansion must differ, and start with the constant")
-    if np.prod(index + 1.0, axis=1).max() > max(len(index), MAX_LOWER_TERMS):
+    if np.prod(index + 1.0, axis=1).max() > max(len(index), max_lower_terms):
         raise InputError("orders of an expansion must be those of products of few variables")
 
 

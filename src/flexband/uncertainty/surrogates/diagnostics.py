@@ -19,10 +19,6 @@ SHARE = 0.5
 """Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
 random variables, but is attained at ends of intervals."""
 
-ALONE = 3
-"""With more intervals than this, m of them, the part is √(m / 3) times larger: what is missed in
-every one alike adds up at a corner, but hardly at generic points."""
-
 SMALLEST = 2e-5
 """Errors below this part of the error bar's width, or of the variation, are not told from none."""
 
@@ -100,7 +96,10 @@ def variation(F: np.ndarray) -> np.ndarray:
 
 def share(m: int) -> float:
     """Return the error of bands over m intervals as a part of what is missed of generic runs."""
-    return SHARE * math.sqrt(max(1.0, m / ALONE))
+    # with more intervals than this, m of them, the part is √(m / 3) times larger: what is
+    # missed in every one alike adds up at a corner, but hardly at generic points
+    alone = 3
+    return SHARE * math.sqrt(max(1.0, m / alone))
 
 
 def unseen(runs: int) -> float:

@@ -10,10 +10,6 @@ import numpy as np
 from flexband.errors import warn
 from flexband.uncertainty.inputs.space import Space
 
-USUAL = 5.0
-"""Values of |ξ| up to which an expansion may be evaluated, wherever the runs are."""
-
-
 NAMES = ("lowest_xi", "highest_xi")
 """Attributes of the range of ξ in runs."""
 
@@ -33,12 +29,13 @@ def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]
     xi : ξ at which a surrogate is evaluated, shape (points, n).
     attrs : those of `reached`; without them, runs count as usual.
     """
+    usual = 5.0  # values of |ξ| up to which an expansion may be evaluated, wherever the runs are
     n = space.random_dimension
     low, high = (
         np.asarray(attrs.get(name, n * [end]))
-        for name, end in zip(NAMES, (-USUAL, USUAL), strict=True)
+        for name, end in zip(NAMES, (-usual, usual), strict=True)
     )
-    beyond = np.maximum(xi - np.maximum(high, USUAL), np.minimum(low, -USUAL) - xi)
+    beyond = np.maximum(xi - np.maximum(high, usual), np.minimum(low, -usual) - xi)
     if not beyond.size or beyond.max() <= 0:
         return
     point, variable = (int(k) for k in np.unravel_index(beyond.argmax(), beyond.shape))

@@ -40,19 +40,8 @@ variable has its family of polynomials, since 4 expansions have no terms that ar
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
 held-out runs are kept."""
 
-EXPANSIONS = {
-    "DirectExpansion": "flexband.uncertainty.expansions.direct",
-    "PhaseExpansion": "flexband.uncertainty.phases.expansion",
-}
-"""The module of each kind of expansion that a file may hold, imported only if one holds it."""
-
-OWN_INPUTS = "flexband.uncertainty.inputs."
-"""Where modules are that are imported if a file holds an input of them."""
-
 _FUNCTIONS = {"correlation": RandomField.correlations, "function": Field.functions}
 """Functions by name, by what they are in a record."""
-
-_OWNERS = {"correlation": "RandomField.correlations", "function": "Field.functions"}
 
 
 def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) -> None:
@@ -200,7 +189,12 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
 
 def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Expansion:
     """Return an expansion of one of the registered kinds."""
-    return getattr(import_module(EXPANSIONS[kind]), kind).of_arrays(space.families, **arrays)
+    # the module of each kind of expansion that a file may hold, imported only if one holds it
+    expansions = {
+        "DirectExpansion": "flexband.uncertainty.expansions.direct",
+        "PhaseExpansion": "flexband.uncertainty.phases.expansion",
+    }
+    return getattr(import_module(expansions[kind]), kind).of_arrays(space.families, **arrays)
 
 
 def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
@@ -252,6 +246,7 @@ def _recorded(value: Any) -> Any:
 
 def _restored(record: Any) -> Any:
     """Return the value of a record; lists become tuples."""
+    owners = {"correlation": "RandomField.correlations", "function": "Field.functions"}
     if isinstance(record, list):
         return tuple(_restored(entry) for entry in record)
     if not isinstance(record, Mapping):
@@ -260,7 +255,7 @@ def _restored(record: Any) -> Any:
         if key in record:
             name = record[key]
             if name not in registered:
-                raise InputError(f"the {key} {name!r} must be in {_OWNERS[key]} first")
+                raise InputError(f"the {key} {name!r} must be in {owners[key]} first")
             if isinstance(registered[name], type):
                 return registered[name](**dict(_restored(record["fields"])))
             return registered[name]
@@ -271,9 +266,11 @@ def _restored(record: Any) -> Any:
 
 def _kind(name: str, module: str) -> type:
     """Return a class of inputs, whose module is imported if it is one of flexband."""
+    # where modules are that are imported if a file holds an input of them
+    own_inputs = "flexband.uncertainty.inputs."
     if name == "Correlated":
         return Correlated
-    if name not in Input.kinds and module.startswith(OWN_INPUTS):
+    if name not in Input.kinds and module.startswith(own_inputs):
         import_module(module)
     if name not in Input.kinds:
         raise InputError(f"the input {name} must be defined first; import it from {module}")

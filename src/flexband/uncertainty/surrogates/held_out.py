@@ -8,9 +8,6 @@ import numpy as np
 
 from flexband.uncertainty.surrogates.diagnostics import running, share
 
-FEWEST = 8
-"""Runs that judge a part of the inputs; where fewer are inside, the nearest to it count too."""
-
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -43,5 +40,8 @@ class HeldOut:
         ----------
         distance : of each run from that part, 0 inside, shape (runs,).
         """
+        # runs that judge a part of the inputs; where fewer are inside, the nearest to it
+        # count too
+        fewest = 8
         order = np.argsort(distance, kind="stable")
-        return np.sort(order[: max(FEWEST, np.count_nonzero(distance == 0))])
+        return np.sort(order[: max(fewest, np.count_nonzero(distance == 0))])

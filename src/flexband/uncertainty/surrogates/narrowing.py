@@ -15,9 +15,6 @@ from flexband.uncertainty.surrogates.extrapolation import NAMES
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 
-RELATIVE = ("expected_error", "expansion_error", "discretization_error")
-"""Errors as parts of the width of the bands, which are found with the bands."""
-
 
 def runs_in(part: NarrowedInputs, held: HeldOut) -> HeldOut:
     """Return the held-out runs that judge a part of the inputs, in its variables."""
@@ -45,6 +42,8 @@ def narrowed_diagnostics(
     held : the held-out runs that judge the part; None if the method has none.
     values : of the surrogate at these, shape (runs, outputs, times).
     """
+    # errors as parts of the width of the bands, which are found with the bands
+    relative = ("expected_error", "expansion_error", "discretization_error")
     diagnostics = diagnostics.drop_vars(
         ["orders", "relative_expected_error"], errors="ignore"
     ).drop_dims("variable", errors="ignore")
@@ -53,7 +52,7 @@ def narrowed_diagnostics(
     if "expected_error" in diagnostics.attrs:
         diagnostics.attrs["expected_error_of_runs"] = diagnostics.attrs["expected_error"]
     diagnostics.attrs["inputs"] = in_words(part.space.given)
-    for name in RELATIVE:
+    for name in relative:
         if isinstance(diagnostics.attrs.get(name), float):
             del diagnostics.attrs[name]
     for name in diagnostics.attrs.get("refined", []):

@@ -16,9 +16,6 @@ from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 
-OF_SIGMAS = ("error_bar_", "pointwise_")
-"""What the names of errors of μ ± kσ begin with."""
-
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.
 True errors at one time scatter more than means; few are above twice this one, see
@@ -59,11 +56,12 @@ def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) ->
 
 def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return what `diagnostics_of` does, with a `pointwise_error` only if the method tells it."""
+    of_sigmas = ("error_bar_", "pointwise_")  # what the names of errors of μ ± kσ begin with
     narrowed = "inputs_of_runs" in diagnostics.attrs  # which has no errors relative to its bands
     if sigmas == 1 and not narrowed:
         return with_relative_errors(diagnostics, bar)
     before = {str(k): diagnostics.variables[k] for k in diagnostics}
-    errors = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(OF_SIGMAS)}
+    errors = {k: v * growth(sigmas) for k, v in before.items() if k.startswith(of_sigmas)}
     finer = "error_bar_discretization_error"
     if finer in errors:  # of bands: if σ alone moves, it is k times as large
         errors[finer] = before[finer] * max(sigmas, growth(sigmas))

@@ -67,7 +67,7 @@ class Surrogate:
         axes = axes_of(self.labels)
         return axes.time if axes.times == self.times else None
 
-    def telling(self, **attrs: Any) -> Surrogate:
+    def with_attrs(self, **attrs: Any) -> Surrogate:
         """Return the surrogate with further attributes of its diagnostics."""
         return replace(self, diagnostics=self.diagnostics.assign_attrs(attrs))
 

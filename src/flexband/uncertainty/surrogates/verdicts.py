@@ -13,9 +13,6 @@ from flexband.words import number_of
 CONFIRMED = "Confirmed"
 """Beginning of a verdict that the expected error is right."""
 
-HUGE = 10.0
-"""Larger parts of the error bar's width are not told, since it has none."""
-
 
 def verdict(
     checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
@@ -150,4 +147,5 @@ def _named(labels: xr.DataArray, output: int) -> str:
 
 def in_percent(part: float) -> str:
     """Return a part in per cent; of huge ones only that they are."""
-    return f"{100 * part:.2g} %" if part < HUGE else f"more than {100 * HUGE:.0f} %"
+    huge = 10.0  # larger parts of the error bar's width are not told, since it has none
+    return f"{100 * part:.2g} %" if part < huge else f"more than {100 * huge:.0f} %"

@@ -16,11 +16,6 @@ from flexband.uncertainty.inputs.distribution import Spread
 LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
 """|mean| + variance of a logarithm, and std over mean, of a lognormal number."""
 
-EITHER = "LogNormal must have either mean and one of std and cv, or log_mean and log_std"
-
-MIN_PROBABILITY = 1e-100
-"""Of the values of a normal distribution that truncation leaves."""
-
 
 @frozen(repr=False)
 class Normal(Spread):
@@ -117,10 +112,11 @@ class LogNormal(Spread):
 
     def check(self) -> None:
         """Raise `InputError` if a parameter is not positive; find the moments of the number."""
+        either = "LogNormal must have either mean and one of std and cv, or log_mean and log_std"
         if self.log_mean is not None or self.log_std is not None:
             self._check_logarithm()
         if self.mean is None:
-            raise InputError(f"{EITHER}; got none")
+            raise InputError(f"{either}; got none")
         mean = check_positive("LogNormal mean", check_numbers("LogNormal mean", self.mean))
         object.__setattr__(self, "mean", float(mean))
         super().check()
@@ -188,6 +184,7 @@ class TruncatedNormal(Spread):
 
     def check(self) -> None:
         """Raise `InputError` if the limits leave nothing."""
+        min_probability = 1e-100  # of the values of a normal distribution that truncation leaves
         super().check()
         for name in ("lower", "upper"):
             if (limit := getattr(self, name)) is not None:
@@ -201,7 +198,7 @@ class TruncatedNormal(Spread):
         near, far = sorted((abs(low), abs(high))) if low * high > 0 else (0.0, np.inf)
         if near > 0:
             logarithm = log_ndtr(-near) + np.log1p(-np.exp(log_ndtr(-far) - log_ndtr(-near)))
-            if not logarithm > np.log(MIN_PROBABILITY):
+            if not logarithm > np.log(min_probability):
                 raise InputError(
                     f"{self!r} leaves nothing of the normal distribution: its limits are "
                     f"{near:.3g} standard deviations or more from the mean"

@@ -13,21 +13,11 @@ from numpy.polynomial import legendre
 
 from flexband.errors import InputError
 
-WIDTH = 0.5
-"""Of a panel that is not halved."""
-
 POINTS = 12
 """Points of a panel, and coefficients of its polynomial."""
 
 NODES, WEIGHTS = legendre.leggauss(POINTS)
 TRANSFORM = np.linalg.inv(legendre.legvander(NODES, POINTS - 1))
-
-ROUND_OFF, MAX_SPLITS, MAX_PANELS = 1e-12, 24, 1000
-"""A panel is halved, so often at most, while its last two coefficients are larger than this part of
-the spread, weighted by the density, and while there are not too many, as where values are noise."""
-
-LARGEST_NOISE = 1e-6
-"""Of what panels leave out, averaged over them, as a part of the spread."""
 
 
 @dataclass(frozen=True)
@@ -58,23 +48,30 @@ class Quantiles:
         InputError
             If it is noise, as where the values of a distribution differ by rounding only.
         """
-        edges = np.unique([*np.arange(-reach, reach + WIDTH / 2, WIDTH), 0.0, *kinks])
+        width = 0.5  # of a panel that is not halved
+        # a panel is halved, so often at most, while its last two coefficients are larger
+        # than this part of the spread, weighted by the density, and while there are not
+        # too many, as where values are noise
+        round_off, max_splits, max_panels = 1e-12, 24, 1000
+        # of what panels leave out, averaged over them, as a part of the spread
+        largest_noise = 1e-6
+        edges = np.unique([*np.arange(-reach, reach + width / 2, width), 0.0, *kinks])
         edges = edges[np.isfinite(function(edges))]
         panels = np.stack([edges[:-1], edges[1:]], axis=1)
         spread, pieces, noise = np.ptp(function(np.array([-1.0, 1.0]))), [], 0.0
-        for split in range(MAX_SPLITS + 1):
+        for split in range(max_splits + 1):
             middle, half = panels.mean(axis=1, keepdims=True), np.diff(panels) / 2
             coefficients = function(middle + half * NODES) @ TRANSFORM.T
             nearest = np.abs(panels).min(axis=1)  # zero lies on an edge
             off = np.abs(coefficients[:, -2:]).max(axis=1) * np.exp(-(nearest**2) / 2)
-            bad = (off > ROUND_OFF * spread) & (split < MAX_SPLITS)
-            if sum(len(intervals) for intervals, _ in pieces) + 2 * len(panels) > MAX_PANELS:
+            bad = (off > round_off * spread) & (split < max_splits)
+            if sum(len(intervals) for intervals, _ in pieces) + 2 * len(panels) > max_panels:
                 bad[:] = False
             pieces.append((panels[~bad], coefficients[~bad]))
             noise += off[~bad] @ half[~bad, 0]
             (low, high), middle = panels[bad].T, middle[bad, 0]
             panels = np.concatenate([np.stack([low, middle], 1), np.stack([middle, high], 1)])
-        if not noise < LARGEST_NOISE * spread:
+        if not noise < largest_noise * spread:
             raise InputError(
                 "a distribution must have quantiles that are more than rounding; these are off by "
                 f"{noise / spread:.1g} of their spread, which may be too small for their size"

@@ -15,17 +15,8 @@ from flexband.errors import InputError, check_finite, check_numbers, check_posit
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.words import number_of
 
-FEWEST, FEW = 5, 30
-"""Values that are refused, and remarked on, if there are fewer."""
-
 GROUP = 0.05
 """Values nearer to each other than this part of the bandwidth share a kernel."""
-
-LARGEST_BANDWIDTH = 1e8
-"""In standard deviations of the values. Wider kernels give the same distribution, a normal one."""
-
-AT_ONCE = 10**6
-"""Numbers in memory when kernels are summed."""
 
 
 class Kernels(NamedTuple):
@@ -65,10 +56,11 @@ class Samples(Distribution):
 
     def check(self) -> None:
         """Raise `InputError` if the values tell no distribution; remark on few values."""
+        fewest, few = 5, 30  # values that are refused, and remarked on, if there are fewer
         values = np.sort(check_finite("Samples values", self.values, rank=None), axis=None)
-        if np.ndim(self.values) != 1 or len(values) < FEWEST:
+        if np.ndim(self.values) != 1 or len(values) < fewest:
             raise InputError(
-                f"Samples values must be {FEWEST} numbers or more, shape (n,); "
+                f"Samples values must be {fewest} numbers or more, shape (n,); "
                 f"got shape {np.shape(self.values)}"
             )
         if not np.ptp(values) > 1e-12 * np.abs(values).max():
@@ -81,7 +73,7 @@ class Samples(Distribution):
             )
             object.__setattr__(self, "bandwidth", width)
         n = len(values)
-        if n < FEW:
+        if n < few:
             warn(
                 f"{self!r} are few: their mean is uncertain by {100 / np.sqrt(n):.2g} % of the "
                 f"standard deviation, and the standard deviation by {100 / np.sqrt(2 * n - 2):.2g} "
@@ -106,11 +98,14 @@ class Samples(Distribution):
     @cached_property
     def kernels(self) -> Kernels:
         """The kernels, one for values that are almost equal."""
+        # in standard deviations of the values. Wider kernels give the same distribution,
+        # a normal one.
+        largest_bandwidth = 1e8
         x = np.array(self.values)
         mean, std = x.mean(), x.std(ddof=1)
         quartiles = np.ptp(np.quantile(x, [0.25, 0.75])) / 1.34
         width = self.bandwidth or 0.9 * min(std, quartiles or std) * len(x) ** -0.2
-        width = min(width, LARGEST_BANDWIDTH * std)
+        width = min(width, largest_bandwidth * std)
         group = np.unique(np.round((x - mean) / (GROUP * width)), return_inverse=True)[1]
         count = np.bincount(group)
         centres, weights = np.bincount(group, x - mean) / count, count / len(x)
@@ -119,9 +114,10 @@ class Samples(Distribution):
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         """Return z of values: the inverse of `at_normal`."""
+        at_once = 10**6  # numbers in memory when kernels are summed
         value = np.asarray(value, dtype=float)
         centres, weights, width = self.kernels
-        parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // AT_ONCE)
+        parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // at_once)
         apart = [(part[:, None] - centres) / width for part in parts]
         below, above = (np.concatenate([ndtr(s * d) @ weights for d in apart]) for s in (1, -1))
         z = np.where(below < 0.5, ndtri(below), -ndtri(above))

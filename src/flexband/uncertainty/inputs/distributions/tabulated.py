@@ -12,9 +12,7 @@ from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
 
 REACHES, ACCURACY = (30.0, 20.0, 12.0, 9.0), 1e-6
 """Standard normal variables up to which there are panels, the first at which quantiles are the
-inverse of probabilities; else `MIN_REACH`: all but 3·10⁻¹² of the values."""
-
-MIN_REACH = 7.0
+inverse of probabilities; else 7: all but 3·10⁻¹² of the values."""
 
 
 class Tabulated(Distribution):
@@ -27,7 +25,7 @@ class Tabulated(Distribution):
     @cached_property
     def quantiles(self) -> Quantiles:
         """The numbers at values of a standard normal variable, as polynomials."""
-        return Quantiles.of(self.exact, next(filter(self._reaches, REACHES), MIN_REACH))
+        return Quantiles.of(self.exact, next(filter(self._reaches, REACHES), 7.0))
 
     def _reaches(self, reach: float) -> bool:
         """Return whether quantiles are accurate so far out."""

@@ -21,9 +21,6 @@ from flexband.words import number_of
 
 Correlation = Callable[[np.ndarray], np.ndarray]
 
-LARGEST_NU = 100.0
-"""Of `Matern`: above it, the function is the limit up to 0.005."""
-
 MAX_NODES = 4000
 """Of a field: the correlations of more do not fit into the memory of a small computer."""
 
@@ -63,10 +60,11 @@ class Matern:
     nu: float
 
     def __post_init__(self) -> None:
+        largest_nu = 100.0  # above it, the function is the limit up to 0.005
         nu = float(check_numbers("Matern nu", self.nu))
-        if not 0 < nu <= LARGEST_NU:
+        if not 0 < nu <= largest_nu:
             raise InputError(
-                f"Matern nu must be above 0 and at most {LARGEST_NU:g}; got {nu:g} "
+                f"Matern nu must be above 0 and at most {largest_nu:g}; got {nu:g} "
                 "(squared_exponential is the limit)"
             )
         object.__setattr__(self, "nu", nu)
@@ -92,10 +90,6 @@ def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
     return values
 
 
-MIN_LENGTHS = 1e-305
-"""Fewest correlation lengths in a domain: squares of polynomials over fewer overflow."""
-
-
 def equidistant(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
 ) -> tuple[float, np.ndarray]:
@@ -106,6 +100,8 @@ def equidistant(
     InputError
         For what no field can have.
     """
+    # fewest correlation lengths in a domain: squares of polynomials over fewer overflow
+    min_lengths = 1e-305
     check_function("RandomField correlation", correlation)
     name = "RandomField correlation_length"
     length = float(check_positive(name, check_numbers(name, length)))
@@ -113,7 +109,7 @@ def equidistant(
     if start >= end:
         raise InputError(f"RandomField domain must run upwards; got {domain}")
     lengths = float(end - start) / length
-    if not MIN_LENGTHS <= lengths < np.inf:
+    if not min_lengths <= lengths < np.inf:
         which = "short" if lengths > 1 else "long"
         raise InputError(f"{name} {length:g} is too {which} for {domain}")
     return length, np.linspace(start, end, check_integer("RandomField nodes", nodes, 2, MAX_NODES))

@@ -15,8 +15,6 @@ from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interv
 Profile = float | Callable[[np.ndarray], np.ndarray]
 """A number, or a function of positions of shape (points,) that returns as many values."""
 
-MAX_REALIZATIONS = 100_000
-
 
 class Field(Input):
     """An uncertain function of the position along a line [m], or of the time [s].
@@ -133,7 +131,8 @@ class Field(Input):
         ----------
         count, seed : number of samples, and seed of the random numbers.
         """
-        count = check_integer(f"{self.kind} count", count, 1, MAX_REALIZATIONS)
+        max_realizations = 100_000
+        count = check_integer(f"{self.kind} count", count, 1, max_realizations)
         generator = np.random.default_rng(check_integer(f"{self.kind} seed", seed, 0))
         shape = count, self.dimension
         normal = self.random

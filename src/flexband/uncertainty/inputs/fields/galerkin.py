@@ -27,17 +27,8 @@ from flexband.uncertainty.inputs.fields.correlation import (
 )
 from flexband.uncertainty.inputs.fields.series import Series, decomposed
 
-POLYNOMIALS = 12
-"""Most on an element of a Karhunen–Loève expansion."""
-
 POINTS = 10
 """Gauss points for a correlation function, added to those for polynomials."""
-
-CHUNK = 64
-"""Positions at which covariances are integrated at once."""
-
-WIDEST = 250.0
-"""Correlation lengths that an element may hold: it takes four Gauss points for each."""
 
 
 def karhunen_loeve(
@@ -58,7 +49,8 @@ def karhunen_loeve(
     InputError
         If an argument or the correlations are impossible.
     """
-    return galerkin(correlation, length, domain, nodes, POLYNOMIALS)
+    polynomials = 12  # most on an element of a Karhunen–Loève expansion
+    return galerkin(correlation, length, domain, nodes, polynomials)
 
 
 def orthogonal_series(
@@ -81,14 +73,16 @@ def galerkin(
     polynomials: int,
 ) -> LegendreModes:
     """Return the expansion in so many polynomials on each element, at least `nodes` in all."""
+    # correlation lengths that an element may hold: it takes four Gauss points for each
+    widest = 250.0
     length, x = equidistant(correlation, length, domain, nodes)
     elements = -(-nodes // polynomials)
     width, count = float(x[-1] - x[0]) / length / elements, -(-nodes // elements)
-    if not width <= WIDEST:
+    if not width <= widest:
         raise InputError(
             f"RandomField correlation_length {length:g} is too short for the domain {domain} and "
             f"nodes={nodes}: {count} polynomials cannot follow {width:.3g} correlation lengths; "
-            f"allowed are {WIDEST:g} for each {polynomials} nodes"
+            f"allowed are {widest:g} for each {polynomials} nodes"
         )
     at_nodes = correlation_matrix(correlation, length, x)
     check_eigenvalues(np.linalg.eigvalsh(at_nodes))
@@ -133,7 +127,8 @@ class Polynomials(NamedTuple):
         The integrals are split where a correlation function may have kinks: at the distances 0
         and 1.
         """
-        parts = [s[k : k + CHUNK] for k in range(0, len(s), CHUNK)]
+        chunk = 64  # positions at which covariances are integrated at once
+        parts = [s[k : k + chunk] for k in range(0, len(s), chunk)]
         return np.concatenate([self._loads(correlation, part[:, None]) for part in parts])
 
     def _loads(self, correlation: Correlation, s: np.ndarray) -> np.ndarray:

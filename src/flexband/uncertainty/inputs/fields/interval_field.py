@@ -11,12 +11,6 @@ from flexband.errors import InputError, check_flag, check_positive
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
 from flexband.words import number_of
 
-MAX_POINTS = 1000
-"""Control points of a field."""
-
-CHECKED = 1001
-"""Positions of the domain at which limits are checked."""
-
 
 @frozen()
 class IntervalField(Field):
@@ -82,14 +76,16 @@ class IntervalField(Field):
     @cached_property
     def points(self) -> np.ndarray:
         """The control points: one length apart, the first and the last outside the domain."""
+        checked = 1001  # positions of the domain at which limits are checked
+        max_points = 1000  # control points of a field
         start, end = self.located
         count = max(2, int(np.ceil((end - start) / self.length - 1e-9)) + 1)
-        if count > MAX_POINTS:
+        if count > max_points:
             raise InputError(
-                f"IntervalField control points must be {MAX_POINTS} or less; got {count}, one per "
+                f"IntervalField control points must be {max_points} or less; got {count}, one per "
                 f"length of {self.length:g} on ({start:g}, {end:g})"
             )
-        self.limits(np.linspace(start, end, CHECKED))
+        self.limits(np.linspace(start, end, checked))
         return (start + end) / 2 + self.length * (np.arange(count) - (count - 1) / 2)
 
     @property

@@ -38,12 +38,6 @@ from flexband.uncertainty.inputs.fields.series import Discretization, Series
 from flexband.uncertainty.inputs.inputs import Interval
 from flexband.words import number_of
 
-FEW_TERMS = 0.7
-"""Share of the tolerance that is met with all nodes, so that a part of the terms meets it."""
-
-LARGEST_ACCELERATION_ERROR = 0.05
-"""Of a field that prescribes a motion, without a warning."""
-
 
 @frozen()
 class RandomField(Field):
@@ -170,6 +164,9 @@ class RandomField(Field):
     @cached_property
     def expansion(self) -> Series:
         """The series of the standardized field, which must have a domain."""
+        # share of the tolerance that is met with all nodes, so that a part of the terms
+        # meets it
+        few_terms = 0.7
         start, end = self.located
         count = self.nodes or max(21, np.ceil(8 * (end - start) / self.correlation_length) + 1)
         if count > MAX_NODES:
@@ -189,7 +186,7 @@ class RandomField(Field):
                 return series.first(self.terms)
             errors = self._errors(series, x).max(axis=-1)
             least = float(errors.min())
-            if self.nodes or least <= FEW_TERMS * self.tolerance or 2 * count > MAX_NODES:
+            if self.nodes or least <= few_terms * self.tolerance or 2 * count > MAX_NODES:
                 break
             halvings, gain = np.log2(MAX_NODES / count), least / before
             if gain > 0 and least * gain ** (2 * halvings) > self.tolerance:
@@ -244,9 +241,10 @@ class RandomField(Field):
 
     def check_motion(self, part: str) -> None:
         """Raise `InputError` as any `Field`; warn if the terms lack much of the accelerations."""
+        largest_acceleration_error = 0.05  # of a field that prescribes a motion, without a warning
         super().check_motion(part)
         lacking = self.expansion.acceleration_error()
-        if lacking > LARGEST_ACCELERATION_ERROR:
+        if lacking > largest_acceleration_error:
             warn(
                 f"{part} is prescribed by a RandomField of {number_of(self.dimension, 'term')}, "
                 "which lack "

@@ -20,15 +20,6 @@ from flexband.uncertainty.inputs.fields.correlation import (
     correlations,
 )
 
-SMALLEST = 1e-12
-"""Eigenvalue, relative to the largest, that is told from rounding."""
-
-SMALL_DISTANCE = 0.02
-"""Correlation lengths between values of which second differences are taken."""
-
-POSITIONS = 101
-"""Where second differences are taken."""
-
 
 @dataclass(frozen=True)
 class Series(ABC):
@@ -80,9 +71,11 @@ class Series(ABC):
 
     def acceleration_error(self) -> float:
         """Return what û″ lacks of the variance of u″, relative to it, on average."""
+        positions = 101  # where second differences are taken
+        small_distance = 0.02  # between values of which they are taken, in correlation lengths
         start, end = self.domain
-        h = min(SMALL_DISTANCE * self.length, (end - start) / 8)
-        x = np.linspace(start + h, end - h, POSITIONS) + h * np.arange(-1, 2)[:, None]
+        h = min(small_distance * self.length, (end - start) / 8)
+        x = np.linspace(start + h, end - h, positions) + h * np.arange(-1, 2)[:, None]
         before, center, after = np.moveaxis(self.basis(x), 1, 0)
         variance = np.mean(np.sum((before - 2 * center + after) ** 2, axis=0))
         near = correlations(self.correlation, np.array([0.0, 1.0, 2.0]) * h / self.length)
@@ -101,11 +94,12 @@ def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray
     InputError
         If a matrix of correlations is not positive semidefinite.
     """
+    smallest = 1e-12  # eigenvalue, relative to the largest, that is told from rounding
     decompositions = []
     in_threads(lambda square_matrix: decompositions.append(np.linalg.eigh(square_matrix)), [matrix])
     ((values, vectors),) = decompositions
     if of_correlations:
         check_eigenvalues(values)
     values, vectors = values[::-1], vectors[:, ::-1]
-    usable = int(np.sum(values > SMALLEST * values[0]))
+    usable = int(np.sum(values > smallest * values[0]))
     return values[:usable], vectors[:, :usable]

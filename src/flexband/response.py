@@ -1,0 +1,122 @@
+"""What a study runs: a function of its inputs, and what it says about itself."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+Answer = TypeVar("Answer")
+
+ResponseFunction = Callable[..., Any]
+"""``response(**values)``: takes one array of shape (n,) per input, or a function of position for a
+field, and returns an array of shape (n, ...). `as_response` makes it a `Response`."""
+
+
+class Response(ABC):
+    """A function of the inputs, and what it says about itself; the defaults say nothing.
+
+    Attributes
+    ----------
+    elsewhere : whether it cannot be called, since other people run it: its runs are in a store.
+    one_by_one : whether it is called with one sample at a time.
+    refines : whether it has `refinements`.
+    """
+
+    elsewhere: bool = False
+    one_by_one: bool = False
+    refines: bool = False
+
+    @abstractmethod
+    def __call__(self, **values: Any) -> Any:
+        """Return the outputs, dims (sample, ...).
+
+        Parameters
+        ----------
+        values : every input by name: an array of shape (n,), or a function of position that returns
+            shape (n, points).
+        """
+
+    @property
+    def original(self) -> ResponseFunction:
+        """The object that a user made: it is hashed, sent to other processes, and shown."""
+        return self
+
+    def refinements(self, **values: Any) -> Mapping[str, Response]:
+        """Return the response on finer discretizations, by the name of what is finer."""
+        return {}
+
+    def at_more_times(self) -> Response | None:
+        """Return the response at times that divide each of its steps; None if it has no others."""
+        return None
+
+    def left_out(self, **values: Any) -> list[str]:
+        """Return what of the discretization is not given, so that the method chooses it."""
+        return []
+
+    def discretization(self, **values: Any) -> dict[str, float]:
+        """Return the numbers of the discretization, such as the step, by name."""
+        return {}
+
+    def quantities(self, **values: Any) -> list[str]:
+        """Return of which vector or tensor each output is a component, by name."""
+        return []
+
+    def tensors(self, **values: Any) -> list[str]:
+        """Return which of the quantities are tensors, by name."""
+        return []
+
+
+def as_response(function: ResponseFunction) -> Response:
+    """Return a function, or an object with some of the methods of a `Response`, as one."""
+    return function if isinstance(function, Response) else FunctionResponse(function)
+
+
+class FunctionResponse(Response):
+    """A user's function as a response; methods that it has besides are those of a `Response`.
+
+    A method ``refined()`` that returns one finer response is enough for estimates.
+    """
+
+    def __init__(self, function: ResponseFunction) -> None:
+        self.function = function
+        self.elsewhere = bool(self._attribute("elsewhere", default=False))
+        self.one_by_one = bool(self._attribute("one_by_one", default=False))
+        self.refines = callable(self._attribute("refinements", self._attribute("refined", None)))
+
+    def __call__(self, **values: Any) -> Any:
+        return self.function(**values)
+
+    @property
+    def original(self) -> ResponseFunction:
+        return self.function
+
+    def refinements(self, **values: Any) -> Mapping[str, Response]:
+        refined = self._attribute("refined", None)
+        whole = {"discretization": refined()} if callable(refined) else {}
+        finer = self._answer("refinements", whole, values)
+        return {name: as_response(response) for name, response in finer.items()}
+
+    def at_more_times(self) -> Response | None:
+        response = self._answer("at_more_times", None, {})
+        return None if response is None else as_response(response)
+
+    def left_out(self, **values: Any) -> list[str]:
+        return self._answer("left_out", [], values)
+
+    def discretization(self, **values: Any) -> dict[str, float]:
+        return self._answer("discretization", {}, values)
+
+    def quantities(self, **values: Any) -> list[str]:
+        return self._answer("quantities", [], values)
+
+    def tensors(self, **values: Any) -> list[str]:
+        return self._answer("tensors", [], values)
+
+    def _attribute(self, name: str, default: Answer) -> Answer:
+        return getattr(self.function, name, default)
+
+    def _answer(self, name: str, default: Answer, values: Mapping[str, Any]) -> Answer:
+        """Return what a method of the function returns, or the default if it has none."""
+        method = self._attribute(name, None)
+        return method(**values) if callable(method) else default

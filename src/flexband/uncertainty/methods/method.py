@@ -1,0 +1,188 @@
+"""What a method is, and what it runs: the response as a function of standard variables."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.diagnostics import Quantities
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.words import number_of
+
+MAX_RUNS = 1_000_000
+"""Runs that a method may take if nothing else is said."""
+
+
+class Evaluate(ABC):
+    """The response at points of the standard variables, and what it says about itself.
+
+    Attributes
+    ----------
+    left_out : what of the discretization the user leaves to the method.
+    """
+
+    left_out: list[str]
+
+    def __init__(self) -> None:
+        self.left_out = []
+
+    @abstractmethod
+    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        """Return the outputs at ξ of shape (runs, n) and η of shape (runs, m): (sample, ...)."""
+
+    def refinements(self) -> Mapping[str, Evaluate]:
+        """Return the response on discretizations twice as fine, by the name of what is finer."""
+        return {}
+
+    def discretization(self) -> dict[str, float]:
+        """Return the numbers of the discretization, such as the step, by name."""
+        return {}
+
+    def quantities(self) -> list[str]:
+        """Return of which vector or tensor each output is a component, by name."""
+        return []
+
+    def tensors(self) -> list[str]:
+        """Return which of the quantities are tensors, by name."""
+        return []
+
+    def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return ξ, η and values of up to so many earlier runs at generic points."""
+        return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
+
+
+def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
+    """Return of which vector or tensor each output is a component."""
+    names = evaluate.quantities()
+    if len(names) != outputs:
+        return Quantities.alone(outputs)
+    return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, evaluate.tensors()))
+
+
+class Method(ABC):
+    """At which points the response is run, and how bands are computed from its values.
+
+    Attributes
+    ----------
+    name : of the method.
+    expands : whether it makes a surrogate.
+    chooses_discretization : whether it chooses what the response leaves out of its discretization,
+        so that it finds out how many runs it needs.
+    skips_failed : whether it goes on without runs that fail.
+    copies : how many times all outputs are in memory while they are fitted.
+    copies_per_carrier : the same for each carrier that is tried.
+    """
+
+    name: str = ""
+    expands: bool = False
+    chooses_discretization: bool = False
+    skips_failed: bool = False
+    copies: float = 2.0
+    copies_per_carrier: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """Name and orders, for tables and figures."""
+        return self.name
+
+    @abstractmethod
+    def runs(self, space: Space) -> int:
+        """Return the number of runs, or the most there may be."""
+
+    @abstractmethod
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
+        """Run the response at the points of the method and return the bands, of μ ± kσ."""
+
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Run the response at the points of the method and return the surrogate.
+
+        Raises
+        ------
+        InputError
+            If the method makes none.
+        """
+        raise InputError(f"method must be one that expands the response; got {self!r}")
+
+    def advice(self, space: Space, most_runs: int) -> str:
+        """Return which options take at most so many runs, as text; "" if that is not known."""
+        return ""
+
+
+class ExpansionMethod(Method):
+    """A method that expands the response, and computes bands from the surrogate."""
+
+    expands = True
+
+    @abstractmethod
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        """Run the response at the points of the method and return the surrogate."""
+
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
+        """Return the bands and the diagnostics."""
+        return self.expand(space, evaluate).bands(sigmas)
+
+
+class UserMethod(Method):
+    """An object with `name`, `label`, `runs` and `solve` as a method, and with `expand` if it has.
+
+    Further attributes that it has are those of a `Method`.
+    """
+
+    def __init__(self, method: Any) -> None:
+        self.method, self.name = method, method.name
+        self.expands = callable(getattr(method, "expand", None))
+        for name in ("chooses_discretization", "skips_failed", "copies", "copies_per_carrier"):
+            setattr(self, name, getattr(method, name, getattr(Method, name)))
+
+    def __repr__(self) -> str:
+        return repr(self.method)
+
+    @property
+    def label(self) -> str:
+        return self.method.label
+
+    def runs(self, space: Space) -> int:
+        return self.method.runs(space)
+
+    def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
+        return self.method.solve(space, evaluate, sigmas)
+
+    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
+        return (
+            self.method.expand(space, evaluate) if self.expands else super().expand(space, evaluate)
+        )
+
+
+def as_method(method: Any) -> Method:
+    """Return an object as a method; raise `InputError` if it is none."""
+    if isinstance(method, Method):
+        return method
+    if isinstance(method, type) or not callable(getattr(method, "solve", None)):
+        name = method.__name__ if isinstance(method, type) else ""
+        text = f"the class {name}: write {name}(…)" if name else repr(method)
+        raise InputError(f"method must be one like AdaptivePCCI(0.01); got {text}")
+    return UserMethod(method)
+
+
+def check_runs(method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1) -> None:
+    """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
+
+    `count` is the number of combinations of options, each with runs of its own.
+    """
+    runs = count * method.runs(space)
+    if runs > most_runs:
+        advice = as_method(method).advice(space, most_runs // count)
+        suggestion = f". {advice}" if advice else space.advice_on_fields
+        shown_runs = str(runs) if runs < 10**12 else f"about 10^{math.log10(runs):.0f}"
+        raise InputError(
+            f"{method!r} would take {shown_runs} runs, with {space.random_dimension} random and "
+            f"{number_of(space.interval_dimension, 'interval variable')}; most_runs is "
+            f"{most_runs}{suggestion}"
+        )

@@ -225,7 +225,7 @@ def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
     def cantilever(length, modulus):
         beam = fb.Beam(
             length=length, height=0.01, width=0.01, density=7800.0, youngs_modulus=modulus,
-            poissons_ratio=0.3, retardation=1e-4,
+            poissons_ratio=0.3, retardation_time=1e-4,
         )  # fmt: skip
         return fb.Mechanism(
             bodies={"beam": beam},

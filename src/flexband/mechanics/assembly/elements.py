@@ -48,7 +48,7 @@ class ElementTable:
         starts = [first + int(row) for row in body.element_rows]
         self.groups += [range(start, start + body.element_coordinates) for start in starts]
         self.inverse_length += list(1 / body.element_lengths.T)
-        self.retardation += [body.retardation] * body.elements
+        self.retardation += [body.retardation_time] * body.elements
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)

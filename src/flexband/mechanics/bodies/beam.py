@@ -63,7 +63,7 @@ section grows less than the axis stretches in a free beam that spins, if it is n
 its radius of gyration."""
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
 class Beam(CentreLine):
     """A flexible beam with shear deformation, straight or curved, Eq. (22).
 
@@ -87,8 +87,8 @@ class Beam(CentreLine):
     elements : number of elements. If it is left out, 4 are used, with a warning, or
         `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
         loads act between the ends: then they are shared among the parts between these points.
-    retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains E + τ Ė.
-        A vibration of angular frequency ω has the damping ratio τω/2.
+    retardation_time : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains
+        E + τ Ė. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
     angle : from the X axis to the beam's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left, less than 2/height. Terms of

@@ -31,7 +31,7 @@ from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.kernels.forms import Form, Frame, Vector, cross, subtract
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
 class Cable(CentreLine):
     """A thin flexible body without shear deformation, straight or curved.
 
@@ -52,8 +52,8 @@ class Cable(CentreLine):
     elements : number of elements. If it is left out, 4 are used, with a warning, or
         `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
         loads act between the ends: then they are shared among the parts between these points.
-    retardation : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the strains
-        ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
+    retardation_time : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the
+        strains ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
     angle : from the X axis to the cable's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left.

@@ -60,7 +60,7 @@ class CentreLine(Body):
     velocity: Point = (0.0, 0.0)
     rate: ArrayLike = 0.0
     curvature: Property = 0.0
-    retardation: ArrayLike = 0.0
+    retardation_time: ArrayLike = 0.0
     elements_per_node: int = 1
     elements_left_out: bool = False
     divisions: tuple[float, ...] = ()
@@ -85,14 +85,14 @@ class CentreLine(Body):
         check_angle(f"{name} angle", self.angle)
         velocity = point(f"{name} velocity", self.velocity)
         check_finite(f"{name} rate [rad/s]", self.rate)
-        check_non_negative(f"{name} retardation [s]", self.retardation)
+        check_non_negative(f"{name} retardation_time [s]", self.retardation_time)
         curvature = (f"{name} curvature [1/m]", self.curvature, check_finite)
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
         bent = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        check_same_samples(name, self.length, self.retardation, *bent, *motion)
+        check_same_samples(name, self.length, self.retardation_time, *bent, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:

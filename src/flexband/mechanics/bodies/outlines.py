@@ -6,9 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 
-ROUNDING = 4 * np.finfo(float).eps
-"""Largest relative rounding of the difference of two products of differences, and more."""
-
 
 def touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
     """Return two edges of an outline that meet elsewhere than at a common corner, or None.
@@ -45,12 +42,13 @@ def touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
 def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the sign of the turn from a over b to c, points of shape (2, …): 1 is to the left."""
     (ax, ay), (bx, by), (cx, cy) = a, b, c
+    rounding = 4 * np.finfo(float).eps  # more than that of the difference of both products
     with np.errstate(all="ignore"):
         first_product, second_product = (bx - ax) * (cy - ay), (by - ay) * (cx - ax)
         sign = np.sign(first_product - second_product)
         unsure = ~(
             np.abs(first_product - second_product)
-            > ROUNDING * (np.abs(first_product) + np.abs(second_product)) + 1e-290
+            > rounding * (np.abs(first_product) + np.abs(second_product)) + 1e-290
         )
     unsure &= ~(((bx == ax) | (cy == ay)) & ((by == ay) | (cx == ax)))  # 0 − 0
     points = [np.broadcast_to(v, sign.shape)[unsure] for v in (ax, ay, bx, by, cx, cy)]

@@ -70,6 +70,9 @@ class RigidBody(Body):
     rate: ArrayLike = 0.0
 
     per_node: ClassVar[int] = 4
+    """Those of r and r_x."""
+
+    rigid = True
 
     def __post_init__(self) -> None:
         check_non_negative("RigidBody mass [kg]", self.mass)
@@ -107,11 +110,7 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        a = check_positive("block length [m]", length)
-        b = check_positive("block height [m]", height)
-        c = check_positive("block width [m]", width)
-        rho = check_non_negative("block density [kg/m³]", density)
-        check_same_samples("block", a, b, c, rho)
+        a, b, c, rho = _sizes("block", density, length=length, height=height, width=width)
         plausible_block(a, b, c)
         mass = rho * a * b * c
         return RigidBody(mass=mass, inertia=mass * (a**2 + b**2) / 12, **motion)
@@ -133,10 +132,7 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        r = check_positive("disc radius [m]", radius)
-        w = check_positive("disc width [m]", width)
-        rho = check_non_negative("disc density [kg/m³]", density)
-        check_same_samples("disc", r, w, rho)
+        r, w, rho = _sizes("disc", density, radius=radius, width=width)
         mass = rho * np.pi * r**2 * w
         return RigidBody(mass=mass, inertia=mass * r**2 / 2, **motion)
 
@@ -159,12 +155,11 @@ class RigidBody(Body):
             If there are fewer than three vertices, the outline encloses no area, touches or crosses
             itself, the width is not positive, or the density is negative.
         """
-        scalar = isinstance(vertices, np.ndarray) and vertices.ndim == 0
-        if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
+        several = isinstance(vertices, Sequence | np.ndarray) and np.iterable(vertices)
+        if not several or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
-        thickness = check_positive("polygon width [m]", width)
-        rho = check_non_negative("polygon density [kg/m³]", density)
+        thickness, rho = _sizes("polygon", density, width=width)
         check_same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
@@ -258,3 +253,11 @@ class RigidBody(Body):
     def constraints(self, first: int) -> list[Form]:  # Eq. (24): r_x has length one
         x = Frame.of_rigid_node(first).x
         return [dot(x, x) - Form.constant(1.0)]
+
+
+def _sizes(shape: str, density: ArrayLike, **sizes: ArrayLike) -> list[np.ndarray]:
+    """Return the sizes [m] and the density [kg/m³] of a shape, checked."""
+    checked = [check_positive(f"{shape} {name} [m]", size) for name, size in sizes.items()]
+    checked.append(check_non_negative(f"{shape} density [kg/m³]", density))
+    check_same_samples(shape, *checked)
+    return checked

@@ -20,10 +20,10 @@ from flexband.errors import (
     check_integer,
     check_numbers,
     check_positive,
-    returned,
     warn,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Impulse, run_samples
@@ -35,9 +35,7 @@ from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
 from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
-from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.progress import heard, hearing
-from flexband.words import number_of
 
 
 def simulate(
@@ -144,11 +142,7 @@ def simulated(
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     system = assemble(mechanism)
-    check_affordable(
-        f"{number_of(system.samples, 'sample')} of {number_of(len(system.outputs), 'output')} at "
-        f"{number_of(count, 'time')}",
-        _numbers_per_time(system, threads or available_cores(), substeps) * count,
-    )
+    check_memory(system, count, threads or available_cores(), substeps)
     times = grid.times()
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
@@ -227,15 +221,6 @@ def _printed(_: str, line: str = "") -> None:
     """Print what is worth to be read of a call that nobody shows the progress of."""
     if line:
         print(f"flexband: {line}", file=sys.stderr, flush=True)
-
-
-def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
-    """Return how many numbers a simulation keeps for each of its times."""
-    runs, outputs, tables = system.samples, len(system.outputs), 3 * (1 + len(system.functions))
-    lanes = WIDTH * min(threads, -(-runs // WIDTH))
-    several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
-    tabulated = tables * ((runs + lanes) if several else 1 + WIDTH)
-    return runs * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
 
 
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:

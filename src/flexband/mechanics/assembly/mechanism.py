@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_integer, shown
+from flexband.errors import InputError, ResolutionWarning, check_integer, shown, warn
 from flexband.mechanics.assembly.parts import (
     Fixed,
     check_body,
@@ -48,7 +48,7 @@ from flexband.mechanics.loads.load import (
     SpringEntry,
 )
 from flexband.mechanics.sensors.motion import Sensor
-from flexband.words import with_article
+from flexband.words import number_of, with_article
 
 
 @frozen(kw_only=True)
@@ -160,6 +160,22 @@ class Mechanism:
     def without_elements(self) -> list[str]:
         """The flexible members whose number of elements was left out."""
         return [name for name, body in self.bodies.items() if body.elements_left_out]
+
+    def warn_of_elements(self) -> None:
+        """Warn of members whose number of elements was left out, or is too small."""
+        for name in self.without_elements:
+            warn(
+                f"the number of elements of {name!r} is left out: {self.elements[name]} are used",
+                ResolutionWarning,
+            )
+        for name, body in self.members.items():
+            if body.mesh.parts > body.elements:
+                warn(
+                    f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "
+                    "parts between the points where joints and loads act: its section forces are "
+                    f"wrong near these points. Give elements={body.mesh.parts} or more",
+                    ResolutionWarning,
+                )
 
     def check_sensors(self) -> None:
         """Raise `InputError` if there are no sensors, without which nothing is returned."""

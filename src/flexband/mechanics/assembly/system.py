@@ -11,15 +11,14 @@ from itertools import chain, groupby
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, ResolutionWarning, named, returned, warn
+from flexband.errors import InputError, named, returned
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
 from flexband.mechanics.assembly.inertia import Inertia
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.parts import naming
-from flexband.mechanics.assembly.products import ProductTable, TermTable
 from flexband.mechanics.assembly.stacking import count_samples, leaves, stack
 from flexband.mechanics.assembly.structure import Structure, Values
-from flexband.mechanics.assembly.tables import MassTable, Places, Table
+from flexband.mechanics.assembly.tables import MassTable, Places, ProductTable, Table, TermTable
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
@@ -27,7 +26,6 @@ from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.compiled_laws import CompiledLaw
 from flexband.mechanics.sensors.motion import Sensor
-from flexband.words import number_of
 
 
 @dataclass(frozen=True)
@@ -96,19 +94,7 @@ def assemble(mechanism: Mechanism) -> System:
         If numbers of samples do not fit each other or a function of position returns values that
         are not allowed.
     """
-    for name in mechanism.without_elements:
-        warn(
-            f"the number of elements of {name!r} is left out: {mechanism.elements[name]} are used",
-            ResolutionWarning,
-        )
-    for name, body in mechanism.members.items():
-        if body.mesh.parts > body.elements:
-            warn(
-                f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} parts "
-                "between the points where joints and loads act: its section forces are wrong near "
-                f"these points. Give elements={body.mesh.parts} or more",
-                ResolutionWarning,
-            )
+    mechanism.warn_of_elements()
     state, mass = mechanism.state, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     elements = {"beams": ElementTable(), "continua": ContinuumTable(), "cables": ElementTable()}

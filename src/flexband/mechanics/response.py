@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -56,10 +56,15 @@ class MechanismResponse:
         return mechanism
 
     @staticmethod
-    def with_inputs(error: RunError, values: Mapping[str, Argument], title: str) -> RunError:
-        """Return the error with the inputs of the failed runs, below a title."""
-        text = "\n".join([str(error), title, *shown_inputs(values, error.failures)])
-        return type(error)(text, error.failures, error.results)
+    def with_inputs(
+        error: RunError, values: Mapping[str, Argument], difference: str = ""
+    ) -> RunError:
+        """Return the error with the inputs of the first five of the failed runs."""
+        lines = [str(error), f"inputs of the failed runs{difference}:"]
+        for s in list(error.failures)[:5]:
+            inputs = ", ".join(_shown(name, v, s) for name, v in values.items())
+            lines.append(f"sample {s}: {inputs}")
+        return type(error)("\n".join(lines), error.failures, error.results)
 
 
 class SensorResponse(MechanismResponse):
@@ -181,10 +186,10 @@ class DynamicResponse(SensorResponse):
                     progress=listener(),
                     complete=self.given_step,
                 )
+            except AssemblyError as error:
+                raise self.with_inputs(error, values) from None
             except RunError as error:
-                started = not isinstance(error, AssemblyError)
-                title = f"inputs of the failed runs{self._difference() if started else ''}:"
-                raise self.with_inputs(error, values, title) from None
+                raise self.with_inputs(error, values, self._difference()) from None
         if "halved_step" in motion.attrs:
             warn(
                 f"{len(motion.attrs['halved_step'])} of {number_of(samples, 'run')} diverged with "
@@ -263,14 +268,6 @@ def dynamic_response(
     return DynamicResponse(
         builder, duration, between, chosen, threads, round(parts), given_step=step is not None
     )
-
-
-def shown_inputs(values: Mapping[str, Argument], samples: Iterable[int]) -> list[str]:
-    """Return the inputs of the first five of some samples as text."""
-    return [
-        f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
-        for s in list(samples)[:5]
-    ]
 
 
 def _shown(name: str, value: Argument, sample: int) -> str:

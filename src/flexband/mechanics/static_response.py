@@ -60,7 +60,7 @@ class AtRest(MechanismResponse, ABC):
         try:
             outputs = self.outputs(self.mechanism(values), values)
         except RunError as error:
-            raise self.with_inputs(error, values, "inputs of the failed runs:") from None
+            raise self.with_inputs(error, values) from None
         if "sample" not in outputs.dims:
             outputs = outputs.expand_dims(sample=samples)
         return outputs

@@ -105,23 +105,28 @@ class DynamicResponse(SensorResponse):
         """Step of the integrator [s]."""
         return self.output_step / self.step_parts
 
-    def refined(self) -> DynamicResponse:
-        """Return the response on half the step and twice the elements, at the same times.
+    def refined(self, step_parts: int = 2, element_parts: int = 2) -> DynamicResponse:
+        """Return the response with each step and each element divided, at the same times.
 
         Only the discretization differs: the builder is called as before, and the points of flexible
         members, joints, loads and sensors stay where they are. What was warned of before is not
         warned of again. A member that the builder itself divides into bodies is not refined.
         """
-        return self._finer(step_parts=2, element_parts=2)
+        return replace(
+            self,
+            step_parts=step_parts * self.step_parts,
+            element_parts=element_parts * self.element_parts,
+            given=self.given or self,
+        )
 
     def refinements(self, **values: Argument) -> dict[str, DynamicResponse]:
         """Return the response on half the step, and, with flexible members, on twice the elements.
 
         The values are those of a call.
         """
-        finer = {"step": self._finer(step_parts=2)}
+        finer = {"step": self.refined(element_parts=1)}
         if self.built(values).elements:
-            finer["elements"] = self._finer(element_parts=2)
+            finer["elements"] = self.refined(step_parts=1)
         return finer
 
     def at_more_times(self, max_parts: int = 64, max_times: int = 2**15) -> DynamicResponse | None:
@@ -199,15 +204,6 @@ class DynamicResponse(SensorResponse):
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion
-
-    def _finer(self, step_parts: int = 1, element_parts: int = 1) -> DynamicResponse:
-        """Return the response with each step and each element divided further."""
-        return replace(
-            self,
-            step_parts=step_parts * self.step_parts,
-            element_parts=element_parts * self.element_parts,
-            given=self.given or self,
-        )
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""

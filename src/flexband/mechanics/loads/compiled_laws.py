@@ -213,18 +213,12 @@ def _(value: np.ndarray, kept: list, within: Functions) -> Hashable:
     return (value.dtype.str, value.shape, value.strides, digest), ()
 
 
-@_meaning.register(tuple)
-@_meaning.register(list)
+@_meaning.register
 def _(value: tuple | list, kept: list, within: Functions) -> Hashable:
     return type(value), _meanings(enumerate(value), kept, within)
 
 
-@_meaning.register(NoneType)
-@_meaning.register(int)
-@_meaning.register(float)
-@_meaning.register(complex)
-@_meaning.register(str)
-@_meaning.register(np.generic)
+@_meaning.register(int | float | complex | str | np.generic | NoneType)
 def _(value: complex | str | np.generic | None, kept: list, within: Functions) -> Hashable:
     return (type(value), repr(value)), ()
 

@@ -67,7 +67,8 @@ def motions():
 
 def cantilever(modulus):
     material = {"density": 7800.0, "youngs_modulus": modulus, "poissons_ratio": 0.3}
-    section = {"height": 0.01, "width": lambda x: 0.02 - 0.01 * x, "retardation": 1e-4}
+    damping = "retardation_time" if hasattr(fb.Beam, "retardation_time") else "retardation"
+    section = {"height": 0.01, "width": lambda x: 0.02 - 0.01 * x, damping: 1e-4}
     local = {name: getattr(fb, name)("b", "0.3") for name in ("Deflection", "SectionForces")}
     local |= {name: getattr(fb, name)("b", "0.3", y=0.005) for name in ("Strain", "Stress")}
     whole = {name: getattr(fb, f"{name}Energy")() for name in ("Kinetic", "Elastic", "Potential")}

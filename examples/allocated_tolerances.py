@@ -20,7 +20,7 @@ def four_bar(crank, coupler, rocker, ground, height):
     beam = {"length": coupler, "height": height, "start": (0.04, 0.07), "angle": 0.4}
     bodies = {
         "crank": fb.RigidBody.bar(length=crank, angle=np.pi / 3, **STEEL),
-        "coupler": fb.Beam(**beam, **POLYAMIDE, retardation=2e-3, elements=2),
+        "coupler": fb.Beam(**beam, **POLYAMIDE, retardation_time=2e-3, elements=2),
         "rocker": fb.RigidBody.bar(length=rocker, start=(ground, 0.0), angle=1.6, **STEEL),
     }
     joints = {

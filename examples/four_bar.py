@@ -24,7 +24,7 @@ def four_bar(coupler_length, youngs_modulus):
             "crank": fb.RigidBody.bar(length=CRANK, angle=angle(0.0), **STEEL),
             "coupler": fb.Beam(
                 length=coupler_length, height=0.006, width=0.01, density=1140.0,  # polyamide
-                youngs_modulus=youngs_modulus, poissons_ratio=0.39, retardation=5e-4,
+                youngs_modulus=youngs_modulus, poissons_ratio=0.39, retardation_time=5e-4,
                 elements=6, start=(0.04, 0.07), angle=0.4,
             ),
             "rocker": fb.RigidBody.bar(length=ROCKER, start=(GROUND, 0.0), angle=1.6, **STEEL),

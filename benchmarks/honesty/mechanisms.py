@@ -120,7 +120,7 @@ def pendulum(upper, lower, weight, friction, angle):
     )
 
 
-def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2, retardation=0.0):
+def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2, retardation_time=0.0):
     """Return the slider–crank with an elastic link."""
     return fb.Mechanism(
         bodies={
@@ -128,7 +128,7 @@ def elastic_crank(crank, link, modulus, stiffness, load, speed, elements=2, reta
             "link": fb.Beam(
                 length=link, height=0.008, width=0.01, density=2700.0, start=(crank, 0.0),
                 youngs_modulus=modulus, poissons_ratio=0.3, elements=elements,
-                retardation=retardation,
+                retardation_time=retardation_time,
             ),
             "slider": fb.RigidBody(mass=load, inertia=0.01, position=(crank + link, 0.0)),
         },
@@ -152,7 +152,7 @@ def elastic_four_bar(crank, coupler, modulus, damping, speed, elements=2):
             "crank": fb.RigidBody.bar(length=crank, angle=start, **STEEL),
             "coupler": fb.Beam(
                 length=coupler, height=0.008, width=0.01, density=1140.0,
-                youngs_modulus=modulus, poissons_ratio=0.39, retardation=damping,
+                youngs_modulus=modulus, poissons_ratio=0.39, retardation_time=damping,
                 elements=elements, start=(0.04, 0.07), angle=0.4,
             ),
             "rocker": fb.RigidBody.bar(length=0.2, start=(0.32, 0.0), angle=1.6, **STEEL),

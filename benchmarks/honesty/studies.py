@@ -112,7 +112,7 @@ KINDS |= {
     "chosen pendulum": replace(KINDS["pendulum"], fine=(64, 1)),
     "chosen crank": replace(
         KINDS["elastic crank"], fine=(256, 4), most=1,
-        builder=partial(mechanisms.elastic_crank, retardation=2e-5),
+        builder=partial(mechanisms.elastic_crank, retardation_time=2e-5),
     ),
     "chosen four-bar": replace(KINDS["elastic four-bar"], fine=(128, 4), most=1),
 }  # fmt: skip

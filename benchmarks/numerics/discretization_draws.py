@@ -30,7 +30,7 @@ def cantilever(rng: np.random.Generator) -> Run:
     beam = fb.Beam(
         length=length, height=height, width=0.02, density=density, youngs_modulus=modulus,
         poissons_ratio=0.3, elements=int(rng.integers(2, 7)),
-        retardation=rng.choice([0.0, 0.01 * period]),
+        retardation_time=rng.choice([0.0, 0.01 * period]),
         integration=rng.choice(np.array([None, fb.SelectiveIntegration()], dtype=object)),
     )  # fmt: skip
     mechanism = fb.Mechanism(

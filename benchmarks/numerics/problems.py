@@ -25,7 +25,7 @@ class Choice:
         "rigid".
     step : [s].
     radius : spectral radius ρ∞.
-    damping : retardation [s].
+    damping : retardation time [s].
     """
 
     element: str
@@ -41,7 +41,7 @@ class Problem:
 
     Attributes
     ----------
-    build : function of element, number of elements and retardation that returns the mechanism.
+    build : function of element, number of elements and retardation time that returns the mechanism.
     outputs : those that are compared.
     times : number of equal parts of the duration at whose ends motions are compared.
     frequency : of the vibration that rings [Hz], or 0.
@@ -62,7 +62,7 @@ class Problem:
 def member(element: str, elements: int, damping: float, *, E, nu, density, height, width, **given):
     """Return a flexible member of a rectangular section."""
     area, second = height * width, width * height**3 / 12
-    given |= {"elements": elements, "retardation": damping}
+    given |= {"elements": elements, "retardation_time": damping}
     if element == "Cable":
         stiffness = {"axial_stiffness": E * area, "bending_stiffness": E * second}
         return fb.Cable(mass_per_length=density * area, **stiffness, **given)

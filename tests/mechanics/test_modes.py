@@ -104,7 +104,7 @@ def test_a_damped_oscillator(damping):
 def test_material_damping_is_half_the_retardation_times_the_frequency():
     cable = fb.Cable(
         length=1.0, mass_per_length=1.0, axial_stiffness=1e4, bending_stiffness=1.0, elements=8,
-        retardation=2e-3,
+        retardation_time=2e-3,
     )  # fmt: skip
     model = fb.Mechanism(bodies={"c": cable}, joints={"clamp": fb.Weld("c.start", (0.0, 0.0))})
     found = fb.modes(model, 3)
@@ -338,7 +338,7 @@ def test_a_slow_member_keeps_its_free_motion_and_its_frequencies(mass_per_length
 def test_stiff_motions_that_are_not_resolved_do_not_count_as_growing():
     cable = fb.Cable(
         length=0.0112, mass_per_length=6.9e-3, axial_stiffness=2e15, bending_stiffness=1.7e4,
-        elements=4, retardation=1e-4,
+        elements=4, retardation_time=1e-4,
     )  # fmt: skip
     free = fb.Mechanism(bodies={"b": cable}, sensors={"p": fb.Position("b.end")})
     assert not fb.modes(free, 6, about="start")["unstable"].any()

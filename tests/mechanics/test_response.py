@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.mechanics.simulate import _times
+from flexband.mechanics.simulate import TimeGrid
 from tests.mechanics.models import hardening_spring, rigid_slider_crank
 
 
@@ -197,8 +197,8 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
     [(0.415, 1e-3), (0.7, 0.7 / 3), (1 / 3, 1e-3 / 3), (300000.26e-7, 1e-7), (1, 1)],
 )
 def test_substeps_have_the_times_of_whole_steps(duration, step):
-    whole = _times(duration, step, 1)
-    np.testing.assert_array_equal(_times(duration, step, 2)[::2], whole)
+    whole = TimeGrid(duration, step, 1).times()
+    np.testing.assert_array_equal(TimeGrid(duration, step, 2).times()[::2], whole)
 
 
 @pytest.mark.parametrize("substeps", [0, 2.0, True, 10**400])
@@ -225,7 +225,7 @@ def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
     def cantilever(length, modulus):
         beam = fb.Beam(
             length=length, height=0.01, width=0.01, density=7800.0, youngs_modulus=modulus,
-            poissons_ratio=0.3, retardation=1e-4,
+            poissons_ratio=0.3, retardation_time=1e-4,
         )  # fmt: skip
         return fb.Mechanism(
             bodies={"beam": beam},

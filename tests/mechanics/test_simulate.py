@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import flexband as fb
 from flexband import errors, progress
 from flexband.mechanics.engine import threads
-from flexband.mechanics.simulate import _times
+from flexband.mechanics.simulate import TimeGrid
 from tests.mechanics.models import (
     beam,
     between_rods,
@@ -157,7 +157,7 @@ def test_times_are_the_nearest_numbers_with_their_digits(duration, step, substep
     digits = 14 - int(np.ceil(np.log10(duration)))
     count = round(duration / step) * substeps + 1
     exact = [round(k * (step / substeps), digits) for k in range(count)]
-    assert _times(duration, step, substeps).tolist() == exact
+    assert TimeGrid(duration, step, substeps).times().tolist() == exact
 
 
 def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):

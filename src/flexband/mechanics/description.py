@@ -15,7 +15,7 @@ from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import while_compiling
-from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.joints.joint import Joint, body_and_point
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.loads.load import Load
 
@@ -82,7 +82,9 @@ def _mass(body) -> float:
 
 def _points(part: Joint | Load) -> str:
     """Return the points that a joint or load names."""
-    return " – ".join(v if isinstance(v, str) else f"({v[0]:g}, {v[1]:g})" for v in part.points)
+    return " – ".join(
+        str(p) if body_and_point(p)[0] else f"({p[0]:g}, {p[1]:g})" for p in part.points
+    )
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

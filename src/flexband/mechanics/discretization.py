@@ -14,12 +14,6 @@ from flexband.mechanics.engine.step_check import StepCheck
 from flexband.mechanics.simulate import simulate
 from flexband.rounding import Units
 
-EXTRAPOLATED = 4 / 3
-"""The error over its change at half the step and twice the elements, at second order."""
-
-WINDOW = 0.05
-"""Part of the duration over which errors are averaged."""
-
 
 def discretization_error(
     mechanism: Mechanism,
@@ -80,10 +74,10 @@ def discretization_error(
                 for at_half, at_quarter in zip((half, fine), refined(4), strict=True)
             )
     parts = {"step_error": coarse - half, "mesh_error": half - fine, "error": coarse - fine}
-    parts = {name: EXTRAPOLATED * part for name, part in parts.items()}
+    parts = {name: 4 / 3 * part for name, part in parts.items()}  # at second order
     scale = _scale(fine)
     relative = {name: (part**2).mean("time") ** 0.5 / scale for name, part in parts.items()}
-    width = max(1, round(WINDOW / 2 * (coarse.sizes["time"] - 1)))
+    width = max(1, round(0.05 / 2 * (coarse.sizes["time"] - 1)))
     result = xr.Dataset({name: _smoothed(part, width) for name, part in parts.items()})
     result["relative_error"] = relative["error"]
     worst = np.unravel_index(np.argmax(relative["error"].values), relative["error"].shape)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,22 +26,28 @@ from flexband.errors import (
     warn,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.equilibrium import MAX_STEPS
-from flexband.mechanics.modes import found_modes
+from flexband.mechanics.equilibrium import check_steps
+from flexband.mechanics.modes import sample_modes
+from flexband.mechanics.response import Argument
 from flexband.mechanics.static_response import AtRest
 from flexband.words import number_of
 
-CLEAR = 0.6
-"""Agreement of shapes above which no other mode can agree as much."""
 
-HALVINGS = 6
-"""Of the way from the nominal values, until modes are followed by their best agreement."""
+class ModeTracking(NamedTuple):
+    """How modes are followed from the nominal values.
 
-BEYOND = 6
-"""Further modes among which those that are followed are looked for."""
+    Attributes
+    ----------
+    clear : agreement of shapes above which no other mode can agree as much.
+    halvings : of the way from the nominal values, until modes are followed by their best agreement.
+    further : modes beside those asked for, among which those that are followed are looked for.
+    equal : relative difference of frequencies below which shapes are arbitrary.
+    """
 
-EQUAL = 1e-6
-"""Relative difference of frequencies below which shapes are arbitrary."""
+    clear: float = 0.6
+    halvings: int = 6
+    further: int = 6
+    equal: float = 1e-6
 
 
 class Followed(NamedTuple):
@@ -58,11 +64,12 @@ class Followed(NamedTuple):
 
 @dataclass(frozen=True)
 class ModalResponse(AtRest):
-    """The natural frequencies of modes that are followed from nominal values."""
+    """The natural frequencies of `modes` that are followed from nominal values."""
 
     modes: int = 1
-    nominal: Mapping[str, Any] = field(default_factory=dict)
+    nominal: Mapping[str, Argument] = field(default_factory=dict)
     about: str = "equilibrium"
+    tracking: ModeTracking = field(default_factory=ModeTracking)
 
     @property
     def identity(self) -> tuple[object, ...]:
@@ -71,38 +78,37 @@ class ModalResponse(AtRest):
         settings = self.modes, nominal, self.about
         return "modal", self.builder, self.steps, self.element_parts, *settings
 
-    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Argument]) -> xr.DataArray:
         """Return the frequencies, dims (sample, output)."""
         if values.keys() != self.nominal.keys():
             raise InputError(
                 f"nominal must name the arguments {', '.join(values) or 'of the builder'}; got "
                 f"{', '.join(self.nominal) or 'none'}"
             )
-        start = self._found(self.mechanism(self.nominal))
+        start = self._modes(self.mechanism(self.nominal))
         if start.frequency.shape[1] < self.modes:
             raise InputError(
                 f"modes must be {start.frequency.shape[1]} or less, the modes that the mechanism "
                 f"has; got {self.modes}"
             )
         first = start.frequency[0, : self.modes + 1]
-        close = np.flatnonzero(np.diff(first) <= EQUAL * np.abs(first[1:]))
+        close = np.flatnonzero(np.diff(first) <= self.tracking.equal * np.abs(first[1:]))
         if len(close):
             raise InputError(
                 f"the frequencies of modes {close[0] + 1} and {close[0] + 2} are the same at the "
                 f"nominal values, {first[close[0]]:g} Hz, so that their shapes are arbitrary; "
                 "choose other nominal values"
             )
-        modes = self._found(mechanism)
+        modes = self._modes(mechanism)
         reference = start.take(np.zeros(len(modes.frequency), dtype=int))
         reference = Followed(*(array[..., : self.modes] for array in reference))
         near = {k: _broadcast(v, len(modes.frequency)) for k, v in self.nominal.items()}
         far = {k: _broadcast(v, len(modes.frequency)) for k, v in values.items()}
-        followed, lost = self._followed(near, reference, far, modes, HALVINGS)
+        followed, lost = self._followed(near, reference, far, modes, self.tracking.halvings)
         if lost:
             warn(
                 f"modes of {lost} of {number_of(len(modes.frequency), 'run')} agree with none by "
-                "shape; the "
-                "frequencies of the nearest ones are taken"
+                "shape; the frequencies of the nearest ones are taken"
             )
         names = [f"frequency {k + 1}" for k in range(self.modes)]
         return xr.DataArray(
@@ -111,93 +117,96 @@ class ModalResponse(AtRest):
             coords={"output": names, "unit": ("output", ["Hz"] * self.modes)},
         )
 
-    def _found(self, mechanism: Mechanism) -> Followed:
+    def _modes(self, mechanism: Mechanism) -> Followed:
         """Return the modes of lowest frequency of every sample."""
-        _, results, unbalanced = found_modes(mechanism, self.modes + BEYOND, self.about, self.steps)
+        count = self.modes + self.tracking.further
+        _, samples, unbalanced = sample_modes(mechanism, count, self.about, self.steps)
         if unbalanced:
             raise InputError("about must be 'equilibrium' where loads are not in balance")
-        least = min(modes.vectors.shape[1] for modes, _, _ in results)
+        least = min(sample.modes.vectors.shape[1] for sample in samples)
         return Followed(
-            np.stack([modes.frequency[:least] for modes, _, _ in results]),
-            np.stack([modes.vectors[:, :least] for modes, _, _ in results]),
-            np.stack([momenta[:, :least] for _, _, momenta in results]),
+            np.stack([sample.modes.frequency[:least] for sample in samples]),
+            np.stack([sample.modes.vectors[:, :least] for sample in samples]),
+            np.stack([sample.momenta[:, :least] for sample in samples]),
         )
 
     def _followed(
         self,
-        near: Mapping[str, Any],
+        near: Mapping[str, Argument],
         reference: Followed,
-        far: Mapping[str, Any],
-        found: Followed,
+        far: Mapping[str, Argument],
+        candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
         """Return the modes that the reference, at values `near`, becomes at values `far`.
 
         The second number is that of samples in which a mode agrees with none.
         """
-        chosen, clear = _matched(reference, found)
+        chosen, clear = _matched(reference, candidates, self.tracking)
         result = Followed(
-            np.take_along_axis(found.frequency, chosen, axis=1),
-            np.take_along_axis(found.vectors, chosen[:, None], axis=2),
-            np.take_along_axis(found.momenta, chosen[:, None], axis=2),
+            np.take_along_axis(candidates.frequency, chosen, axis=1),
+            np.take_along_axis(candidates.vectors, chosen[:, None], axis=2),
+            np.take_along_axis(candidates.momenta, chosen[:, None], axis=2),
         )
         unclear = np.flatnonzero(~clear)
         if not len(unclear) or not halvings:
             return result, len(unclear)
         ends = [{k: _part(v, unclear) for k, v in values.items()} for values in (near, far)]
         middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
-        there = self._found(self.mechanism(middle))
+        there = self._modes(self.mechanism(middle))
         if len(there.frequency) < len(unclear):
             there = there.take(np.zeros(len(unclear), dtype=int))
         half, _ = self._followed(ends[0], reference.take(unclear), middle, there, halvings - 1)
         unclear_modes, lost = self._followed(
-            middle, half, ends[1], found.take(unclear), halvings - 1
+            middle, half, ends[1], candidates.take(unclear), halvings - 1
         )
         for joint, part in zip(result, unclear_modes, strict=True):
             joint[unclear] = part
         return result, lost
 
 
-def _matched(reference: Followed, found: Followed) -> tuple[np.ndarray, np.ndarray]:
+def _matched(
+    reference: Followed, candidates: Followed, tracking: ModeTracking
+) -> tuple[np.ndarray, np.ndarray]:
     """Return which modes agree most with those of a reference, and whether that is clear.
 
     Shapes are (n, modes) and (n,).
     """
-    agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), found.vectors)) ** 2
+    agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), candidates.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]
     chosen = np.stack([linear_sum_assignment(-matrix)[1] for matrix in agreement])
-    frequency = np.take_along_axis(found.frequency, chosen, axis=1)
-    same = np.abs(found.frequency[:, None] - frequency[..., None]) <= EQUAL * np.abs(
+    frequency = np.take_along_axis(candidates.frequency, chosen, axis=1)
+    same = np.abs(candidates.frequency[:, None] - frequency[..., None]) <= tracking.equal * np.abs(
         frequency[..., None]
     )
-    return chosen, np.all((agreement * same).sum(axis=2) > CLEAR, axis=1)
+    return chosen, np.all((agreement * same).sum(axis=2) > tracking.clear, axis=1)
 
 
-def _broadcast(value: Any, samples: int) -> Any:
+def _broadcast(value: Argument, samples: int) -> Argument:
     """Return one value per sample; functions of position stay as they are."""
     return value if callable(value) else np.broadcast_to(np.asarray(value, dtype=float), samples)
 
 
-def _part(value: Any, samples: np.ndarray) -> Any:
+def _part(value: Argument, samples: np.ndarray) -> Argument:
     """Return the values of some samples."""
     if not callable(value):
-        return value[samples]
+        return np.asarray(value)[samples]
 
-    def own(x: np.ndarray) -> np.ndarray:
+    def of_part(x: np.ndarray) -> np.ndarray:
         values = np.asarray(value(x))
         return values[samples] if values.ndim > np.ndim(x) else values
 
-    return own
+    return of_part
 
 
-def _middle(a: Any, b: Any) -> Any:
+def _middle(a: Argument, b: Argument) -> Argument:
     """Return the mean of two values, or of two functions of position."""
     if not callable(a) and not callable(b):
-        return (a + b) / 2
+        return (np.asarray(a) + np.asarray(b)) / 2
 
     def mean(x: np.ndarray) -> np.ndarray:
-        values = [value(x) if callable(value) else value[:, None] for value in (a, b)]
+        values = [v(x) if callable(v) else np.asarray(v)[:, None] for v in (a, b)]
         return (np.asarray(values[0]) + np.asarray(values[1])) / 2
 
     return mean
@@ -207,7 +216,7 @@ def modal_response(
     builder: Callable[..., Mechanism],
     modes: int,
     *,
-    nominal: Mapping[str, Any],
+    nominal: Mapping[str, Argument],
     about: str = "equilibrium",
     steps: int = 1,
 ) -> ModalResponse:
@@ -234,7 +243,7 @@ def modal_response(
         values.
     """
     check_function("builder", builder, " that returns a Mechanism")
-    modes, steps = check_integer("modes", modes, 1), check_integer("steps", steps, 1, MAX_STEPS)
+    modes, steps = check_integer("modes", modes, 1), check_steps(steps)
     check_instance("nominal", nominal, Mapping, "a mapping from arguments to values")
     check_option("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():
@@ -243,7 +252,7 @@ def modal_response(
     return ModalResponse(builder, steps, modes=modes, nominal=dict(nominal), about=about)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value) -> bool:
     try:
         return not isinstance(value, str | bytes) and bool(np.isfinite(float(value)))
     except (TypeError, ValueError, OverflowError):

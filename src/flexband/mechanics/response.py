@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,17 +23,15 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
-from flexband.mechanics.simulate import simulated, whole_steps
+from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.progress import listener
 from flexband.response import Response
 from flexband.words import number_of
 
-OUTPUTS = 500
-"""Times without a given step."""
-
-MAX_PARTS, MAX_TIMES = 64, 2**15
-"""Parts of the time between two outputs, and times in all, at which a motion is looked at."""
+Argument = Property
+"""An argument of a builder: numbers of shape (n,), or a function of position."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +51,43 @@ class MechanismResponse(Response):
     def __signature__(self) -> inspect.Signature:
         return inspect.signature(self.builder)
 
-    def built(self, values: Mapping[str, Any]) -> Mechanism:
+    def built(self, values: Mapping[str, Argument]) -> Mechanism:
         """Return the mechanism of values; raise `InputError` if the builder returns none."""
         mechanism = self.builder(**values)
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
         return mechanism
 
+    @staticmethod
+    def with_inputs(
+        error: RunError, values: Mapping[str, Argument], difference: str = ""
+    ) -> RunError:
+        """Return the error with the inputs of the first five of the failed runs."""
+        lines = [str(error), f"inputs of the failed runs{difference}:"]
+        for s in list(error.failures)[:5]:
+            inputs = ", ".join(_shown(name, v, s) for name, v in values.items())
+            lines.append(f"sample {s}: {inputs}")
+        return type(error)("\n".join(lines), error.failures, error.results)
+
+
+class SensorResponse(MechanismResponse):
+    """A response whose outputs are those of the mechanism's sensors."""
+
+    def quantities(self, **values: Argument) -> list[str]:
+        """Return of which vector or tensor each output is a component: its sensor and unit."""
+        sensors = self.built(values).sensors.items()
+        return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
+
+    def tensors(self, **values: Argument) -> list[str]:
+        """Return which of the `quantities` are tensors."""
+        sensors = self.built(values).sensors.items()
+        tensors = [(name, sensor) for name, sensor in sensors if sensor.tensor]
+        names = [f"{name} [{unit}]" for name, sensor in tensors for _, unit in sensor.outputs()]
+        return list(dict.fromkeys(names))
+
 
 @dataclass(frozen=True)
-class DynamicResponse(MechanismResponse):
+class DynamicResponse(SensorResponse):
     """``response(**values)``: build the mechanism for all samples at once and simulate it.
 
     Each step between two outputs is divided into `step_parts`, each element into `element_parts`.
@@ -84,56 +108,53 @@ class DynamicResponse(MechanismResponse):
         """Step of the integrator [s]."""
         return self.output_step / self.step_parts
 
-    def refined(self) -> DynamicResponse:
-        """Return the response on half the step and twice the elements, at the same times.
+    def refined(self, step_parts: int = 2, element_parts: int = 2) -> DynamicResponse:
+        """Return the response with each step and each element divided, at the same times.
 
         Only the discretization differs: the builder is called as before, and the points of flexible
         members, joints, loads and sensors stay where they are. What was warned of before is not
         warned of again. A member that the builder itself divides into bodies is not refined.
         """
-        return self._finer(step_parts=2, element_parts=2)
+        return replace(
+            self,
+            step_parts=step_parts * self.step_parts,
+            element_parts=element_parts * self.element_parts,
+            given=self.given or self,
+        )
 
-    def refinements(self, **values: Any) -> dict[str, DynamicResponse]:
+    def refinements(self, **values: Argument) -> dict[str, DynamicResponse]:
         """Return the response on half the step, and, with flexible members, on twice the elements.
 
         The values are those of a call.
         """
-        finer = {"step": self._finer(step_parts=2)}
+        finer = {"step": self.refined(element_parts=1)}
         if self.built(values).elements:
-            finer["elements"] = self._finer(element_parts=2)
+            finer["elements"] = self.refined(step_parts=1)
         return finer
 
-    def at_more_times(self) -> DynamicResponse | None:
+    def at_more_times(self, max_parts: int = 64, max_times: int = 2**15) -> DynamicResponse | None:
         """Return the response at its steps between the times of outputs too; None without such.
 
-        Of more than 64 steps from one time to the next, or 32768 in all, every second, third … is
-        taken, if their number can be divided.
+        Of more than `max_parts` steps from one time to the next, or `max_times` in all, every
+        second, third … is taken, if their number can be divided.
         """
         if self.step_parts == 1:
             return None
-        count = min(MAX_PARTS, int(MAX_TIMES * self.output_step / self.duration))
+        count = min(max_parts, int(max_times * self.output_step / self.duration))
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
         most = max((k for k in parts if k <= count), default=parts[0])
         step, step_parts = self.output_step / most, self.step_parts // most
         return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
 
-    def left_out(self, **values: Any) -> list[str]:
+    def left_out(self, **values: Argument) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
         mechanism = self.built(values)
         return ["step"] * (not self.given_step) + ["elements"] * bool(mechanism.without_elements)
 
-    def discretization(self, **values: Any) -> dict[str, float]:
+    def discretization(self, **values: Argument) -> dict[str, float]:
         """Return the step [s] and the number of elements of every flexible member."""
         elements = self.built(values).refined(self.element_parts).elements
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
-
-    def quantities(self, **values: Any) -> list[str]:
-        """Return of which vector or tensor each output is a component: its sensor and unit."""
-        return quantities_of(self.built(values))
-
-    def tensors(self, **values: Any) -> list[str]:
-        """Return which of the `quantities` are tensors."""
-        return tensors_of(self.built(values))
 
     @property
     def identity(self) -> tuple[object, ...]:
@@ -141,7 +162,7 @@ class DynamicResponse(MechanismResponse):
         parts = self.step_parts, self.element_parts, self.given_step
         return self.builder, self.duration, self.output_step, self.integrator, *parts
 
-    def __call__(self, **values: Any) -> xr.DataArray:
+    def __call__(self, **values: Argument) -> xr.DataArray:
         """Return the sensors' outputs, dims (sample, output, time).
 
         Parameters
@@ -167,39 +188,25 @@ class DynamicResponse(MechanismResponse):
             try:
                 motion, _ = simulated(
                     mechanism,
-                    duration=self.duration,
-                    step=self.output_step,
-                    substeps=self.step_parts,
+                    TimeGrid(self.duration, self.output_step, self.step_parts),
                     integrator=self.integrator,
                     threads=self.threads,
                     progress=listener().advance,
                     complete=self.given_step,
                 )
+            except AssemblyError as error:
+                raise self.with_inputs(error, values) from None
             except RunError as error:
-                started = not isinstance(error, AssemblyError)
-                about = f"inputs of the failed runs{self._difference() if started else ''}:"
-                text = "\n".join([str(error), about, *shown_inputs(values, error.failures)])
-                raise type(error)(text, error.failures, error.results) from None
+                raise self.with_inputs(error, values, self._difference()) from None
         if "halved_step" in motion.attrs:
             warn(
                 f"{len(motion.attrs['halved_step'])} of {number_of(samples, 'run')} diverged with "
-                "steps "
-                f"of {self.step:g} s and had to be completed with half of it; estimates of the "
-                "step's "
-                "error do not see their error: take a shorter step"
+                f"steps of {self.step:g} s and had to be completed with half of it; estimates of "
+                "the step's error do not see their error: take a shorter step"
             )
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion
-
-    def _finer(self, step_parts: int = 1, element_parts: int = 1) -> DynamicResponse:
-        """Return the response with each step and each element divided further."""
-        return replace(
-            self,
-            step_parts=step_parts * self.step_parts,
-            element_parts=element_parts * self.element_parts,
-            given=self.given or self,
-        )
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""
@@ -249,7 +256,7 @@ def dynamic_response(
         check_instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:
         check_integer("threads", threads, 1)
-    between = output_step or step or duration / OUTPUTS
+    between = output_step or step or duration / 500
     whole_steps(duration, between, name="output_step" if output_step else "step")
     parts = between / (step or between)
     if abs(parts - round(parts)) > 1e-6 * parts:
@@ -262,33 +269,7 @@ def dynamic_response(
     )
 
 
-def quantities_of(mechanism: Mechanism) -> list[str]:
-    """Return of which vector or tensor each output is a component: its sensor and unit."""
-    sensors = mechanism.sensors.items()
-    return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
-
-
-def tensors_of(mechanism: Mechanism) -> list[str]:
-    """Return which of the `quantities_of` a mechanism are tensors."""
-    sensors = mechanism.sensors.items()
-    names = [
-        f"{name} [{unit}]"
-        for name, sensor in sensors
-        if sensor.tensor
-        for _, unit in sensor.outputs()
-    ]
-    return list(dict.fromkeys(names))
-
-
-def shown_inputs(values: Mapping[str, Any], samples: Iterable[int]) -> list[str]:
-    """Return the inputs of the first five of some samples as text."""
-    return [
-        f"sample {s}: " + ", ".join(_shown(name, v, s) for name, v in values.items())
-        for s in list(samples)[:5]
-    ]
-
-
-def _shown(name: str, value: Any, sample: int) -> str:
+def _shown(name: str, value: Argument, sample: int) -> str:
     """Return "name = value" of one sample; a function of position is evaluated at 0."""
     if callable(value):
         try:

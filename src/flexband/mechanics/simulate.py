@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter, defaultdict
 from contextlib import nullcontext
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,12 +20,11 @@ from flexband.errors import (
     check_integer,
     check_numbers,
     check_positive,
-    returned,
     warn,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.parts import check_sensors
-from flexband.mechanics.assembly.rounding import rounding_errors
+from flexband.mechanics.assembly.packing import check_memory
+from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
@@ -35,12 +36,7 @@ from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_la
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.progress import ProgressListener, listener, listening
-from flexband.rounding import rounding_attributes
-from flexband.words import number_of
-
-MAX_SUBSTEPS = 1_000_000
 
 
 def simulate(
@@ -90,9 +86,7 @@ def simulate(
     with nullcontext() if listener().shows_stages else listening(_Printed()):
         motion, system = simulated(
             mechanism,
-            duration=duration,
-            step=step,
-            substeps=substeps,
+            TimeGrid(duration, step, substeps),
             integrator=integrator,
             threads=threads,
             progress=progress,
@@ -105,12 +99,31 @@ def simulate(
     return motion
 
 
+class TimeGrid(NamedTuple):
+    """Times of a simulation.
+
+    Attributes
+    ----------
+    duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
+    substeps : number of equal parts in which each step is integrated.
+    """
+
+    duration: float
+    step: float
+    substeps: int = 1
+
+    def times(self) -> np.ndarray:
+        """Return the times of all substeps [s], including zero."""
+        duration, step, substeps = self
+        digits = 14 - int(np.ceil(np.log10(float(duration))))  # 0.415 is the same for any step
+        count = whole_steps(duration, step, substeps) * substeps + 1
+        return np.round(np.arange(count) * (float(step) / substeps), digits)
+
+
 def simulated(
     mechanism: Mechanism,
+    grid: TimeGrid,
     *,
-    duration: float,
-    step: float,
-    substeps: int = 1,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -127,16 +140,12 @@ def simulated(
         check_integer("threads", threads, 1)
     if progress is not None:
         check_function("progress", progress)
-    check_sensors(mechanism.sensors)
-    substeps = check_integer("substeps", substeps, 1, MAX_SUBSTEPS)
-    count = whole_steps(duration, step, substeps) * substeps + 1
+    mechanism.check_sensors()
+    substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
+    count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     system = assemble(mechanism)
-    check_affordable(
-        f"{number_of(system.samples, 'sample')} of {number_of(len(system.outputs), 'output')} at "
-        f"{number_of(count, 'time')}",
-        _numbers_per_time(system, threads or available_cores(), substeps) * count,
-    )
-    times = _times(duration, step, substeps)
+    check_memory(system, count, threads or available_cores(), substeps)
+    times = grid.times()
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
@@ -145,7 +154,8 @@ def simulated(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
     if len(again) and complete:
-        halves, every = _times(duration, step, 2 * substeps), 2 * substeps
+        every = 2 * substeps
+        halves = grid._replace(substeps=every).times()
         finer = run_samples(
             system, halves, integrator, samples=again, every=every, attempts=2, threads=threads
         )
@@ -157,14 +167,14 @@ def simulated(
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for strains, new in zip(batch.strains, finer.strains, strict=True):
             strains[..., again] = new
-    errors = rounding_attributes(rounding_errors(system, step / substeps))
+    errors = attributes_of_units(system, grid.step / substeps)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
         coords={
             "output": system.outputs,
             "unit": ("output", system.units, errors),
-            "time": ("time", _times(duration, step, 1), {"units": "s"}),
+            "time": ("time", grid._replace(substeps=1).times(), {"units": "s"}),
         },
     )
     try:
@@ -191,11 +201,11 @@ def simulated(
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:
     """Return the impulses of joints that have sensors, in the order of time."""
     chosen = [k for k, name in enumerate(system.outputs) if name in system.impulsive]
-    order: dict[int, list[Impulse]] = {}
-    count: dict[int, int] = {}
+    order: dict[int, list[Impulse]] = defaultdict(list)
+    count: Counter[int] = Counter()
     for impulse in impulses:
-        count[impulse.sample] = count.get(impulse.sample, 0) + 1
-        order.setdefault(count[impulse.sample], []).append(impulse)
+        count[impulse.sample] += 1
+        order[count[impulse.sample]].append(impulse)
     lines = []
     for group in order.values():
         when = _range([impulse.time for impulse in group], "s")
@@ -221,15 +231,6 @@ class _Printed(ProgressListener):
         print(f"flexband: {message}", file=sys.stderr, flush=True)
 
 
-def _numbers_per_time(system: System, threads: int, substeps: int) -> float:
-    """Return how many numbers a simulation keeps for each of its times."""
-    runs, outputs, tables = system.samples, len(system.outputs), 3 * (1 + len(system.functions))
-    lanes = WIDTH * min(threads, -(-runs // WIDTH))
-    several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
-    tabulated = tables * ((runs + lanes) if several else 1 + WIDTH)
-    return runs * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
-
-
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
     """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
     given = (("duration [s]", duration), (f"{name} [s]", step))
@@ -247,10 +248,3 @@ def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "st
             f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {size:g}"
         )
     return steps
-
-
-def _times(duration: float, step: float, substeps: int) -> np.ndarray:
-    """Return the times of all substeps [s], including zero."""
-    digits = 14 - int(np.ceil(np.log10(float(duration))))  # so that 0.415 is the same for any step
-    count = whole_steps(duration, step, substeps) * substeps + 1
-    return np.round(np.arange(count) * (float(step) / substeps), digits)

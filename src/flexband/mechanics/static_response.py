@@ -2,49 +2,50 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, check_function, check_integer, check_numbers
+from flexband.errors import InputError, RunError, check_function, check_integer
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.parts import check_sensors
-from flexband.mechanics.equilibrium import LONGEST_TIME, MAX_STEPS, equilibrium
-from flexband.mechanics.response import MechanismResponse, quantities_of, shown_inputs, tensors_of
+from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
+from flexband.mechanics.response import Argument, MechanismResponse, SensorResponse
 from flexband.words import number_of
 
 
 @dataclass(frozen=True)
-class AtRest(MechanismResponse):
+class AtRest(MechanismResponse, ABC):
     """``response(**values)`` of a mechanism at rest; a subclass says what is computed.
 
-    Each element of a flexible member is divided into `element_parts`.
+    The loads are applied in `steps`. Each element of a flexible member is divided into
+    `element_parts`.
     """
 
     steps: int = 1
     element_parts: int = 1
 
-    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+    @abstractmethod
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Argument]) -> xr.DataArray:
         """Return the outputs, first dim "sample" unless no parameter is an array."""
-        raise NotImplementedError
 
-    def refinements(self, **values: Any) -> dict[str, Self]:
+    def refinements(self, **values: Argument) -> dict[str, Self]:
         """Return the response on twice the elements, if there are flexible members."""
         finer = replace(self, element_parts=2 * self.element_parts)
         return {"elements": finer} if self.mechanism(values).elements else {}
 
-    def left_out(self, **values: Any) -> list[str]:
+    def left_out(self, **values: Argument) -> list[str]:
         """Return "elements" if their number is not given, so that a study chooses it."""
         return ["elements"] * bool(self.built(values).without_elements)
 
-    def discretization(self, **values: Any) -> dict[str, float]:
+    def discretization(self, **values: Argument) -> dict[str, float]:
         """Return the number of elements of every flexible member."""
         return {f"elements of {name}": n for name, n in self.mechanism(values).elements.items()}
 
-    def __call__(self, **values: Any) -> xr.DataArray:
+    def __call__(self, **values: Argument) -> xr.DataArray:
         """Return the outputs, dims (sample, output).
 
         Raises
@@ -59,25 +60,20 @@ class AtRest(MechanismResponse):
         try:
             outputs = self.outputs(self.mechanism(values), values)
         except RunError as error:
-            lines = [
-                str(error),
-                "inputs of the failed runs:",
-                *shown_inputs(values, error.failures),
-            ]
-            raise type(error)("\n".join(lines), error.failures, error.results) from None
+            raise self.with_inputs(error, values) from None
         if "sample" not in outputs.dims:
             outputs = outputs.expand_dims(sample=samples)
         return outputs
 
-    def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
+    def mechanism(self, values: Mapping[str, Argument]) -> Mechanism:
         """Return the mechanism of values, with its elements divided."""
         mechanism = self.built(values)
         return mechanism.refined(self.element_parts) if self.element_parts > 1 else mechanism
 
 
 @dataclass(frozen=True)
-class StaticResponse(AtRest):
-    """The outputs of the sensors in equilibrium."""
+class StaticResponse(AtRest, SensorResponse):
+    """The outputs of the sensors in equilibrium at a `time` [s]."""
 
     time: float = 0.0
     threads: int | None = None
@@ -87,24 +83,15 @@ class StaticResponse(AtRest):
         """What the equilibrium depends on: all but the number of threads."""
         return "static", self.builder, self.steps, self.element_parts, self.time
 
-    def quantities(self, **values: Any) -> list[str]:
-        """Return of which vector or tensor each output is a component: its sensor and unit."""
-        return quantities_of(self.built(values))
-
-    def tensors(self, **values: Any) -> list[str]:
-        """Return which of the `quantities` are tensors."""
-        return tensors_of(self.built(values))
-
-    def outputs(self, mechanism: Mechanism, values: Mapping[str, Any]) -> xr.DataArray:
+    def outputs(self, mechanism: Mechanism, values: Mapping[str, Argument]) -> xr.DataArray:
         """Return the outputs of the sensors."""
-        check_sensors(mechanism.sensors)
+        mechanism.check_sensors()
         outputs = equilibrium(mechanism, steps=self.steps, time=self.time, threads=self.threads)
         unstable = int(np.sum(~np.atleast_1d(outputs["stable"].values)))
         if unstable:
             raise InputError(
                 f"the equilibrium of {unstable} of {number_of(outputs['stable'].size, 'run')} is "
-                "not stable, so "
-                "that bands would mix different ones; start nearer to the stable one"
+                "not stable, so that bands would mix different ones; start nearer to the stable one"
             )
         return outputs.drop_vars("stable").drop_attrs(deep=False)
 
@@ -133,10 +120,7 @@ def static_response(
         mechanism has no sensors.
     """
     check_function("builder", builder, " that returns a Mechanism")
-    steps = check_integer("steps", steps, 1, MAX_STEPS)
-    at = float(check_numbers("time [s]", time))
-    if abs(at) > LONGEST_TIME:
-        raise InputError(f"time [s] must be at most {LONGEST_TIME:g}; got {at:g}")
+    steps, at = check_steps(steps), check_time(time)
     if threads is not None:
         check_integer("threads", threads, 1)
     return StaticResponse(builder, steps, time=at, threads=threads)

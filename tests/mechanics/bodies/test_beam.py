@@ -252,7 +252,7 @@ def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
     length, area, modulus, mass, tau = 1.0, 1e-4, 1e9, 50.0, 2e-4
     rod = fb.Beam(
         length=length, height=0.01, width=0.01, density=10.0, youngs_modulus=modulus,
-        poissons_ratio=0.0, elements=2, retardation=np.array([0.0, tau]),
+        poissons_ratio=0.0, elements=2, retardation_time=np.array([0.0, tau]),
     )  # fmt: skip
     motion = motion_of(
         duration=0.6,
@@ -284,7 +284,7 @@ def test_kelvin_voigt_damps_a_mode_by_half_its_retardation_times_frequency():
 def test_damping_leaves_a_turning_beam_alone():
     """A free beam that turns as a rigid body has no strain rates: it keeps its energy."""
     spinning = {"height": 0.05, "rate": 20.0, "velocity": (1.0, -1.0), "elements": 3}
-    stiff = beam(retardation=np.array([0.0, 1e-3]), **spinning)
+    stiff = beam(retardation_time=np.array([0.0, 1e-3]), **spinning)
     motion = motion_of(bodies={"b": stiff}, sensors={"T": fb.KineticEnergy()}, duration=0.2)
     energy = motion.sel(output="T").values
     np.testing.assert_allclose(energy[1, 20:], energy[1, -1], rtol=1e-4)

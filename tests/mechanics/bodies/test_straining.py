@@ -17,7 +17,7 @@ AREA, SECOND = HEIGHT**2, HEIGHT**4 / 12
 def clamped(loads, **changes):
     own = {"length": LENGTH, "height": HEIGHT, "width": HEIGHT, "density": 1000.0,
            "youngs_modulus": MODULUS, "poissons_ratio": 0.4, "elements": 4,
-           "retardation": 1e-2}  # fmt: skip
+           "retardation_time": 1e-2}  # fmt: skip
     return fb.Mechanism(
         bodies={"b": fb.Beam(**(own | changes))},
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
@@ -79,7 +79,7 @@ def test_a_four_bar_that_cannot_be_closed_stretches_its_coupler():
         bodies={
             "crank": fb.RigidBody.bar(length=0.22, angle=crank_angle(0.0), **steel),
             "coupler": fb.Beam(length=0.3, height=0.006, width=0.01, density=1140.0, elements=4,
-                               youngs_modulus=1e8, poissons_ratio=0.39, retardation=5e-4,
+                               youngs_modulus=1e8, poissons_ratio=0.39, retardation_time=5e-4,
                                start=(0.11, 0.19), angle=0.0),
             "rocker": fb.RigidBody.bar(length=0.2, start=(0.32, 0.0), angle=1.1, **steel),
         },

@@ -26,7 +26,7 @@ def four_bar(a=1.0, mass=1.0, time=1.0):
             "crank": fb.RigidBody.bar(length=0.3 * a, angle=1.0, **rod),
             "coupler": fb.Beam(
                 length=0.9 * a, height=0.04 * a, width=0.02 * a, density=density, elements=3,
-                youngs_modulus=1e7 * stress, poissons_ratio=0.3, retardation=3e-4 * time,
+                youngs_modulus=1e7 * stress, poissons_ratio=0.3, retardation_time=3e-4 * time,
                 start=(0.16 * a, 0.25 * a), angle=0.518,
             ),
             "rocker": fb.RigidBody.bar(length=0.7 * a, start=(a, 0.0), angle=1.651, **rod),
@@ -64,7 +64,7 @@ def test_reactions_converge_with_the_square_of_tiny_steps(tolerance):
     The link is damped by 0.6 %, since its axial waves from 5.6 kHz on last if it is not.
     """
     model = slider_crank()
-    link = replace(model.bodies["link"], retardation=1e-5)
+    link = replace(model.bodies["link"], retardation_time=1e-5)
     model = replace(model, bodies=dict(model.bodies) | {"link": link})
     model = replace(model, sensors={"A": fb.Reaction("A"), "M": fb.ReactionMoment("motor")})
     integrator = fb.GeneralizedAlpha(tolerance=tolerance)

@@ -37,7 +37,7 @@ def driven(hub_mass, hub_inertia):
     angle = lambda t: np.pi * np.sin(np.pi * max(0.0, t - 0.1))  # noqa: E731
     cable = fb.Cable(
         length=2.0, mass_per_length=0.78, axial_stiffness=2e7, bending_stiffness=166.7,
-        elements=16, retardation=0.02,
+        elements=16, retardation_time=0.02,
     )  # fmt: skip
     return fb.Mechanism(
         bodies={"hub": fb.RigidBody(mass=hub_mass, inertia=hub_inertia), "cable": cable},

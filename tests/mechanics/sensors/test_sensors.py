@@ -131,7 +131,7 @@ def test_stress_follows_from_section_forces(place, y):
         (4e3, 200.0),
         {"s": fb.SectionForces("b", place), "S": fb.Stress("b", place, y)},
     )
-    model = cantilever(force, sensors, elements=4, retardation=1e-4)
+    model = cantilever(force, sensors, elements=4, retardation_time=1e-4)
     for found in (fb.equilibrium(model), fb.simulate(model, duration=5e-3, step=1e-5)):
         N, M, S = (found.sel(output=name).values for name in ("s_N", "s_M", "S_xx"))
         assert np.max(np.abs(N)) > 1e3

@@ -255,7 +255,7 @@ def test_a_drive_that_ends_is_drawn():
 def test_the_motion_of_a_study_has_its_discretization_and_first_options():
     def pendulum(length, height):
         beam = fb.Beam(length=length, height=height, width=0.01, density=1000.0,
-                       youngs_modulus=1e9, poissons_ratio=0.3, retardation=1e-2)  # fmt: skip
+                       youngs_modulus=1e9, poissons_ratio=0.3, retardation_time=1e-2)  # fmt: skip
         return fb.Mechanism(
             bodies={"beam": beam},
             joints={"hinge": fb.Revolute("beam.start", (0.0, 0.0))},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,14 +13,10 @@ from flexband.mechanics.assembly.structure import (
     ElementValues,
 )
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.bodies.beam import Beam
-from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
 from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS
-
-RIGIDITY = 1e10
-"""Weight of the stiffness of beams against their inertia in the projections at the start."""
 
 
 class ElementTable:
@@ -36,27 +30,27 @@ class ElementTable:
         self.retardation: list[ArrayLike] = []
         self.stiffness: list[np.ndarray] = []
 
-    def take(self, body: Beam | Cable, first: int) -> None:
+    def take(self, body: CentreLine, first: int) -> None:
         """Append the elements of a body whose coordinates start in row `first` of z."""
         self._take(body, first)
         strains = body.element_strains(body.at_start, body.element_lengths.T)
         numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
 
-    def _take(self, body: Beam | Cable, first: int) -> None:
+    def _take(self, body: CentreLine, first: int) -> None:
         """Append what elements of all kinds have."""
         starts = [first + int(row) for row in body.element_rows]
         self.groups += [range(start, start + body.element_coordinates) for start in starts]
         self.inverse_length += list(1 / body.element_lengths.T)
-        self.retardation += [body.retardation] * body.elements
+        self.retardation += [body.retardation_time] * body.elements
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)
 
-    def structure(self, places: Places) -> Any:
+    def structure(self, places: Places) -> Elements | Continua:
         return Elements(self.first(), self.damped(), places.square(self.groups))
 
-    def values(self) -> Any:
+    def values(self) -> ElementValues | ContinuumValues:
         return ElementValues(*map(stack, (self.inverse_length, self.stiffness, self.retardation)))
 
     def first(self) -> np.ndarray:
@@ -76,9 +70,8 @@ class ContinuumTable(ElementTable):
         self.initial: list[np.ndarray] = []
         self.initial_row: list[int] = []
 
-    def take(self, body: Beam | Cable, first: int) -> None:
+    def take(self, body: CentreLine, first: int) -> None:
         """Append the elements of a beam; only curved ones have strains at the start."""
-        assert isinstance(body, Beam)
         self._take(body, first)
         self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
         rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))
@@ -109,7 +102,9 @@ def _rows(numbers: np.ndarray) -> list[np.ndarray]:
 def rigidity(
     beams: ElementTable, continua: ContinuumTable, cables: ElementTable, mass: dict
 ) -> np.ndarray:
-    """Return a weight [s²] that makes beams almost rigid: `RIGIDITY` over the highest ω².
+    """Return a weight [s²] that makes beams almost rigid: 10¹⁰ over the highest ω².
+
+    It is that of their stiffness against their inertia in the projections at the start.
 
     For a beam this is about the frequency of the section's breathing, ∫ c dx over the inertia of
     r_y with the stiffness c against changes of |r_y|; for a cable that of a node on the axial
@@ -130,4 +125,4 @@ def rigidity(
         inertia = stack([mass[e, e] for e, *_ in cables.groups])
         inverse_length = stack(cables.inverse_length)
         squares.append((axial * inverse_length**2 / inertia).max(axis=0))
-    return RIGIDITY / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else np.ones(1)
+    return 1e10 / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else np.ones(1)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import field, replace
-from functools import cached_property, partial
-from operator import methodcaller
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_integer, shown
+from flexband.errors import InputError, ResolutionWarning, check_integer, shown, warn
 from flexband.mechanics.assembly.parts import (
-    KINDS,
     Fixed,
     check_body,
     check_entries,
@@ -25,12 +22,11 @@ from flexband.mechanics.assembly.parts import (
     naming,
     owned_parts,
 )
-from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
-from flexband.mechanics.bodies.cable import Cable
+from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.joints.joint import Joint, PointName
+from flexband.mechanics.joints.joint import Joint, PointName, body_and_point
 from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.forms import (
     Form,
@@ -52,7 +48,7 @@ from flexband.mechanics.loads.load import (
     SpringEntry,
 )
 from flexband.mechanics.sensors.motion import Sensor
-from flexband.words import with_article
+from flexband.words import number_of, with_article
 
 
 @frozen(kw_only=True)
@@ -78,8 +74,9 @@ class Mechanism:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for kinds in KINDS:
-            object.__setattr__(self, kinds, owned_parts(kinds, getattr(self, kinds)))
+        kinds = ("body", Body), ("joint", Joint), ("load", Load), ("sensor", Sensor)
+        for name, (kind, base) in zip(("bodies", "joints", "loads", "sensors"), kinds, strict=True):
+            object.__setattr__(self, name, owned_parts(name, kind, base, getattr(self, name)))
         if not self.bodies:
             raise InputError("a Mechanism needs at least one body; got none")
         for name, body in self.bodies.items():
@@ -88,20 +85,20 @@ class Mechanism:
         for name, joint in self.joints.items():
             naming(f"joint {name!r}", self._check_joint, joint)
         for name in self.loads:
-            naming(f"load {name!r}", partial(check_entries, state=self.state), self.entries[name])
+            naming(f"load {name!r}", check_entries, self.entries[name], self.state)
             self.forces(name)
         check_outputs(self.sensors)
         for name, sensor in self.sensors.items():
             rows = naming(f"sensor {name!r}", sensor.rows, self)
-            naming(f"sensor {name!r}", partial(check_forms, "rows", rows=self.state.rows), rows)
+            naming(f"sensor {name!r}", check_forms, "rows", rows, self.state.rows)
 
     def _divided(self) -> dict[str, Body]:
         """Return the bodies, divided where joints and loads act."""
         points: dict[str, list[str]] = {name: [] for name in self.bodies}
         for part in (*self.joints.values(), *self.loads.values()):
-            for body, _, point in (p.partition(".") for p in part.points if isinstance(p, str)):
+            for body, point in map(body_and_point, part.points):
                 if body in points:
-                    points[body].append(point or "center")
+                    points[body].append(point)
         return {name: body.divided(points[name]) for name, body in self.bodies.items()}
 
     def _check_joint(self, joint: Joint) -> None:
@@ -120,7 +117,7 @@ class Mechanism:
     def _check_points(self, joint: Joint) -> None:
         """Raise `InputError` if a joint is between points that cannot move against each other."""
         points = list(joint.points)
-        owners = {point.partition(".")[0] if isinstance(point, str) else "" for point in points}
+        owners = {body for body, _ in map(body_and_point, points)}
         if len(points) < 2 or len(owners) > 1:
             return
         (owner,) = owners
@@ -147,7 +144,7 @@ class Mechanism:
         """
         check_integer("parts", parts, 1)
         finer = {
-            name: naming(f"body {name!r}", methodcaller("refined", parts), body)
+            name: naming(f"body {name!r}", body.refined, parts)
             for name, body in self.bodies.items()
         }
         if all(finer[name] is body for name, body in self.bodies.items()):
@@ -164,6 +161,30 @@ class Mechanism:
         """The flexible members whose number of elements was left out."""
         return [name for name, body in self.bodies.items() if body.elements_left_out]
 
+    def warn_of_elements(self) -> None:
+        """Warn of members whose number of elements was left out, or is too small."""
+        for name in self.without_elements:
+            warn(
+                f"the number of elements of {name!r} is left out: {self.elements[name]} are used",
+                ResolutionWarning,
+            )
+        for name, body in self.members.items():
+            if body.mesh.parts > body.elements:
+                warn(
+                    f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "
+                    "parts between the points where joints and loads act: its section forces are "
+                    f"wrong near these points. Give elements={body.mesh.parts} or more",
+                    ResolutionWarning,
+                )
+
+    def check_sensors(self) -> None:
+        """Raise `InputError` if there are no sensors, without which nothing is returned."""
+        if not self.sensors:
+            raise InputError(
+                "the mechanism has no sensors, so it has no outputs; add what is to be known, such "
+                "as Mechanism(..., sensors={'tip': fb.Position('arm.end')})"
+            )
+
     # --- points and the state ---------------------------------------------------------------
 
     @cached_property
@@ -174,6 +195,18 @@ class Mechanism:
             rows[name] = first
             first += body.size
         return rows
+
+    @cached_property
+    def node_rows(self) -> list[int]:
+        """The row of z of the first coordinate of each node."""
+        first = self.first_coordinates
+        return [first[name] + k for name, body in self.bodies.items() for k in body.nodes]
+
+    @cached_property
+    def members(self) -> dict[str, CentreLine]:
+        """The beams and cables."""
+        bodies = self.bodies.items()
+        return {name: body for name, body in bodies if isinstance(body, CentreLine)}
 
     @cached_property
     def state(self) -> State:
@@ -210,9 +243,9 @@ class Mechanism:
                     "along a member is shared by Forces at its nodes, which are functions of time"
                 )
             return Frame.ground(ground_point("ground point", point))
-        body, _, name = point.partition(".")
+        body, name = body_and_point(point)
         _within("body", body, self.bodies)
-        return self.bodies[body].frame(name or "center", self.first_coordinates[body])
+        return self.bodies[body].frame(name, self.first_coordinates[body])
 
     def velocity(self, point: PointName) -> Frame:
         """Return the rates of a point's frame."""
@@ -222,29 +255,20 @@ class Mechanism:
         """Return the second rates of a point's frame."""
         return self.frame(point).shifted(self.state.acceleration)
 
-    def member(self, name: str) -> tuple[Beam | Cable, int]:
+    def member(self, name: str) -> tuple[CentreLine, int]:
         """Return a beam or cable, and the row of z where its coordinates start."""
-        members = {k: body for k, body in self.bodies.items() if isinstance(body, Beam | Cable)}
-        _within("beam", name, members)
-        return members[name], self.first_coordinates[name]
+        _within("beam", name, self.members)
+        return self.members[name], self.first_coordinates[name]
 
     # --- constraints and loads --------------------------------------------------------------
-
-    def _of_bodies(self, method: str) -> Iterator[tuple[int, Any]]:
-        """Yield the first row in z of each body, and what a method of the body returns."""
-        for name, body in self.bodies.items():
-            yield (
-                self.first_coordinates[name],
-                naming(f"body {name!r}", methodcaller(method), body),
-            )
 
     @cached_property
     def given(self) -> list[np.ndarray]:
         """The guess [1, q] for the start, as the bodies state it."""
-        return [
-            np.ones(()),
-            *(c for _, coordinates in self._of_bodies("coordinates") for c in coordinates),
+        coordinates = [
+            naming(f"body {name!r}", body.coordinates) for name, body in self.bodies.items()
         ]
+        return [np.ones(()), *itertools.chain.from_iterable(coordinates)]
 
     @cached_property
     def guess(self) -> list[np.ndarray]:
@@ -282,8 +306,7 @@ class Mechanism:
     def entries(self) -> dict[str, Entries]:
         """What each load enters in the equations of motion."""
         return {
-            name: naming(f"load {name!r}", partial(entered, load), self)
-            for name, load in self.loads.items()
+            name: naming(f"load {name!r}", entered, load, self) for name, load in self.loads.items()
         }
 
     @cached_property
@@ -395,16 +418,14 @@ class Mechanism:
     def mass(self) -> dict[tuple[int, int], np.ndarray]:
         """The entries (i, j), i ≤ j, of the mass matrix, counted as in z."""
         return {
-            (first + i, first + j): value
-            for first, entries in self._of_bodies("mass_entries")
-            for (i, j), value in entries.items()
+            (self.first_coordinates[name] + i, self.first_coordinates[name] + j): value
+            for name, body in self.bodies.items()
+            for (i, j), value in naming(f"body {name!r}", body.mass_entries).items()
         }
 
     def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
         """Return M g, where g = (x, y) [m/s²] in the rows of the nodes' positions."""
-        first = self.first_coordinates
-        nodes = {first[name] + k for name, body in self.bodies.items() for k in body.nodes}
-        g = {n + axis: Form.constant(a) for n in nodes for axis, a in enumerate((x, y))}
+        g = {n + axis: Form.constant(a) for n in self.node_rows for axis, a in enumerate((x, y))}
         force: GeneralizedForce = {}
         for (i, j), value in self.mass.items():
             for to, of in {(i, j), (j, i)}:

@@ -7,12 +7,14 @@ from functools import partial
 
 import numpy as np
 
+from flexband.errors import check_affordable, returned
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.kernels.lane_type import to_lanes, zeros
+from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes, zeros
 from flexband.mechanics.time_functions.schedule import Schedule
 from flexband.mechanics.time_functions.tabulation import tabulate
+from flexband.words import number_of
 
 AT_START = np.array([0.0, 1e-4])
 """Times [s] of a run that only starts: drives are differentiated over such a step."""
@@ -67,3 +69,17 @@ def pack(system: System, times: np.ndarray, samples: np.ndarray | None = None) -
         numbers=schedule.numbers.astype(float),
     )
     return Packed(schedule, values, samples)
+
+
+def check_memory(system: System, times: int, threads: int, substeps: int) -> None:
+    """Raise `InputError` if a simulation with so many times takes more memory than there is."""
+    samples, outputs, tables = system.samples, len(system.outputs), 3 * (1 + len(system.functions))
+    lanes = WIDTH * min(threads, -(-samples // WIDTH))
+    several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
+    tabulated = tables * ((samples + lanes) if several else 1 + WIDTH)
+    per_time = samples * outputs / substeps + lanes * (system.sensed + outputs) + tabulated
+    check_affordable(
+        f"{number_of(samples, 'sample')} of {number_of(outputs, 'output')} at "
+        f"{number_of(times, 'time')}",
+        per_time * times,
+    )

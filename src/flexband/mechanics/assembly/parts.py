@@ -8,36 +8,36 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
-from operator import methodcaller
-from typing import Any
+from dataclasses import fields, is_dataclass, replace
+from typing import ParamSpec, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 from flexband.errors import InputError, check_finite, check_instance, shown
-from flexband.mechanics.bodies.body import Body
-from flexband.mechanics.joints.joint import Joint
-from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.bodies.body import Body, check_implements
+from flexband.mechanics.kernels.forms import Form, Key
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.load import Entries, Load
+from flexband.mechanics.loads.load import Entries, Load, LoadModel
 from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import number_of
 
-KINDS: dict[str, tuple[str, Any]] = {
-    "bodies": ("body", Body),
-    "joints": ("joint", Joint),
-    "loads": ("load", Load),
-    "sensors": ("sensor", Sensor),
-}
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+Arguments = ParamSpec("Arguments")
 
 
-class Fixed(Mapping[str, Any]):
+@runtime_checkable
+class _WithNumbers(Protocol):
+    def __array__(self) -> np.ndarray: ...
+
+
+class Fixed(Mapping[str, Part]):
     """A mapping that cannot be changed."""
 
-    def __init__(self, parts: Mapping[str, Any]):
+    def __init__(self, parts: Mapping[str, Part]):
         self._parts = dict(parts)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Part:
         return self._parts[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -50,7 +50,7 @@ class Fixed(Mapping[str, Any]):
         return repr(self._parts)
 
 
-def owned_parts(kinds: str, parts: object) -> Fixed:
+def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) -> Fixed[Part]:
     """Return a copy of one of the mappings of a mechanism.
 
     Raises
@@ -58,22 +58,20 @@ def owned_parts(kinds: str, parts: object) -> Fixed:
     InputError
         If it is no mapping from names to parts of this kind.
     """
-    kind, base = KINDS[kinds]
     check_instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
     copies = {}
-    for name, part in parts.items():  # type: ignore[attr-defined]
+    for name, part in parts.items():
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
             allowed = "non-empty text" + " without a dot" * (kind == "body")
             raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
-        if isinstance(part, type) or not isinstance(part, base):
-            raise InputError(f"{kinds}[{name!r}] must be a {kind}; got {shown(part)}")
+        check_implements(f"{kinds}[{name!r}]", part, base, f"a {kind}")
         copies[name] = _owned(part)
-        if type(part).__module__.startswith("flexband.") and hasattr(part, "__post_init__"):
-            naming(f"{kind} {name!r}", methodcaller("__post_init__"), copies[name])  # as it is now
+        if type(part).__module__.startswith("flexband."):  # checked as it is now
+            copies[name] = naming(f"{kind} {name!r}", replace, copies[name])
     return Fixed(copies)
 
 
-def _owned(value: Any) -> Any:
+def _owned(value):
     """Return a copy of data and of the data in it; functions and other objects are kept."""
     if isinstance(value, np.ndarray):
         duplicate = value.copy()
@@ -83,27 +81,32 @@ def _owned(value: Any) -> Any:
         return Fixed({key: _owned(element) for key, element in value.items()})
     if type(value) in (list, tuple):
         return tuple(map(_owned, value))
-    if is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, type):
+        return value
+    if is_dataclass(value):
         duplicate = copy.copy(value)
         for field in fields(value):
             object.__setattr__(duplicate, field.name, _owned(getattr(value, field.name)))
         return duplicate
-    with_numbers = hasattr(value, "__array__") and not isinstance(value, np.generic | type)
-    return copy.deepcopy(value) if with_numbers else value
+    return copy.deepcopy(value) if isinstance(value, _WithNumbers) else value
 
 
-def naming(place: str, action: Callable, argument: object) -> Any:
-    """Return ``action(argument)``; an `InputError` names the place."""
+def naming(
+    place: str,
+    action: Callable[Arguments, Result],
+    *arguments: Arguments.args,
+    **options: Arguments.kwargs,
+) -> Result:
+    """Return what the action returns; an `InputError` names the place."""
     try:
-        return action(argument)
+        return action(*arguments, **options)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
 
 
 def check_body(body: Body) -> None:
     """Raise `InputError` if what a body returns does not fit its number of coordinates."""
-    for what in ("coordinates", "velocities"):
-        values = getattr(body, what)()
+    for what, values in (("coordinates", body.coordinates()), ("velocities", body.velocities())):
         if len(values) != body.size:
             raise InputError(
                 f"{what} must return {number_of(body.size, 'value')}; got {len(values)}"
@@ -118,10 +121,10 @@ def check_body(body: Body) -> None:
         check_finite("mass_entries", mass)
 
 
-def check_forms(what: str, forms: object, rows: int) -> None:
+def check_forms(what: str, forms: Sequence[Form], rows: int) -> None:
     """Raise `InputError` if these are not forms of the first rows of z."""
     check_instance(what, forms, Sequence, "a list of forms")
-    for form in forms:  # type: ignore[attr-defined]
+    for form in forms:
         check_instance(what, form, Form)
         for (i, j, _), c in _terms(form):
             if not 0 <= i <= j < rows:
@@ -129,7 +132,7 @@ def check_forms(what: str, forms: object, rows: int) -> None:
             check_finite(f"coefficients of {what}", c)
 
 
-def _terms(form: Form) -> Iterable[tuple[Any, Any]]:
+def _terms(form: Form) -> Iterable[tuple[Key, np.ndarray]]:
     """Yield the terms of a form and of the vectors whose angles or lengths it has."""
     yield from form.terms.items()
     for polar in form.polar:
@@ -137,7 +140,7 @@ def _terms(form: Form) -> Iterable[tuple[Any, Any]]:
             yield from component.terms.items()
 
 
-def entered(load: Load, model: Any) -> Entries:
+def entered(load: Load, model: LoadModel) -> Entries:
     """Return what a load enters; raise `InputError` if that is something else than `Entries`."""
     entries = load.enters(model)
     check_instance("what it enters", entries, Entries, "Entries")
@@ -154,15 +157,6 @@ def check_entries(entries: Entries, state: State) -> None:
     for law in entries.laws:
         for frame in law.points:
             check_forms("the points of a law", frame.position, 1 + state.coordinates)
-
-
-def check_sensors(sensors: Mapping[str, Sensor]) -> None:
-    """Raise `InputError` if there are no sensors, without which nothing is returned."""
-    if not sensors:
-        raise InputError(
-            "the mechanism has no sensors, so it has no outputs; add what is to be known, such as "
-            "Mechanism(..., sensors={'tip': fb.Position('arm.end')})"
-        )
 
 
 def check_outputs(sensors: Mapping[str, Sensor]) -> None:

@@ -9,17 +9,18 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.mechanics.assembly.stacking import stack
-from flexband.mechanics.assembly.system import System, node_rows
-
-RELATIVE_ROUNDING = 128 * np.finfo(float).eps
-"""Error of coordinates, relative to the size of the mechanism: of some tens of operations, with
-angles of some turns."""
+from flexband.mechanics.assembly.system import System
+from flexband.rounding import rounding_attributes
 
 
-def rounding_errors(system: System, h: float = np.inf) -> dict[str, float]:
-    """Return the rounding errors of outputs by their unit, with steps of h [s]; ∞ is statics."""
+def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
+    """Return the rounding errors of outputs by their unit, with steps of h [s]; ∞ is statics.
+
+    The result has them as attributes of the coordinate "unit".
+    """
     mechanism, values, start = system.mechanism, system.values, system.values.start
-    nodes = node_rows(mechanism)
+    nodes = mechanism.node_rows
+    relative = 128 * np.finfo(float).eps  # of some tens of operations, with angles of some turns
     coordinates = np.concatenate([start[nodes], start[[node + 1 for node in nodes]]])
     size = max(np.max(1 / values.inverse_scale[nodes]), np.max(np.abs(coordinates)))
     mass = np.max(np.sum(stack([mechanism.mass[node, node] for node in nodes]), axis=0))
@@ -35,4 +36,5 @@ def rounding_errors(system: System, h: float = np.inf) -> dict[str, float]:
         "m": size, "rad": 1.0, "m/s": size / h, "rad/s": 1 / h, "m/s²": size / h**2,
         "N": force, "N m": force * size, "J": force * size,
     }  # fmt: skip
-    return {unit: float(RELATIVE_ROUNDING * unit_size) for unit, unit_size in size_of.items()}
+    errors = {unit: float(relative * unit_size) for unit, unit_size in size_of.items()}
+    return rounding_attributes(errors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,10 +54,8 @@ def mapped(function: Callable, tree: Any) -> Any:
     return function(tree)
 
 
-def leaves(tree: Any) -> Iterator[Any]:
-    """Yield all that is not a tuple in a tree of named tuples."""
-    if isinstance(tree, tuple):
-        for branch in tree:
-            yield from leaves(branch)
-    else:
-        yield tree
+def leaves(tree: tuple) -> list[np.ndarray]:
+    """Return all that is not a tuple in a tree of named tuples."""
+    arrays: list[np.ndarray] = []
+    mapped(arrays.append, tree)
+    return arrays

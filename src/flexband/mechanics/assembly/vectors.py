@@ -1,16 +1,28 @@
-"""Vectors that are linear in the coordinates, and the angles of some of them, as arrays."""
+"""Vectors that are linear in the coordinates as arrays, and the springs and laws that use them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack, starts
-from flexband.mechanics.assembly.structure import Vectors, VectorValues
+from flexband.mechanics.assembly.structure import (
+    Laws,
+    Springs,
+    SpringValues,
+    Vectors,
+    VectorValues,
+)
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.kernels.forms import Vector
+from flexband.mechanics.kernels.forms import TimeFunction, Vector
+from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.kernels.springs import RELAXED
+from flexband.mechanics.loads.compiled_laws import compiled_law
+from flexband.mechanics.loads.load import LawEntry, SpringEntry
 
 
 def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
@@ -80,4 +92,167 @@ class VectorTable:
                 stack([c[axis] for vector in self.vectors for c in vector.values()])
                 for axis in range(2)
             )
+        )
+
+
+class SpringTable:
+    """The springs.
+
+    Parameters
+    ----------
+    springs : the entries, translational springs first.
+    numbers : of the vectors of each spring.
+    groups : the rows of z that each vector depends on.
+    """
+
+    def __init__(
+        self,
+        springs: Sequence[SpringEntry],
+        numbers: Sequence[Sequence[int]],
+        groups: Sequence[Sequence[int]],
+    ):
+        self.springs, self.numbers = springs, numbers
+        self.groups = [[i for a in vectors for i in groups[a]] for vectors in numbers]
+        self.pulls, self.functions = [], []
+        for spring in springs:
+            (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
+            self.pulls.append(c)
+            self.functions.append(f)
+
+    def couples(self) -> Couples:
+        return pairs_of(self.groups)
+
+    def structure(self, places: Places) -> Springs:
+        return Springs(
+            translational=sum(not spring.torsion for spring in self.springs),
+            f=indices(places.functions[f] for f in self.functions),
+            vector=indices(a for vectors in self.numbers for a in vectors),
+            slot=places.square(self.groups),
+        )
+
+    def values(self) -> SpringValues:
+        return SpringValues(
+            stiffness=stack([s.stiffness for s in self.springs]),
+            rest=stack([RELAXED if s.rest is None else s.rest for s in self.springs]),
+            cubic=stack([s.cubic for s in self.springs]),
+            damping=stack([s.damping for s in self.springs]),
+            pull=stack(self.pulls),
+        )
+
+
+class LawTable:
+    """The force laws.
+
+    Parameters
+    ----------
+    laws : the entries.
+    angle, position : numbers of the vectors of the first point, its normal and its position.
+    groups : the rows of z that each vector depends on.
+    """
+
+    def __init__(
+        self,
+        laws: Sequence[LawEntry],
+        angle: int,
+        position: int,
+        groups: Sequence[Sequence[int]],
+    ):
+        self.compiled = [compiled_law(e.law, len(e.points), len(e.parameters)) for e in laws]
+        self.laws, self.angle, self.position = laws, angle, position
+        self.parameters = [parameter for law in laws for parameter in law.parameters]
+        self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0
+        for law in laws:
+            points = range(point, point + len(law.points))
+            vectors = [first + p for p in points for first in (angle, position)]
+            self.groups.append(sorted({j for a in vectors for j in groups[a]}))
+            for a in vectors:
+                self.place[a] = [self.groups[-1].index(j) for j in groups[a]]
+            point += len(points)
+
+    @property
+    def functions(self) -> Sequence[TimeFunction | None]:
+        functions = [p for p in self.parameters if callable(p)]
+        return [time, *functions] if self.laws else []
+
+    def couples(self) -> Couples:
+        return pairs_of(self.groups)
+
+    def structure(self, places: Places) -> Laws:
+        return Laws(
+            address=indices(law.address for law in self.compiled),
+            time=places.functions.get(time, 0),
+            parameter_start=starts([law.parameters for law in self.laws]),
+            f=indices(places.functions[p if callable(p) else None] for p in self.parameters),
+            point_start=starts([law.points for law in self.laws]),
+            angle=self.angle,
+            position=self.position,
+            coordinates=indices(len(group) for group in self.groups),
+            place=indices(k for vector_places in self.place for k in vector_places),
+            slot=places.square(self.groups),
+            memory=max(map(_memory, self.laws, self.groups), default=0),
+        )
+
+    def values(self) -> np.ndarray:
+        """Return the parameters; those that are functions of time are 1."""
+        return stack([1.0 if callable(p) else p for p in self.parameters])
+
+
+def _memory(law: LawEntry, group: Sequence[int]) -> int:
+    """Return how many rows of memory a law needs, see `kernels.laws`."""
+    axes = AXES * len(law.points)
+    return 1 + len(law.parameters) + axes * (3 + axes + 2 * len(group))
+
+
+def time(t: float) -> float:
+    """Return the time [s]."""
+    return t
+
+
+class VectorTables(NamedTuple):
+    """The tables of all vectors, and of the springs and laws that use them."""
+
+    vectors: VectorTable
+    springs: SpringTable
+    laws: LawTable
+
+    @staticmethod
+    def of(mechanism: Mechanism) -> VectorTables:
+        """Return the tables of a mechanism.
+
+        Vectors with angles come first: those of constraints, of torsion springs, of points of laws
+        and of moments. Those of translational springs, the positions of points of laws, the
+        directions of following forces and what turns with bodies and rods come after them.
+        """
+        owned = [
+            (mechanism.state.multiplier + k, polar)
+            for k, (_, row) in enumerate(mechanism.constraints)
+            for polar in row.polar
+        ]
+        springs = [spring for _, spring in mechanism.springs]
+        points = [frame for law in mechanism.laws for frame in law.points]
+        parts = [
+            [polar.vector for _, polar in owned],
+            [vector for spring in springs if spring.torsion for vector in spring.vectors],
+            [frame.normal for frame in points],
+            [moment.direction for moment in mechanism.moments],
+            [vector for spring in springs if not spring.torsion for vector in spring.vectors],
+            [frame.position for frame in points],
+            [force.direction for force in mechanism.following],
+            [vector for _, vector in mechanism.turning],
+        ]
+        _, torsion, normal, _, straight, position, direction, turning, _ = starts(parts).tolist()
+        vectors = VectorTable(
+            [v for part in parts for v in part],
+            straight,
+            [k for k, _ in owned],
+            [polar.length for _, polar in owned],
+            direction,
+            turning,
+        )
+        elongations = [range(a, a + 1) for a in range(straight, position)]
+        elongations += [range(a, a + 2) for a in range(torsion, normal, 2)]
+        return VectorTables(
+            vectors,
+            SpringTable(springs, elongations, vectors.groups),
+            LawTable(mechanism.laws, normal, position, vectors.groups),
         )

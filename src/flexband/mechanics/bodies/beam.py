@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_poissons_ratio, check_positive, shown
+from flexband.errors import InputError, check_finite, check_poissons_ratio, check_positive
 from flexband.mechanics.bodies.assumed_strains import (
     ENDS,
     axial_strain,
@@ -32,12 +32,12 @@ from flexband.mechanics.bodies.assumed_strains import (
     slope,
     stiffness,
 )
-from flexband.mechanics.bodies.body import MassEntries, add_pairs
-from flexband.mechanics.bodies.centre_line import CentreLine
+from flexband.mechanics.bodies.body import MassEntries, add_pairs, check_implements
+from flexband.mechanics.bodies.centre_line import CentreLine, ElementState
 from flexband.mechanics.bodies.plausible import (
     plausible_length,
     plausible_material,
-    plausible_section,
+    plausible_thickness,
 )
 from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.bodies.section_stiffness import (
@@ -46,7 +46,7 @@ from flexband.mechanics.bodies.section_stiffness import (
     SectionStiffness,
 )
 from flexband.mechanics.bodies.sections import Rectangle, Section, curved_second_moment
-from flexband.mechanics.kernels.elements.continuum_strains import strains
+from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants, strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
 from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, subtract
 
@@ -57,13 +57,7 @@ They are those of r and r_x turned by 90°, and of r_y.
 """
 
 
-MAX_ROTARY_INERTIA = 10.0
-"""Of a continuum element, relative to that of its section. Up to this factor the direction of the
-section grows less than the axis stretches in a free beam that spins, if it is nine times as long as
-its radius of gyration."""
-
-
-@frozen(kw_only=True)
+@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
 class Beam(CentreLine):
     """A flexible beam with shear deformation, straight or curved, Eq. (22).
 
@@ -87,8 +81,8 @@ class Beam(CentreLine):
     elements : number of elements. If it is left out, 4 are used, with a warning, or
         `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
         loads act between the ends: then they are shared among the parts between these points.
-    retardation : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains E + τ Ė.
-        A vibration of angular frequency ω has the damping ratio τω/2.
+    retardation_time : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains
+        E + τ Ė. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
     angle : from the X axis to the beam's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left, less than 2/height. Terms of
@@ -120,6 +114,7 @@ class Beam(CentreLine):
     integration: SectionIntegration | None = None
 
     per_node: ClassVar[int] = 6
+    """Those of r, r_x and r_y."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -129,13 +124,11 @@ class Beam(CentreLine):
             _check_arc(
                 np.asarray(self.curvature), profile.across(lambda _, value, __: np.asarray(value))
             )
-        integration = self.integration
-        if integration is not None and (
-            isinstance(integration, type) or not hasattr(integration, "stiffness")
-        ):
-            allowed = "None, SelectiveIntegration() or FullIntegration()"
-            raise InputError(f"Beam integration must be {allowed}; got {shown(integration)}")
-        if integration is not None and self.shear_factor is not None:
+        if self.integration is None:
+            return
+        allowed = "None, SelectiveIntegration() or FullIntegration()"
+        check_implements("Beam integration", self.integration, SectionIntegration, allowed)
+        if self.shear_factor is not None:
             raise InputError(
                 "Beam shear_factor must be None if there is an integration; "
                 "use SelectiveIntegration(shear_factor=...)"
@@ -148,9 +141,8 @@ class Beam(CentreLine):
             return Rectangle(self.height, self.width)
         if self.section is None or self.height is not None or self.width is not None:
             raise InputError("a Beam must have either height and width or a section")
-        if isinstance(self.section, type) or not hasattr(self.section, "moments"):
-            allowed = "a Circle, a Rectangle or a GeneralSection"
-            raise InputError(f"Beam section must be {allowed}; got {shown(self.section)}")
+        allowed = "a Circle, a Rectangle or a GeneralSection"
+        check_implements("Beam section", self.section, Section, allowed)
         return self.section
 
     def properties(self) -> Sequence[tuple[str, Property, Callable]]:
@@ -169,23 +161,16 @@ class Beam(CentreLine):
     def counts(self) -> tuple[int, int]:
         return (9, 3) if self.integration is None else (12, 9)
 
-    def constraints(self, first: int) -> list[Form]:
-        """Return the differences of r and of r_y in doubled nodes.
+    @property
+    def element_table(self) -> str:
+        return "beams" if self.integration is None else "continua"
+
+    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+        """Return the difference of r_y.
 
         r_x jumps: its length by that of the axial force, its angle by that of the shear force.
         """
-        return [
-            row
-            for a, b in self.doubled_frames(first)
-            for row in (*subtract(a.position, b.position), *subtract(a.y, b.y))
-        ]
-
-    def coordinates(self) -> list[np.ndarray]:  # r, r_x and r_y of each node
-        nodes = []
-        for x, y, angle in zip(*(column.T for column in self.node_axes()), strict=True):
-            c, s = np.cos(angle), np.sin(angle)
-            nodes += [x, y, c, s, -s, c]
-        return nodes
+        return subtract(before.y, after.y)
 
     def node_frame(self, first: int) -> Frame:
         return Frame.of_node(first)
@@ -202,7 +187,7 @@ class Beam(CentreLine):
         (E, nu, k), moments = self.elasticity(along), self.profile.moments(along)
         plausible_material(along(*self.properties()[0]), E)
         across = self.profile.across(along)
-        plausible_section(across)
+        plausible_thickness("the section of a beam is about {} high", across)
         plausible_length("a beam", np.asarray(self.length), across)
         _check_arc(along("Beam curvature [1/m]", self.curvature, check_finite), across)
         if self.integration is not None:
@@ -210,8 +195,11 @@ class Beam(CentreLine):
             return self.integration.stiffness(Elasticity(E, nu, k), moments)
         return E * moments[0], E * moments[1], k * E / (2 * (1 + nu)) * moments[0]
 
-    def curved(self, y: ArrayLike, along: Along) -> tuple[np.ndarray, np.ndarray]:
-        """Return a and b in ε(y) = N/EA + (a − y b)(κ − κ₀) at the positions of `along`.
+    def across(self, along: Along) -> np.ndarray:
+        return self.profile.across(along)
+
+    def fibre(self, y: ArrayLike, along: Along) -> Sequence[ArrayLike]:
+        """Return y, E, ν, k, and a and b in ε(y) = N/EA + (a − y b)(κ − κ₀).
 
         Winkler's theory: fibres inside an arc are shorter than its axis by the factor 1 − κ₀y, so
         σ = (N + κ₀M)/A − M y/(Z (1 − κ₀y)), where Z = ∫y²/(1 − κ₀y) dA.
@@ -219,7 +207,8 @@ class Beam(CentreLine):
         curvature = along("Beam curvature [1/m]", self.curvature, check_finite)
         area, second, _ = self.profile.moments(along)
         ratio = curved_second_moment(self.profile, curvature, along)
-        return curvature * second / area, 1 / (ratio * (1 - curvature * np.asarray(y)))
+        a, b = curvature * second / area, 1 / (ratio * (1 - curvature * np.asarray(y)))
+        return [y, *self.elasticity(along), a, b]
 
     def elasticity(self, along: Along) -> Elasticity:
         """Return E [Pa], ν and k at the positions of `along`."""
@@ -232,36 +221,41 @@ class Beam(CentreLine):
         """Return the stiffness by the strains of an element [J], see `kernels.elements.beams`."""
         EA, EI, kGA = self.stiffness()
         ends = interpolation(ENDS, POSITIONS)
-        held = self._held * EA
-        thickness = [np.sum(held * share, axis=-1) for share in ends]
-        line = line_stiffness(EA, EI, self.element_lengths, held - EA)
+        stiff = self._thickness_factor * EA
+        thickness = [np.sum(stiff * share, axis=-1) for share in ends]
+        line = line_stiffness(EA, EI, self.element_lengths, stiff - EA)
         return line + stiffness(ends, kGA) + thickness
 
     def _rotary(self, along: Along) -> np.ndarray:
         """Return the rotary inertia [kg m] at the positions of `along`."""
         if self.rotary_inertia is None:
-            return self._sections_own(along)
+            return self._section_inertia(along)
         return along("Beam rotary_inertia [kg m]", self.rotary_inertia, check_positive)
 
-    def _sections_own(self, along: Along) -> np.ndarray:
+    def _section_inertia(self, along: Along) -> np.ndarray:
         """Return the rotary inertia ρI [kg m] of the section at the positions of `along`."""
         return along(*self.properties()[0]) * self.profile.moments(along)[1]
 
     def _check_rotary_inertia(self, along: Along) -> None:
-        """Raise `InputError` if the inertia would make sections of a continuum grow."""
+        """Raise `InputError` if the inertia would make sections of a continuum grow.
+
+        Up to this factor the direction of the section grows less than the axis stretches in a free
+        beam that spins, if it is nine times as long as its radius of gyration.
+        """
+        factor = 10.0
         inertia, most = np.broadcast_arrays(
-            self._rotary(along), MAX_ROTARY_INERTIA * self._sections_own(along)
+            self._rotary(along), factor * self._section_inertia(along)
         )
         if np.any(inertia > most):
             worst = np.unravel_index(np.argmax(inertia / most), most.shape)
             raise InputError(
                 f"Beam rotary_inertia [kg m] must be at most {most[worst]:.3g}, "
-                f"{MAX_ROTARY_INERTIA:g} times that of the section, if there is an integration; "
+                f"{factor:g} times that of the section, if there is an integration; "
                 f"got {inertia[worst]:.3g}. Leave integration out to give more"
             )
 
     @property
-    def _held(self) -> np.ndarray | float:
+    def _thickness_factor(self) -> np.ndarray | float:
         """Factor of EA in the stiffness that holds |d| = 1, at the Gauss points.
 
         As the beam turns, the rotary inertia pulls at the direction d of the section: at r_y, and
@@ -271,13 +265,10 @@ class Beam(CentreLine):
         if self.rotary_inertia is None:
             return 1.0
         along = self.at_gauss_points
-        return np.maximum(1.0, self._rotary(along) / self._sections_own(along))
+        return np.maximum(1.0, self._rotary(along) / self._section_inertia(along))
 
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the nine strains of the default element, or the coordinates of a continuum's.
-
-        See `CentreLine.element_strains`.
-        """
+        """Return the nine strains of the default element, or the coordinates of a continuum's."""
         if self.integration is not None:
             return q
         nodes = q.reshape(6, 2, *q.shape[1:])
@@ -300,21 +291,12 @@ class Beam(CentreLine):
         at_points = [strains.py_func(self.vectors(q, xi, length)) for xi in points]
         return [np.stack(column, axis=1) for column in zip(*at_points, strict=True)]
 
-    def strains(
-        self,
-        q: np.ndarray,
-        xi: float,
-        length: np.ndarray,
-        initial: np.ndarray,
-        section: Sequence[np.ndarray] | np.ndarray,
-    ) -> Sequence[np.ndarray]:
-        """Return the strains at ξ: six of a continuum, or N/EA, κ − κ₀ [1/m], Q and b.
-
-        See `CentreLine.strains`.
-        """
+    def strains(self, state: ElementState) -> Sequence[np.ndarray]:
+        """Return the strains: six of a continuum, or N/EA, κ − κ₀ [1/m], Q and b."""
         if self.integration is not None:
-            return self._continuum_strains(q, xi, length, initial, SectionStiffness(*section))
-        now, (EA, _, kGA) = self.element_strains(q, length), section
+            return self._continuum_strains(state)
+        q, xi, length, initial, (EA, _, kGA) = state
+        now = self.element_strains(q, length)
         change = now - initial
         axial, bent, shear, thickness = change[:3], change[3:5], kGA / EA * change[5:7], change[7:]
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
@@ -326,36 +308,56 @@ class Beam(CentreLine):
             interpolated(ENDS, thickness, xi),
         )
 
-    def _continuum_strains(
-        self,
-        q: np.ndarray,
-        xi: float,
-        length: np.ndarray,
-        initial: np.ndarray,
-        c: SectionStiffness,
-    ) -> Sequence[np.ndarray]:
+    def _continuum_strains(self, state: ElementState) -> list[np.ndarray]:
         """Return the strains of a continuum at ξ.
 
         The bending strain a₁ is constant in an element, and accurate in the middle. From there it
         is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
         """
-        strain, middle = (
-            [
-                now - start
-                for now, start in zip(
-                    *(strains.py_func(self.vectors(z, place, length)) for z in (q, initial)),
-                    strict=True,
-                )
-            ]
-            for place in (xi, 0.5)
-        )
+        q, xi, length, initial, section = state
+        c = SectionStiffness(*section)
+
+        def changes(place: float) -> list[np.ndarray]:
+            now, start = (strains.py_func(self.vectors(z, place, length)) for z in (q, initial))
+            return [a - b for a, b in zip(now, start, strict=True)]
+
+        strain, middle = changes(xi), changes(0.5)
         strain[1] = middle[1] + c.s0 * middle[4] / c.c11 * (xi - 0.5) * length
         return strain
+
+    def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:
+        strain, section = self.strains(state), state.section
+        if self.integration is None:
+            EA, EI, kGA = section
+            return EA * strain[0], kGA * strain[2], EI * strain[1]
+        p, w, d = self.vectors(state.q, state.xi, state.length)
+        force, couple, _ = gradient.py_func(resultants.py_func(section, strain), (p, w, d))
+        size = np.hypot(*d)
+        normal = (force[0] * d[1] - force[1] * d[0]) / size
+        across = (force[0] * d[0] + force[1] * d[1]) / size
+        return normal, across, d[0] * couple[1] - d[1] * couple[0]
+
+    def fibre_strains(self, state: ElementState, fibre: np.ndarray) -> Sequence[np.ndarray]:
+        strain, (y, _, nu, _, a, b) = self.strains(state), fibre
+        if self.integration is None:
+            axial, bending, shear, thickness = strain
+            along = axial + (a - y * b) * bending
+            return along, thickness - nu * along, shear
+        a0, a1, a2, across, g0, g1 = strain
+        return a0 + y * a1 + y**2 * a2, across, g0 + y * g1
+
+    def fibre_stresses(self, state: ElementState, fibre: np.ndarray) -> Sequence[np.ndarray]:
+        strain, (y, E, nu, k, a, b) = self.strains(state), fibre
+        if self.integration is not None:
+            return self.integration.stress(Elasticity(E, nu, k), strain, y)
+        axial, bending, shear, thickness = strain
+        along = E * (axial + (a - y * b) * bending)
+        return along, E * thickness, k * E / (2 * (1 + nu)) * shear
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return p = r₀′, w = d′ [1/m] and d at ξ, each of shape (2, …); `q` as in `strains`."""
+        """Return p = r₀′, w = d′ [1/m] and d at ξ, each of shape (2, …)."""
         nodes = q.reshape(6, 2, *q.shape[1:])
         p, di, dj = slope(nodes[[0, 1, 3, 4]], xi, length), nodes[2], nodes[5]
         return p, (dj - di) / length, (1 - xi) * di + xi * dj

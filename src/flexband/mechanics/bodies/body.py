@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,9 @@ class Body(ABC):
 
     elements_left_out: bool = False
     """Whether that number was not given."""
+
+    rigid: ClassVar[bool] = False
+    """Whether its coordinates are r and r_x of a rigid body."""
 
     @property
     def size(self) -> int:
@@ -88,9 +91,15 @@ class Body(ABC):
         return self
 
 
-def point(name: str, value: Any) -> tuple[np.ndarray, np.ndarray]:
+def check_implements(name: str, value: object, kind: type, allowed: str) -> None:
+    """Raise `InputError` if `value` is not of a class or protocol, or is itself a class."""
+    if isinstance(value, type) or not isinstance(value, kind):
+        raise InputError(f"{name} must be {allowed}; got {shown(value)}")
+
+
+def point(name: str, value: Point) -> tuple[np.ndarray, np.ndarray]:
     """Return `value` as coordinates; raise `InputError` if it is not a pair of finite numbers."""
-    pair = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    pair = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
     if not pair or len(value) != 2:
         raise InputError(f"{name} must be a pair; got {shown(value)}")
     x, y = value

@@ -26,12 +26,12 @@ from flexband.mechanics.bodies.assumed_strains import (
     slope,
 )
 from flexband.mechanics.bodies.body import MassEntries
-from flexband.mechanics.bodies.centre_line import CentreLine
+from flexband.mechanics.bodies.centre_line import CentreLine, ElementState
 from flexband.mechanics.bodies.properties import Along, Property
-from flexband.mechanics.kernels.forms import Form, Frame, Vector, cross, subtract
+from flexband.mechanics.kernels.forms import Form, Frame, Vector, cross
 
 
-@frozen(kw_only=True)
+@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
 class Cable(CentreLine):
     """A thin flexible body without shear deformation, straight or curved.
 
@@ -52,8 +52,8 @@ class Cable(CentreLine):
     elements : number of elements. If it is left out, 4 are used, with a warning, or
         `AdaptivePCCI` chooses it (see `dynamic_response`). They are equally long, unless joints or
         loads act between the ends: then they are shared among the parts between these points.
-    retardation : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the strains
-        ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
+    retardation_time : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the
+        strains ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
     start : position of the start [m].
     angle : from the X axis to the cable's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left.
@@ -71,6 +71,11 @@ class Cable(CentreLine):
     bending_stiffness: Property
 
     per_node: ClassVar[int] = 4
+    """Those of r and r_x."""
+
+    @property
+    def element_table(self) -> str:
+        return "cables"
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -83,20 +88,9 @@ class Cable(CentreLine):
             ("Cable bending_stiffness [N m²]", self.bending_stiffness, check_positive),
         )
 
-    def constraints(self, first: int) -> list[Form]:
-        """Return the differences of r and the sine of that of the angles in doubled nodes.
-
-        The length of r_x jumps by that of the axial force.
-        """
-        return [
-            row
-            for a, b in self.doubled_frames(first)
-            for row in (*subtract(a.position, b.position), cross(a.x, b.x))
-        ]
-
-    def coordinates(self) -> list[np.ndarray]:  # r and r_x of each node
-        nodes = zip(*(column.T for column in self.node_axes()), strict=True)
-        return [c for x, y, angle in nodes for c in (x, y, np.cos(angle), np.sin(angle))]
+    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+        """Return the sine of the angle; the length of r_x jumps by that of the axial force."""
+        return [cross(before.x, after.x)]
 
     def node_frame(self, first: int) -> Frame:
         return Frame.of_slope_node(first)
@@ -121,17 +115,20 @@ class Cable(CentreLine):
         angle = np.arctan2(ends[3, 1], ends[3, 0]) - np.arctan2(ends[1, 1], ends[1, 0])
         return np.stack(axial + bent(angle, ends, length))
 
-    def strains(
-        self,
-        q: np.ndarray,
-        xi: float,
-        length: np.ndarray,
-        initial: np.ndarray,
-        section: Sequence[np.ndarray] | np.ndarray,
-    ) -> Sequence[np.ndarray]:
-        """Return ε, κ − κ₀ [1/m] and its derivative by length [1/m²], see `CentreLine.strains`."""
-        now, (EA, EI) = self.element_strains(q, length), section
+    def strains(self, state: ElementState) -> Sequence[np.ndarray]:
+        """Return ε, κ − κ₀ [1/m] and its derivative by length [1/m²]."""
+        q, xi, length, initial, (EA, EI) = state
+        now = self.element_strains(q, length)
         change = now - initial
         by_length = np.sqrt(3) * change[4] / length**2
         axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0)
         return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length
+
+    def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:
+        (axial, bending, by_length), (EA, EI) = self.strains(state), state.section
+        return EA * axial, -EI * by_length, EI * bending
+
+    def fibre_strains(self, state: ElementState, fibre: np.ndarray) -> Sequence[np.ndarray]:
+        axial, bending, _ = self.strains(state)
+        along = axial - fibre[0] * bending
+        return along, 0.0 * along, 0.0 * along

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,21 +27,38 @@ from flexband.errors import (
     check_same_samples,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, add_pairs, point
-from flexband.mechanics.bodies.curves import PANELS, Path, arc, drawn, measured
+from flexband.mechanics.bodies.curves import Path, arc, drawn, measured
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
-from flexband.mechanics.kernels.forms import Frame, Vector, add, scale
+from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, subtract
 
-MAX_ELEMENTS = 100_000
 
-FEW = 4
-"""Elements of a member whose number of elements is left out."""
+class ElementState(NamedTuple):
+    """A place in elements of a member.
+
+    Attributes
+    ----------
+    q : coordinates of the elements, shape (element coordinates, …).
+    xi : the place ξ.
+    length : of the elements [m], shape (…).
+    initial : their `element_strains` at the start.
+    section : the `section_stiffness` at ξ.
+    """
+
+    q: np.ndarray
+    xi: float
+    length: np.ndarray
+    initial: np.ndarray
+    section: Sequence[np.ndarray] | np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
 class CentreLine(Body):
-    """A flexible line of elements; see `Beam` and `Cable` for the parameters.
+    """A flexible line of elements.
+
+    See `Beam` and `Cable` for the parameters that they share: `length`, `elements`, `start`,
+    `angle`, `velocity`, `rate`, `curvature` and `retardation_time`.
 
     `elements_per_node` is the number of elements between two named nodes. It is more than one if
     the mesh was `refined`, so that "node 2" stays where it was. `elements_left_out` tells whether
@@ -60,7 +77,7 @@ class CentreLine(Body):
     velocity: Point = (0.0, 0.0)
     rate: ArrayLike = 0.0
     curvature: Property = 0.0
-    retardation: ArrayLike = 0.0
+    retardation_time: ArrayLike = 0.0
     elements_per_node: int = 1
     elements_left_out: bool = False
     divisions: tuple[float, ...] = ()
@@ -69,9 +86,9 @@ class CentreLine(Body):
         name = type(self).__name__
         check_positive(f"{name} length [m]", self.length)
         if self.elements is None:
-            object.__setattr__(self, "elements", FEW)
+            object.__setattr__(self, "elements", 4)
             object.__setattr__(self, "elements_left_out", True)
-        elements = check_integer(f"{name} elements", self.elements, 1, MAX_ELEMENTS)
+        elements = check_integer(f"{name} elements", self.elements, 1, 100_000)
         object.__setattr__(self, "elements", elements)
         check_integer(f"{name} elements_per_node", self.elements_per_node, 1, elements)
         places = [0.0, *self.divisions, 1.0] if isinstance(self.divisions, tuple) else [0.0]
@@ -85,14 +102,14 @@ class CentreLine(Body):
         check_angle(f"{name} angle", self.angle)
         velocity = point(f"{name} velocity", self.velocity)
         check_finite(f"{name} rate [rad/s]", self.rate)
-        check_non_negative(f"{name} retardation [s]", self.retardation)
+        check_non_negative(f"{name} retardation_time [s]", self.retardation_time)
         curvature = (f"{name} curvature [1/m]", self.curvature, check_finite)
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
         bent = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        check_same_samples(name, self.length, self.retardation, *bent, *motion)
+        check_same_samples(name, self.length, self.retardation_time, *bent, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:
@@ -121,6 +138,10 @@ class CentreLine(Body):
         """Return the frame of the node whose coordinates start at z_first."""
 
     @abstractmethod
+    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+        """Return what else than r both frames of a doubled node must agree in, as forms."""
+
+    @abstractmethod
     def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         """Return r_y at ξ between the nodes a and b, where r_x of the axis is `slope`."""
 
@@ -138,19 +159,44 @@ class CentreLine(Body):
         """
 
     @abstractmethod
-    def strains(
-        self,
-        q: np.ndarray,
-        xi: float,
-        length: np.ndarray,
-        initial: np.ndarray,
-        section: Sequence[np.ndarray] | np.ndarray,
-    ) -> Sequence[np.ndarray]:
-        """Return the generalized strains of the section at ξ less those at the start, each (…).
+    def strains(self, state: ElementState) -> Sequence[np.ndarray]:
+        """Return the generalized strains of the section less those at the start, each (…)."""
 
-        `q` holds the coordinates of elements of this length [m], shape (element coordinates, …),
-        `initial` their `element_strains` at the start, `section` the `section_stiffness` at ξ.
+    @abstractmethod
+    def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:
+        """Return the axial force, the shear force [N] and the bending moment [N m], each (…)."""
+
+    def across(self, along: Along) -> np.ndarray | None:
+        """Return the height of the section [m] at the positions of `along`, if there is one."""
+        return None
+
+    def fibre(self, y: ArrayLike, along: Along) -> Sequence[ArrayLike]:
+        """Return the numbers that strains and stresses at y [m] depend on, the first being y."""
+        return [y]
+
+    @abstractmethod
+    def fibre_strains(self, state: ElementState, fibre: np.ndarray) -> Sequence[np.ndarray]:
+        """Return E_xx, E_yy and 2E_xy at the place of a `fibre`, each (…)."""
+
+    def fibre_stresses(self, state: ElementState, fibre: np.ndarray) -> Sequence[np.ndarray]:
+        """Return S_xx, S_yy and S_xy [Pa] at the place of a `fibre`, if there is one."""
+        raise NotImplementedError
+
+    @property
+    @abstractmethod
+    def element_table(self) -> str:
+        """Field of the assembled `Structure` that the elements belong to."""
+
+    @abstractmethod
+    def element_stiffness(self) -> list[np.ndarray]:
+        """Return the stiffness by the `element_strains` [J], numbers of shape (n or 1, elements).
+
+        Continuum elements have that of their sections instead.
         """
+
+    def initial_strains(self, points: np.ndarray) -> list[np.ndarray]:
+        """Return the strains of continuum elements at these ξ at the start; others have none."""
+        return []
 
     @property
     @abstractmethod
@@ -159,7 +205,6 @@ class CentreLine(Body):
 
     @property
     def size(self) -> int:
-        """Number of coordinates."""
         return self.per_node * (self.elements + 1 + len(self.mesh.doubled))
 
     @cached_property
@@ -197,6 +242,21 @@ class CentreLine(Body):
         nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
         return [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
 
+    def constraints(self, first: int) -> list[Form]:
+        """Return the differences of both frames of each doubled node; see `section_jumps`."""
+        return [
+            row
+            for a, b in self.doubled_frames(first)
+            for row in (*subtract(a.position, b.position), *self.section_jumps(a, b))
+        ]
+
+    def coordinates(self) -> list[np.ndarray]:  # r, r_x and, of a beam, r_y of each node
+        nodes = []
+        for x, y, angle in zip(*(column.T for column in self.node_axes()), strict=True):
+            c, s = np.cos(angle), np.sin(angle)
+            nodes += [x, y, c, s, -s, c][: self.per_node]
+        return nodes
+
     def node_axes(self) -> list[np.ndarray]:
         """Return X [m], Y [m] and angle [rad] of `axis`, with the nodes that are doubled."""
         twice = np.sort(np.append(np.arange(self.elements + 1), self.mesh.doubled))
@@ -209,10 +269,12 @@ class CentreLine(Body):
         )
         length = np.atleast_1d(self.even_length)[:, None]
         if callable(self.curvature):
-            places = np.arange(self.elements * PANELS + 1) / PANELS
+            panels = 64  # of Simpson's rule between two nodes
+            places = np.arange(self.elements * panels + 1) / panels
             curvature = self.evaluated(places, "curvature [1/m]", self.curvature, check_finite)
-            steps = None if self.mesh.even else PANELS * self.mesh.at(places)
-            x, y, turned = drawn(curvature, length / PANELS, steps)
+            steps = None if self.mesh.even else panels * self.mesh.at(places)
+            curve = drawn(curvature, length / panels, steps)
+            x, y, turned = (column[:, ::panels] for column in curve)
         else:
             curvature = np.asarray(self.curvature, dtype=float)[..., None]
             x, y, turned = arc(curvature, length * self.mesh.nodes)

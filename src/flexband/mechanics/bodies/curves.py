@@ -16,12 +16,6 @@ Path = Callable[[np.ndarray], ArrayLike] | Sequence[tuple[float, float]] | np.nd
 """A curve: a function that maps u, shape (m,), from 0 to 1 to points (X, Y) [m], shape (m, 2), or
 an array of points, shape (m, 2), which a cubic spline interpolates."""
 
-SAMPLES = 2001
-"""Number of points at which a path is evaluated."""
-
-PANELS = 64
-"""Number of intervals of Simpson's rule between two nodes."""
-
 
 class Curve(NamedTuple):
     """A curve: length [m], start [m], angle at the start [rad] and curvature κ(s) [1/m]."""
@@ -40,7 +34,8 @@ def measured(path: Path) -> Curve:
     InputError
         If the path has no tangent somewhere, or does not consist of points of the plane.
     """
-    u = np.linspace(0.0, 1.0, SAMPLES)
+    count = 2001
+    u = np.linspace(0.0, 1.0, count)
     if callable(path):
         points = check_finite("path", returned(path, u, "path"), rank=None)
     else:
@@ -52,9 +47,9 @@ def measured(path: Path) -> Curve:
             k = int(np.argmin(np.diff(chord)))
             raise InputError(f"path must not repeat a point; points {k} and {k + 1} are {knots[k]}")
         points = CubicSpline(chord / chord[-1], knots)(u)
-    if points.shape != (SAMPLES, 2):
+    if points.shape != (count, 2):
         raise InputError(
-            f"path must map u of shape ({SAMPLES},) to points of shape ({SAMPLES}, 2); "
+            f"path must map u of shape ({count},) to points of shape ({count}, 2); "
             f"got shape {points.shape}"
         )
     spline = CubicSpline(u, points)
@@ -72,17 +67,16 @@ def measured(path: Path) -> Curve:
 def drawn(
     curvature: np.ndarray, step: np.ndarray, places: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrate a curvature to x [m], y [m] and θ [rad] of the nodes, all zero at the start.
+    """Integrate a curvature to x [m], y [m] and θ [rad], all zero at the start.
 
-    The curvature [1/m], shape (n, PANELS × elements + 1), is given at `places`, whose unit is a
-    `step` [m], shape (n, 1); without them, one step apart. The results have shape
-    (n, elements + 1).
+    The curvature [1/m], shape (n, count), is given at `places`, whose unit is a `step` [m], shape
+    (n, 1); without them, one step apart. The results have its shape.
     """
     angle = step * cumulative_simpson(curvature, x=places, axis=-1, initial=0)
     x, y = (
         step * cumulative_simpson(f(angle), x=places, axis=-1, initial=0) for f in (np.cos, np.sin)
     )
-    return x[:, ::PANELS], y[:, ::PANELS], angle[:, ::PANELS]
+    return x, y, angle
 
 
 def arc(curvature: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,13 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-MIN_DISTANCE = 0.01
-"""Of points where a line is divided from each other and from the ends, in units; a point that is
-closer is not at a node, but so near that the element beside the node carries its load."""
-
-ROUNDING = 1e-9
-"""Difference of places that are the same, in units."""
-
 
 class Mesh(NamedTuple):
     """Nodes of a line.
@@ -28,12 +21,14 @@ class Mesh(NamedTuple):
     doubled : which nodes are doubled, shape (divisions,).
     even : whether all elements are equal.
     parts : the number of parts that the line should have.
+    rounding : difference of places that are the same, in units.
     """
 
     nodes: np.ndarray
     doubled: np.ndarray
     even: bool
     parts: int = 1
+    rounding: float = 1e-9
 
     def at(self, places: np.ndarray) -> np.ndarray:
         """Return places in elements from the start in units."""
@@ -45,7 +40,7 @@ class Mesh(NamedTuple):
             return place
         located = float(np.interp(place, self.nodes, np.arange(len(self.nodes))))
         nearest = round(located)
-        return nearest if abs(self.nodes[nearest] - place) < ROUNDING else located
+        return nearest if abs(self.nodes[nearest] - place) < self.rounding else located
 
 
 def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[float]) -> Mesh:
@@ -68,15 +63,20 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
     within = zip(ends, ends[1:], counts, strict=False)
     parted = [np.linspace(a, b, n, endpoint=False) for a, b, n in within]
     nodes = each * np.append(np.concatenate(parted), coarse)
-    is_even = bool(np.all(np.abs(nodes - even) < ROUNDING))
-    return Mesh(even if is_even else nodes, np.cumsum(counts)[:-1], is_even, parts)
+    mesh = Mesh(nodes, np.cumsum(counts)[:-1], False, parts)
+    is_even = bool(np.all(np.abs(nodes - even) < mesh.rounding))
+    return mesh._replace(nodes=even, even=True) if is_even else mesh
 
 
-def _apart(places: np.ndarray, end: float) -> list[float]:
-    """Return the places that are not too close to the ends and to the place before."""
+def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[float]:
+    """Return the places that are not too close to the ends and to the place before, in units.
+
+    A place that is closer is not at a node, but so near that the element beside the node carries
+    its load.
+    """
     kept = [0.0]
     for place in places:
-        if min(place - kept[-1], end - place) > MIN_DISTANCE:
+        if min(place - kept[-1], end - place) > min_distance:
             kept.append(float(place))
     return kept[1:]
 

@@ -9,41 +9,34 @@ import numpy as np
 
 from flexband.errors import warn
 
-SOFTEST, STIFFEST = 10.0, 5e4
-"""Speed of sound √(E/ρ) [m/s]: below that of the softest rubbers, and above that of diamond."""
-
-THICKEST = 2.0
-"""Size [m] across a part of a machine."""
-
-
-LONGEST, SLENDEREST = 50.0, 2000.0
-"""Length [m] of a part of a machine, and length over thickness of a bar: both together are more
-than those of blades, booms and masts."""
-
 
 def plausible_material(density: np.ndarray, youngs_modulus: np.ndarray) -> None:
     """Warn if no solid has this density [kg/m³] and this modulus [Pa]."""
     modulus, rho = float(np.median(youngs_modulus)), float(np.median(density))
-    speed = np.sqrt(modulus / rho)
-    if not SOFTEST < speed < STIFFEST:
+    speed = np.sqrt(modulus / rho)  # of sound: lower in the softest rubbers, higher in diamond
+    softest, stiffest = 10.0, 5e4
+    if not softest < speed < stiffest:
         warn(
             f"a beam with a Young's modulus of about {modulus:.1g} Pa and a density of about "
-            f"{rho:.2g} kg/m³ is {'softer' if speed <= SOFTEST else 'stiffer'} than any common "
+            f"{rho:.2g} kg/m³ is {'softer' if speed <= softest else 'stiffer'} than any common "
             "solid; are these numbers in Pa and kg/m³?"
         )
 
 
-def plausible_section(height: np.ndarray) -> None:
-    """Warn if a section is so high [m] that the number may be in millimetres."""
-    least = float(np.median(height))
-    if least > THICKEST:
-        warn(f"the section of a beam is about {least:.1g} m high; is this number in metres?")
+def plausible_thickness(what: str, size: np.ndarray, limit: float = 2.0) -> None:
+    """Warn if a part of a machine is so thick [m] that the number may be in millimetres."""
+    least = float(np.median(size))
+    if least > limit:
+        warn(f"{what.format(f'{least:.1g} m')}; is this number in metres?")
 
 
 def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> None:
-    """Warn if a bar is so long [m] for its thickness that its length may be in millimetres."""
+    """Warn if a bar is so long [m] for its thickness that its length may be in millimetres.
+
+    Such a bar is longer and more slender than blades, booms and masts.
+    """
     longest, thin = float(np.median(length)), float(np.median(thickness))
-    if longest > LONGEST and longest > SLENDEREST * thin:
+    if longest > max(50.0, 2000.0 * thin):
         warn(
             f"{what} is about {longest:.3g} m long, {longest / thin:.2g} times its thickness of "
             f"{thin:.2g} m; is its length in metres?"
@@ -54,5 +47,4 @@ def plausible_block(*sizes: np.ndarray) -> None:
     """Warn if the smallest size of a rigid body [m], or only its largest, may be in millimetres."""
     least, *_, longest = sorted(float(np.median(size)) for size in sizes)
     plausible_length("a rigid body", np.asarray(longest), np.asarray(least))
-    if least > THICKEST:
-        warn(f"the smallest side of a rigid body is about {least:.1g} m; is this number in metres?")
+    plausible_thickness("the smallest side of a rigid body is about {}", np.asarray(least))

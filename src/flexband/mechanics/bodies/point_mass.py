@@ -35,6 +35,7 @@ class PointMass(Body):
     velocity: Point = (0.0, 0.0)
 
     per_node: ClassVar[int] = 2
+    """Those of r."""
 
     def __post_init__(self) -> None:
         check_non_negative("PointMass mass [kg]", self.mass)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from fractions import Fraction
 from itertools import chain
 from typing import Any, ClassVar
 
@@ -28,7 +29,6 @@ from flexband.errors import (
     shown,
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
-from flexband.mechanics.bodies.outlines import touching_edges
 from flexband.mechanics.bodies.plausible import plausible_block
 from flexband.mechanics.kernels.forms import Form, Frame, dot
 
@@ -70,6 +70,9 @@ class RigidBody(Body):
     rate: ArrayLike = 0.0
 
     per_node: ClassVar[int] = 4
+    """Those of r and r_x."""
+
+    rigid = True
 
     def __post_init__(self) -> None:
         check_non_negative("RigidBody mass [kg]", self.mass)
@@ -107,11 +110,7 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        a = check_positive("block length [m]", length)
-        b = check_positive("block height [m]", height)
-        c = check_positive("block width [m]", width)
-        rho = check_non_negative("block density [kg/m³]", density)
-        check_same_samples("block", a, b, c, rho)
+        a, b, c, rho = _sizes("block", density, length=length, height=height, width=width)
         plausible_block(a, b, c)
         mass = rho * a * b * c
         return RigidBody(mass=mass, inertia=mass * (a**2 + b**2) / 12, **motion)
@@ -133,10 +132,7 @@ class RigidBody(Body):
         InputError
             If a size is not positive, or the density is negative.
         """
-        r = check_positive("disc radius [m]", radius)
-        w = check_positive("disc width [m]", width)
-        rho = check_non_negative("disc density [kg/m³]", density)
-        check_same_samples("disc", r, w, rho)
+        r, w, rho = _sizes("disc", density, radius=radius, width=width)
         mass = rho * np.pi * r**2 * w
         return RigidBody(mass=mass, inertia=mass * r**2 / 2, **motion)
 
@@ -159,12 +155,11 @@ class RigidBody(Body):
             If there are fewer than three vertices, the outline encloses no area, touches or crosses
             itself, the width is not positive, or the density is negative.
         """
-        scalar = isinstance(vertices, np.ndarray) and vertices.ndim == 0
-        if scalar or not isinstance(vertices, Sequence | np.ndarray) or len(vertices) < 3:
+        several = isinstance(vertices, Sequence | np.ndarray) and np.iterable(vertices)
+        if not several or len(vertices) < 3:
             raise InputError(f"polygon vertices must be 3 points or more; got {shown(vertices)}")
         corners = [point(f"polygon vertex {k}", v) for k, v in enumerate(vertices)]
-        thickness = check_positive("polygon width [m]", width)
-        rho = check_non_negative("polygon density [kg/m³]", density)
+        thickness, rho = _sizes("polygon", density, width=width)
         check_same_samples("polygon", thickness, rho, *chain(*corners))
         x, y = (np.stack(np.broadcast_arrays(*axis)) for axis in zip(*corners, strict=True))
         x2, y2 = np.roll(x, -1, axis=0), np.roll(y, -1, axis=0)
@@ -174,7 +169,7 @@ class RigidBody(Body):
         per_area = thickness * rho
         check_positive("area enclosed by the polygon vertices [m²]", area * turn)
         edge_starts = np.flatnonzero(np.any((x != x2) | (y != y2), axis=tuple(range(1, x.ndim))))
-        met = touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
+        met = _touching_edges(*(v[edge_starts].reshape(len(edge_starts), -1) for v in (x, y)))
         if met is not None:
             edges = " and ".join(f"from vertex {edge_starts[k]}" for k in met)
             raise InputError(f"polygon vertices must not cross: the edges {edges} meet")
@@ -258,3 +253,70 @@ class RigidBody(Body):
     def constraints(self, first: int) -> list[Form]:  # Eq. (24): r_x has length one
         x = Frame.of_rigid_node(first).x
         return [dot(x, x) - Form.constant(1.0)]
+
+
+def _sizes(shape: str, density: ArrayLike, **sizes: ArrayLike) -> list[np.ndarray]:
+    """Return the sizes [m] and the density [kg/m³] of a shape, checked."""
+    checked = [check_positive(f"{shape} {name} [m]", size) for name, size in sizes.items()]
+    checked.append(check_non_negative(f"{shape} density [kg/m³]", density))
+    check_same_samples(shape, *checked)
+    return checked
+
+
+def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
+    """Return two edges of an outline that meet elsewhere than at a common corner, or None.
+
+    Parameters
+    ----------
+    x, y : corners, shape (corners, n); edge k runs from corner k to the next. No corner equals
+        the next one.
+    """
+    count = len(x)
+    start = np.stack([x, y])
+    end = np.roll(start, -1, axis=1)
+    after = np.roll(start, -2, axis=1)
+    back = _orientation(start, end, after) == 0
+    back &= _forward(start, end, after) < 0
+    if back.any():
+        k = int(np.argwhere(back)[0, 0])
+        return k, (k + 1) % count
+    for k in range(count - 2):
+        others = slice(k + 2, count - (k == 0))
+        p, q, r, s = start[:, k, None], end[:, k, None], start[:, others], end[:, others]
+        apart = np.maximum(p, q) < np.minimum(r, s)
+        apart |= np.maximum(r, s) < np.minimum(p, q)
+        near = ~apart.any(axis=0)
+        if not near.any():
+            continue
+        near &= _orientation(p, q, r) * _orientation(p, q, s) <= 0
+        near &= _orientation(r, s, p) * _orientation(r, s, q) <= 0
+        if near.any():
+            return k, k + 2 + int(np.argwhere(near)[0, 0])
+    return None
+
+
+def _orientation(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return the sign of the turn from a over b to c, points of shape (2, …): 1 is to the left."""
+    (ax, ay), (bx, by), (cx, cy) = a, b, c
+    rounding = 4 * np.finfo(float).eps  # more than that of the difference of both products
+    with np.errstate(all="ignore"):
+        first_product, second_product = (bx - ax) * (cy - ay), (by - ay) * (cx - ax)
+        sign = np.sign(first_product - second_product)
+        unsure = ~(
+            np.abs(first_product - second_product)
+            > rounding * (np.abs(first_product) + np.abs(second_product)) + 1e-290
+        )
+    unsure &= ~(((bx == ax) | (cy == ay)) & ((by == ay) | (cx == ax)))  # 0 − 0
+    points = [np.broadcast_to(v, sign.shape)[unsure] for v in (ax, ay, bx, by, cx, cy)]
+    sign[unsure] = [_exact(*map(Fraction, numbers)) for numbers in zip(*points, strict=True)]
+    return sign
+
+
+def _exact(ax, ay, bx, by, cx, cy) -> int:
+    turn = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    return (turn > 0) - (turn < 0)
+
+
+def _forward(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return a number that is negative where c, on the line from a to b, is on a's side of b."""
+    return (np.sign(b - a) * np.sign(c - b)).sum(axis=0)

@@ -14,7 +14,7 @@ generalized strains with the nine coefficients of `SectionStiffness`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,6 +54,7 @@ class Elasticity(NamedTuple):
     k: np.ndarray
 
 
+@runtime_checkable
 class SectionIntegration(Protocol):
     """A rule for the integrals over the section, and the material law that it stands for."""
 

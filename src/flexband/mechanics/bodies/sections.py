@@ -6,7 +6,7 @@ A section is symmetric about the beam's axis, so that ∫y dA = ∫y³ dA = 0.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from flexband.errors import InputError, check_positive
 from flexband.mechanics.bodies.properties import Along, Property
 
 
+@runtime_checkable
 class Section(Protocol):
     """The cross-section of a beam; its dimensions may depend on the position along the beam.
 

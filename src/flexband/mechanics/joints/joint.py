@@ -26,6 +26,14 @@ Couple = tuple[Form, Sequence[Vector]]
 """A moment [N m] is a form times the lengths of these vectors, which a form cannot express."""
 
 
+def body_and_point(point: PointName) -> tuple[str, str]:
+    """Return the names of a body and of its point; both are empty for a point of the ground."""
+    if not isinstance(point, str):
+        return "", ""
+    body, _, name = point.partition(".")
+    return body, name or "center"
+
+
 class Joint(ABC):
     """A constraint between points. The first point is on the body that reactions act on.
 

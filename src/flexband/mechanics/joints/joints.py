@@ -19,11 +19,47 @@ from flexband.mechanics.joints.joint import (
     couple,
     straight,
 )
-from flexband.mechanics.kernels.forms import Form, Vector, cross, dot, scale, subtract, turned
+from flexband.mechanics.kernels.forms import (
+    Form,
+    Frame,
+    Vector,
+    cross,
+    dot,
+    scale,
+    subtract,
+    turned,
+)
 
 
-def _normal(axis: tuple[float, float]) -> tuple[float, float]:
-    return -axis[1], axis[0]
+class AlignedJoint(PairJoint):
+    """A joint whose bodies keep the angle between their sections."""
+
+    angle: ArrayLike
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle between the sections."""
+        return [dot(*self._normals(frame))]
+
+
+class LineJoint(PairJoint):
+    """A joint whose first point stays on a straight line through the second one."""
+
+    axis: tuple[float, float]
+
+    def _normal(self, line: Frame) -> Vector:
+        return along(line, (-self.axis[1], self.axis[0]))
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return n · (r_first − r_second), with n across the line."""
+        line = straight(type(self).__name__, frame(self.second))
+        return [dot(self._normal(line), subtract(frame(self.first).position, line.position))]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ n."""
+        return scale(-multipliers[0], self._normal(frame(self.second)))
 
 
 @frozen()
@@ -43,7 +79,7 @@ class Revolute(PairJoint):
 
 
 @frozen()
-class Weld(PairJoint):
+class Weld(AlignedJoint):
     """A clamp: the points coincide, and the sections there keep the angle between them.
 
     Parameters
@@ -70,9 +106,6 @@ class Weld(PairJoint):
         check_angle("Weld angle", self.angle)
         check_flag("Weld axis", self.axis)
 
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
-
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r_first − r_second, the sine of the angle between the sections, and with `axis`
         that of the angle between the axes.
@@ -80,10 +113,6 @@ class Weld(PairJoint):
         first, second = frame(self.first), frame(self.second)
         rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
-
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle between the sections."""
-        return [dot(*self._normals(frame))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ of the positions."""
@@ -99,7 +128,7 @@ class Weld(PairJoint):
 
 
 @frozen()
-class Prismatic(PairJoint):
+class Prismatic(LineJoint, AlignedJoint):
     """A slide: the first point stays on a line, and its body does not rotate against the other.
 
     Parameters
@@ -125,22 +154,9 @@ class Prismatic(PairJoint):
         check_axis("Prismatic axis", self.axis)
         check_angle("Prismatic angle", self.angle)
 
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
-
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return n · (r_first − r_second) and the sine of the angle between the bodies."""
-        slider, line = frame(self.first), straight("Prismatic", frame(self.second))
-        apart = subtract(slider.position, line.position)
-        return [dot(along(line, _normal(self.axis)), apart), cross(*self._normals(frame))]
-
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle between the bodies."""
-        return [dot(*self._normals(frame))]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n."""
-        return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
+        return [*super().constraints(frame), cross(*self._normals(frame))]
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ of the angle, times the length of the slider's normal."""
@@ -149,7 +165,7 @@ class Prismatic(PairJoint):
 
 
 @frozen()
-class Slot(PairJoint):
+class Slot(LineJoint):
     """A pin in a straight slot: the first point stays on a line, its body may rotate.
 
     Parameters
@@ -171,15 +187,6 @@ class Slot(PairJoint):
 
     def __post_init__(self) -> None:
         check_axis("Slot axis", self.axis)
-
-    def constraints(self, frame: Resolve) -> list[Form]:
-        """Return n · (r_first − r_second)."""
-        pin, line = frame(self.first), straight("Slot", frame(self.second))
-        return [dot(along(line, _normal(self.axis)), subtract(pin.position, line.position))]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n."""
-        return scale(-multipliers[0], along(frame(self.second), _normal(self.axis)))
 
 
 @frozen()

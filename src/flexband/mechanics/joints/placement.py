@@ -14,16 +14,15 @@ import numpy as np
 from flexband.errors import returned
 from flexband.mechanics.kernels.forms import Form
 
-ITERATIONS = 10
-TOLERANCE = 1e-12
-"""Of the constraints, relative to the size of the mechanism."""
-
-MIN_SINGULAR_VALUE = 1e-3
-"""Relative to the largest: what could only be met by a much longer way is left to assembly."""
-
 
 def placed(
-    guess: Sequence[np.ndarray], bodies: Sequence[Iterable[int]], rows: Sequence[Form]
+    guess: Sequence[np.ndarray],
+    bodies: Sequence[Iterable[int]],
+    rows: Sequence[Form],
+    *,
+    iterations: int = 10,
+    tolerance: float = 1e-12,
+    min_singular_value: float = 1e-3,
 ) -> list[np.ndarray]:
     """Return the guess [1, q] with each body moved, but not turned, to where the rows vanish.
 
@@ -32,6 +31,10 @@ def placed(
     guess : arrays of shape () or (n,).
     bodies : for each body, the places in `guess` of the X coordinates of its nodes.
     rows : constraints, of which those that places have no influence on are left out.
+    iterations : at most.
+    tolerance : of the constraints, relative to the size of the mechanism.
+    min_singular_value : of their Jacobian, relative to the largest: what could only be met by a
+        much longer way is left to assembly.
     """
     column = {
         n + axis: 2 * b + axis for b, nodes in enumerate(bodies) for n in nodes for axis in (0, 1)
@@ -42,9 +45,9 @@ def placed(
         return list(guess)
     z = np.stack([np.broadcast_to(np.asarray(c, dtype=float), samples) for c in guess])
     size = np.abs(z[list(column)]).max(axis=0)
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         misfit = np.stack([np.broadcast_to(row.at(list(z)), samples) for row in rows])
-        apart = np.flatnonzero(np.abs(misfit).max(axis=0) > TOLERANCE * size)
+        apart = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
         if not len(apart):
             break
         jacobian = np.zeros((len(apart), len(rows), 2 * len(bodies)))
@@ -55,7 +58,7 @@ def placed(
                 for moved, other in ((i, j), (j, i)):
                     if moved in column:
                         jacobian[:, k, column[moved]] += factor * z[other, apart]
-        inverse = np.linalg.pinv(jacobian, rcond=MIN_SINGULAR_VALUE)
+        inverse = np.linalg.pinv(jacobian, rcond=min_singular_value)
         shift = np.zeros((2 * len(bodies), len(apart)))
         for k in range(len(rows)):  # in this order, whatever the number of samples
             shift -= inverse[:, :, k].T * misfit[k, apart]

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import singledispatch
 from hashlib import sha256
-from types import CellType, CodeType, FunctionType, ModuleType
-from typing import Any, NamedTuple, cast
+from types import CellType, CodeType, FunctionType, ModuleType, NoneType
+from typing import NamedTuple, cast
 
 import numpy as np
 from numba import cfunc, njit
@@ -31,17 +32,11 @@ Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (point
 rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body.
 """
 
-MANY = 200
-"""Laws, each of which takes about 2 MB that Numba does not give back."""
-
-LIBRARIES = ("numpy", "math", "cmath", "numba")
-"""Modules whose attributes do not change."""
-
-RAISED, NOT_FINITE = 0, 1
+Functions = tuple[FunctionType, ...]
 
 Report = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 
-_laws: dict[Any, CompiledLaw] = {}
+_laws: dict[Hashable, CompiledLaw] = {}
 _lock = threading.Lock()
 _own = threading.local()
 
@@ -72,26 +67,28 @@ class CompiledLaw:
     """
 
     address: int
-    kept: tuple[Any, ...]
+    kept: tuple
 
 
-def compiled_law(law: Law, points: int, parameters: int) -> CompiledLaw:
+def compiled_law(law: Law, points: int, parameters: int, *, many: int = 200) -> CompiledLaw:
     """Return a law for so many points and parameters; indices are checked when it runs.
+
+    The compilation of `many` laws is warned of: Numba does not give back the 2 MB of each.
 
     Raises
     ------
     InputError
         If it does not compile, returns a value or calls itself.
     """
-    kept: list[Any] = [law]
+    kept: list = [law]
     try:
         key = _meaning(law, kept, ()), points, parameters
         with _lock:
             if key not in _laws:
                 _laws[key] = _compile(law, points, parameters, kept)
-                if len(_laws) == MANY:
+                if len(_laws) == many:
                     warn(
-                        f"{MANY} force laws have been compiled; each takes memory until the "
+                        f"{many} force laws have been compiled; each takes memory until the "
                         "process ends. Numbers that change should be parameters of a ForceLaw"
                     )
             return _laws[key]
@@ -101,18 +98,18 @@ def compiled_law(law: Law, points: int, parameters: int) -> CompiledLaw:
         raise InputError(f"the law {law!r} does not compile: {error}") from None
 
 
-def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> CompiledLaw:
+def _compile(law: Law, points: int, parameters: int, kept: list) -> CompiledLaw:
     dispatcher = _checked(law, {})
     size = points * AXES
     start_x = 1 + parameters
     start_v, start_force, rows = start_x + size, start_x + 2 * size, start_x + 3 * size
 
     @Report
-    def report(address: int, lane: int, kind: int) -> None:
+    def report(address: int, lane: int, ran: int) -> None:
         memory = (ctypes.c_double * (rows * WIDTH)).from_address(address)
         column = np.array(memory).reshape(rows, WIDTH)[:, lane]
         x, v = (column[k : k + size].reshape(points, AXES) for k in (start_x, start_v))
-        reason = _reason(dispatcher.py_func, kind, float(column[0]), x, v, column[1:start_x])
+        reason = _reason(dispatcher.py_func, ran, float(column[0]), x, v, column[1:start_x])
         failures = _own.__dict__.setdefault("failures", {})
         failures.setdefault((id(done), lane), LawFailure(done, lane, float(column[0]), reason))
 
@@ -139,7 +136,7 @@ def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> Compile
                 good = good and np.isfinite(force.flat[k])
                 lanes[start_force + k, lane] = force.flat[k] if ran else np.nan
             if known and not (ran and good):
-                report(lanes.ctypes.data, lane, NOT_FINITE if ran else RAISED)
+                report(lanes.ctypes.data, lane, 1 if ran else 0)
 
     code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
     returned = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
@@ -151,13 +148,13 @@ def _compile(law: Law, points: int, parameters: int, kept: list[Any]) -> Compile
     return done
 
 
-def _reason(law: Law, kind: int, *arguments: Any) -> str:
+def _reason(law: Law, ran: int, time: float, *arrays: np.ndarray) -> str:
     """Return why a law failed; the text of an error comes from Python, which runs it again."""
-    if kind == NOT_FINITE:
+    if ran:
         return "is not finite"
     try:
         with np.errstate(all="ignore"):
-            law(*arguments, np.zeros_like(arguments[1]))
+            law(time, *arrays, np.zeros_like(arrays[0]))
     except Exception as error:
         return f"raised {type(error).__name__}: {error}"
     return "raised an error"
@@ -169,7 +166,7 @@ def _names(code: CodeType) -> set[str]:
     return set(code.co_names).union(*inner)
 
 
-def _cells(function: FunctionType) -> Iterator[tuple[str, Any]]:
+def _cells(function: FunctionType) -> Iterator[tuple]:
     """Yield the variables of a closure that have a value."""
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         try:
@@ -178,38 +175,59 @@ def _cells(function: FunctionType) -> Iterator[tuple[str, Any]]:
             continue
 
 
-def _meaning(value: Any, kept: list[Any], within: tuple[Any, ...]) -> Any:
+@singledispatch
+def _meaning(value, kept: list, within: Functions) -> Hashable:
     """Return a key that is equal for functions of the same code that read the same values.
 
     `kept` collects objects that are known by their identity, `within` holds the functions around.
     """
-    inner, parts = within, ()
-    if isinstance(value, Dispatcher):
-        options = repr(sorted(value.targetoptions.items(), key=lambda option: option[0]))
-        return "compiled", options, _meaning(value.py_func, kept, within)
-    if isinstance(value, FunctionType):
-        if any(value is outer for outer in within):
-            raise InputError(f"a law must not call itself; {value.__qualname__} does")
-        inner, parts = (*within, value), _read_by(value)
-        about: Any = value.__code__
-    elif isinstance(value, ModuleType):
-        about = "module", value.__name__
-        if value.__name__.partition(".")[0] not in LIBRARIES:
-            names = sorted(set().union(*(_names(outer.__code__) for outer in within)))
-            parts = tuple((name, vars(value)[name]) for name in names if name in vars(value))
-    elif isinstance(value, np.ndarray):
-        about = value.dtype.str, value.shape, value.strides, sha256(value.tobytes()).digest()
-    elif isinstance(value, tuple | list):
-        about, parts = type(value), tuple(enumerate(value))
-    elif value is None or isinstance(value, bool | int | float | complex | str | np.generic):
-        about = type(value), repr(value)
-    else:
-        kept.append(value)
-        about = id(value)
-    return about, tuple((name, _meaning(part, kept, inner)) for name, part in parts)
+    kept.append(value)
+    return id(value), ()
 
 
-def _read_by(function: FunctionType) -> tuple[tuple[str, Any], ...]:
+@_meaning.register
+def _(value: Dispatcher, kept: list, within: Functions) -> Hashable:
+    options = repr(sorted(value.targetoptions.items(), key=lambda option: option[0]))
+    return "compiled", options, _meaning(value.py_func, kept, within)
+
+
+@_meaning.register
+def _(value: FunctionType, kept: list, within: Functions) -> Hashable:
+    if any(value is outer for outer in within):
+        raise InputError(f"a law must not call itself; {value.__qualname__} does")
+    return value.__code__, _meanings(_read_by(value), kept, (*within, value))
+
+
+@_meaning.register
+def _(value: ModuleType, kept: list, within: Functions) -> Hashable:
+    parts = ()  # attributes of libraries do not change
+    if value.__name__.partition(".")[0] not in ("numpy", "math", "cmath", "numba"):
+        names = sorted(set().union(*(_names(outer.__code__) for outer in within)))
+        parts = tuple((name, vars(value)[name]) for name in names if name in vars(value))
+    return ("module", value.__name__), _meanings(parts, kept, within)
+
+
+@_meaning.register
+def _(value: np.ndarray, kept: list, within: Functions) -> Hashable:
+    digest = sha256(value.tobytes()).digest()
+    return (value.dtype.str, value.shape, value.strides, digest), ()
+
+
+@_meaning.register
+def _(value: tuple | list, kept: list, within: Functions) -> Hashable:
+    return type(value), _meanings(enumerate(value), kept, within)
+
+
+@_meaning.register(int | float | complex | str | np.generic | NoneType)
+def _(value: complex | str | np.generic | None, kept: list, within: Functions) -> Hashable:
+    return (type(value), repr(value)), ()
+
+
+def _meanings(parts: Iterable[tuple], kept: list, within: Functions) -> Hashable:
+    return tuple((name, _meaning(part, kept, within)) for name, part in parts)
+
+
+def _read_by(function: FunctionType) -> tuple[tuple, ...]:
     """Return the names and values that a function reads from outside."""
     known, keywords = function.__globals__, function.__kwdefaults__ or {}
     names = sorted(_names(function.__code__) & known.keys())
@@ -217,18 +235,18 @@ def _read_by(function: FunctionType) -> tuple[tuple[str, Any], ...]:
     return *read, ("defaults", function.__defaults__ or ())
 
 
-def _checked(law: Any, done: dict[int, Any]) -> Any:
+def _checked(law, done: dict[int, Dispatcher]) -> Dispatcher:
     """Return a law compiled with checks of indices, as are all compiled functions that it calls."""
     if id(law) in done:
         return done[id(law)]
-    options: dict[str, Any] = {"error_model": "numpy"}
+    options: dict = {"error_model": "numpy"}
     function = law
     if isinstance(law, Dispatcher):
         function, options = law.py_func, {**law.targetoptions}
     if not isinstance(function, FunctionType):
         raise TypeError("it is not a Python function")
 
-    def replaced(value: Any) -> Any:
+    def replaced(value):
         return _checked(value, done) if isinstance(value, Dispatcher) else value
 
     reads = _names(function.__code__) | {"__builtins__", "__name__"}

@@ -14,7 +14,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_function, check_non_negative, shown
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
-from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, in_time
+from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, PairLoad, in_time
 
 
 @frozen()
@@ -63,7 +63,7 @@ class ForceLaw:
 
 
 @frozen()
-class ViscousFriction:
+class ViscousFriction(PairLoad):
     """Friction in proportion to the relative velocity of two points, as in a guide.
 
     The force on the first is −d (ṙ_first − ṙ_second), on the second the opposite, with the damping
@@ -81,11 +81,6 @@ class ViscousFriction:
 
     def __post_init__(self) -> None:
         check_non_negative("ViscousFriction damping [N s/m]", self.damping)
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        """Both points."""
-        return [self.first, self.second]
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the law."""

@@ -123,6 +123,18 @@ class Load(Protocol):
         ...
 
 
+class PairLoad:
+    """A load between two points."""
+
+    first: PointName
+    second: PointName
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Both points."""
+        return [self.first, self.second]
+
+
 def in_time(name: str, value: InTime) -> Form:
     """Return a form; raise `InputError` for a value that is neither finite nor a function."""
     if isinstance(value, type):

@@ -3,18 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import moves, subtract
-from flexband.mechanics.loads.load import Entries, InTime, LoadModel, SpringEntry, in_time
+from flexband.mechanics.kernels.forms import Form, Vector, moves, subtract
+from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, SpringEntry, in_time
+
+
+class SpringLoad(PairLoad):
+    """A spring, damper and actuator.
+
+    `units` are those of the stiffness, the cubic stiffness and the damping.
+    """
+
+    stiffness: ArrayLike
+    cubic: ArrayLike
+    damping: ArrayLike
+    units: ClassVar[tuple[str, str, str]]
+
+    def __post_init__(self) -> None:
+        kind, (stiffness, cubic, damping) = type(self).__name__, self.units
+        check_non_negative(f"{kind} stiffness [{stiffness}]", self.stiffness)
+        check_finite(f"{kind} cubic [{cubic}]", self.cubic)
+        check_non_negative(f"{kind} damping [{damping}]", self.damping)
+
+    def _along(self, vectors: Sequence[Vector], rest: ArrayLike | None, pull: Form) -> Entries:
+        numbers = (self.stiffness, rest, self.cubic, self.damping, pull)
+        return Entries(springs=[SpringEntry(vectors, *numbers)])
 
 
 @frozen()
-class Spring:
+class Spring(SpringLoad):
     """A translational spring, damper and actuator between two points.
 
     It pulls with the force k (ℓ − ℓ₀) + k₃ (ℓ − ℓ₀)³ + d ℓ̇ + f(t) along its line.
@@ -42,29 +65,22 @@ class Spring:
     damping: ArrayLike = 0.0
     pull: InTime = 0.0
 
+    units = ("N/m", "N/m³", "N s/m")
+
     def __post_init__(self) -> None:
-        check_non_negative("Spring stiffness [N/m]", self.stiffness)
+        super().__post_init__()
         if self.rest_length is not None:
             check_non_negative("Spring rest_length [m]", self.rest_length)
-        check_finite("Spring cubic [N/m³]", self.cubic)
-        check_non_negative("Spring damping [N s/m]", self.damping)
         in_time("Spring pull [N]", self.pull)
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        """Both points."""
-        return [self.first, self.second]
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along r_first − r_second."""
         apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
-        pull = in_time("pull", self.pull)
-        numbers = (self.stiffness, self.rest_length, self.cubic, self.damping, pull)
-        return Entries(springs=[SpringEntry([apart], *numbers)])
+        return self._along([apart], self.rest_length, in_time("pull", self.pull))
 
 
 @frozen()
-class TorsionSpring:
+class TorsionSpring(SpringLoad):
     """A spring, damper and actuator that turns two bodies, or a body and the ground.
 
     It exerts the moment −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T(t) on the first body and the
@@ -95,24 +111,17 @@ class TorsionSpring:
     damping: ArrayLike = 0.0
     torque: InTime = 0.0
 
+    units = ("N m/rad", "N m/rad³", "N m s/rad")
+
     def __post_init__(self) -> None:
-        check_non_negative("TorsionSpring stiffness [N m/rad]", self.stiffness)
-        check_non_negative("TorsionSpring damping [N m s/rad]", self.damping)
-        check_finite("TorsionSpring cubic [N m/rad³]", self.cubic)
+        super().__post_init__()
         if self.rest_angle is not None:
             check_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
         in_time("TorsionSpring torque [N m]", self.torque)
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        """Both points."""
-        return [self.first, self.second]
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along the angle between the normals of the two sections."""
         normals = [model.frame(point).normal for point in self.points]
         if not any(map(moves, normals)):
             raise InputError("a TorsionSpring must join a body that rotates")
-        pull = -in_time("torque", self.torque)
-        numbers = (self.stiffness, self.rest_angle, self.cubic, self.damping, pull)
-        return Entries(springs=[SpringEntry(normals, *numbers)])
+        return self._along(normals, self.rest_angle, -in_time("torque", self.torque))

@@ -8,20 +8,16 @@ found a little before it, at "0.499999" for a point "0.5".
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite
-from flexband.mechanics.bodies.beam import Beam
-from flexband.mechanics.bodies.cable import Cable
-from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.bodies.section_stiffness import Elasticity
-from flexband.mechanics.bodies.sections import Along
-from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants
+from flexband.mechanics.bodies.centre_line import CentreLine, ElementState
+from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 from flexband.words import with_article
@@ -33,7 +29,7 @@ class _Local(Sensor):
     body: str
     place: str
 
-    def _located(self, model: SensorModel) -> tuple[Beam | Cable, int, int, float]:
+    def _located(self, model: SensorModel) -> tuple[CentreLine, int, int, float]:
         """Return the member, the row of its first coordinate, the element and ξ of the place."""
         member, first = model.member(self.body)
         place = member.located(self.place)
@@ -63,22 +59,23 @@ class _Local(Sensor):
             *map(Form.constant, self._numbers(member, along)),
         ]
 
-    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
+    def _numbers(self, member: CentreLine, along: Along) -> Sequence[ArrayLike]:
         """Return what the sensor needs beside the stiffness of the section."""
         return []
 
-    def _read(self, rows: np.ndarray, model: SensorModel):
-        """Return the member, q, ξ, length, strains less those at the start, and the numbers.
-
-        The numbers are the stiffness of the section, and those of the sensor.
-        """
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         member, _, _, xi = self._located(model)
-        count = member.element_coordinates
-        q, length, rest = rows[:count], rows[count], rows[count + 1 :]
-        of_element, of_section = np.cumsum(member.counts)
-        initial, section = rest[:of_element], rest[of_element:of_section]
-        strain = member.strains(q, xi, length, initial, section)
-        return member, q, xi, length, strain, section, rest[of_section:]
+        parts = (member.element_coordinates, 1, *member.counts)
+        q, (length,), initial, section, numbers = np.split(rows, np.cumsum(parts))
+        return np.stack(
+            self._outputs(member, ElementState(q, xi, length, initial, section), numbers)
+        )
+
+    @abstractmethod
+    def _outputs(
+        self, member: CentreLine, state: ElementState, numbers: np.ndarray
+    ) -> Sequence[np.ndarray]:
+        """Return the outputs, each of shape (times, lanes)."""
 
 
 @frozen()
@@ -99,20 +96,10 @@ class SectionForces(_Local):
     place: str = "middle"
     units = (("_N", "N"), ("_Q", "N"), ("_M", "N m"))
 
-    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        member, q, xi, length, strain, section, _ = self._read(rows, model)
-        if isinstance(member, Cable):
-            EA, EI = section
-            return np.stack([EA * strain[0], -EI * strain[2], EI * strain[1]])
-        if member.integration is None:
-            EA, EI, kGA = section
-            return np.stack([EA * strain[0], kGA * strain[2], EI * strain[1]])
-        p, w, d = member.vectors(q, xi, length)
-        force, couple, _ = gradient.py_func(resultants.py_func(section, strain), (p, w, d))
-        size = np.hypot(*d)
-        normal = (force[0] * d[1] - force[1] * d[0]) / size
-        across = (force[0] * d[0] + force[1] * d[1]) / size
-        return np.stack([normal, across, d[0] * couple[1] - d[1] * couple[0]])
+    def _outputs(
+        self, member: CentreLine, state: ElementState, numbers: np.ndarray
+    ) -> Sequence[np.ndarray]:
+        return member.section_forces(state)
 
 
 @frozen()
@@ -145,27 +132,19 @@ class Strain(_Local):
     units = (("_xx", "1"), ("_yy", "1"), ("_xy", "1"))
     tensor = True
 
-    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        if isinstance(member, Cable):
-            return [self.y]
-        half = np.min(member.profile.across(along)) / 2
-        if np.any(np.abs(self.y) > half * (1 + 1e-12)):
-            worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
-            raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
-        return [self.y, *member.elasticity(along), *member.curved(self.y, along)]
+    def _numbers(self, member: CentreLine, along: Along) -> Sequence[ArrayLike]:
+        height = member.across(along)
+        if height is not None:
+            half = np.min(height) / 2
+            if np.any(np.abs(self.y) > half * (1 + 1e-12)):
+                worst = np.ravel(self.y)[np.argmax(np.abs(self.y))]
+                raise InputError(f"y [m] must be from {-half:g} to {half:g}; got {worst:g}")
+        return member.fibre(self.y, along)
 
-    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        member, *_, strain, _, numbers = self._read(rows, model)
-        if isinstance(member, Cable):
-            axial = strain[0] - numbers[0] * strain[1]
-            return np.stack([axial, 0.0 * axial, 0.0 * axial])
-        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
-        if member.integration is None:
-            axial, bending, shear, thickness = strain
-            along = axial + (a - y * b) * bending
-            return np.stack([along, thickness - material.nu * along, shear])
-        a0, a1, a2, b, g0, g1 = strain
-        return np.stack([a0 + y * a1 + y**2 * a2, b, g0 + y * g1])
+    def _outputs(
+        self, member: CentreLine, state: ElementState, numbers: np.ndarray
+    ) -> Sequence[np.ndarray]:
+        return member.fibre_strains(state, numbers)
 
 
 @frozen()
@@ -188,19 +167,13 @@ class Stress(Strain):
 
     units = (("_xx", "Pa"), ("_yy", "Pa"), ("_xy", "Pa"))
 
-    def _numbers(self, member: Beam | Cable, along: Along) -> Sequence[ArrayLike]:
-        if not isinstance(member, Beam):
+    def _numbers(self, member: CentreLine, along: Along) -> Sequence[ArrayLike]:
+        if member.across(along) is None:
             kind = with_article(type(member).__name__)
             raise InputError(f"stresses need a Beam; {self.body!r} is {kind}")
         return super()._numbers(member, along)
 
-    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        member, *_, strain, _, numbers = self._read(rows, model)
-        y, material, (a, b) = numbers[0], Elasticity(*numbers[1:4]), numbers[4:]
-        rule = cast("Beam", member).integration
-        if rule is not None:
-            return np.stack(rule.stress(material, strain, y))
-        (E, nu, k), (axial, bending, shear, thickness) = material, strain
-        return np.stack(
-            [E * (axial + (a - y * b) * bending), E * thickness, k * E / (2 * (1 + nu)) * shear]
-        )
+    def _outputs(
+        self, member: CentreLine, state: ElementState, numbers: np.ndarray
+    ) -> Sequence[np.ndarray]:
+        return member.fibre_stresses(state, numbers)

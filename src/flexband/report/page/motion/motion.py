@@ -12,7 +12,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import assembled
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Acceleration, Position, Velocity
-from flexband.mechanics.simulate import simulated
+from flexband.mechanics.simulate import TimeGrid, simulated
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.scene import Scene
 from flexband.report.page.arrays import packed
@@ -120,9 +120,7 @@ def _recorded(
     try:
         motion, _ = simulated(
             mechanism,
-            duration=outputs // every * between,
-            step=between,
-            substeps=every * response.step_parts,
+            TimeGrid(outputs // every * between, between, every * response.step_parts),
             integrator=response.integrator,
             threads=response.threads,
         )

@@ -1,0 +1,111 @@
+"""Masses and moments of inertia as matrices have them, where they are zero or small as well."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.stacking import stack
+from flexband.mechanics.bodies.body import MassEntries
+
+
+class MassOptions(NamedTuple):
+    """Masses and inertias of rigid bodies in place of those that are small.
+
+    Attributes
+    ----------
+    turning : how much more assembly minds turning a rigid body by 1 rad than moving it by the size
+        of all.
+    massless : what counts as none, relative to the whole mechanism.
+    regular, min_regular : what matrices have instead, relative to the smallest that is not zero,
+        and to the whole mechanism at least; see `projection.refine`.
+    min_sharing : redundant constraints share forces by at least this part of the whole mechanism's.
+    """
+
+    turning: float = 1e3
+    massless: float = 1e-12
+    regular: float = 1e-4
+    min_regular: float = 1e-10
+    min_sharing: float = 1e-6
+
+
+class Inertia:
+    """The mass matrices of a mechanism.
+
+    Attributes
+    ----------
+    inverse_scale : for each row of the guess [1, q], 1/size for positions and 1 for directions,
+        with the size of the whole mechanism.
+    regular_mass : the mass matrix with small masses and inertias of rigid bodies in place of zeros.
+    """
+
+    def __init__(self, mechanism: Mechanism, options: MassOptions = MassOptions()):
+        self._mechanism, self._options, self._mass = mechanism, options, mechanism.mass
+        self.inverse_scale = self._inverse_scale()
+        self._rigid_rows = [
+            mechanism.first_coordinates[name] + k
+            for name, body in mechanism.bodies.items()
+            for k in range(0 if body.elements else body.size)
+        ]
+        self.regular_mass = self._regular()
+
+    def _inverse_scale(self) -> list[ArrayLike]:
+        """Return 1/size for positions and 1 for directions.
+
+        The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
+        """
+        start, nodes, mass = self._mechanism.guess, self._mechanism.node_rows, self._mass
+        x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
+        none = np.zeros(())
+        least = self._options.massless * sum(mass[n, n] for n in nodes)
+        massive = [np.where(mass[n, n] > least, mass[n, n], np.inf) for n in nodes]
+        inertia = [mass.get((n + 2, n + 2), none) for n in nodes]
+        gyration = [np.sqrt(j / m) for j, m in zip(inertia, massive, strict=True)]
+        size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + stack(gyration).max(axis=0)
+        size = np.where(size > 0, size, 1.0)  # a single point mass has none
+        scale: list[ArrayLike] = [1.0] * len(start)
+        for node in nodes:
+            scale[node] = scale[node + 1] = 1 / size
+        return scale
+
+    def _of_rows(self, mass: MassEntries) -> tuple[dict[int, np.ndarray], np.ndarray]:
+        """Return the inertia [kg m²] of each row of z, and the sum of those of all nodes or 1."""
+        rows = [i for i, j in mass if i == j]
+        sizes = stack([mass[i, i] / np.square(self.inverse_scale[i]) for i in rows])
+        inertia = dict(zip(rows, sizes, strict=True))
+        total = np.sum([inertia[i] for i in self._mechanism.node_rows], axis=0)
+        return inertia, np.where(total > 0, total, 1.0)
+
+    def _regular(self) -> MassEntries:
+        options, (inertia, total) = self._options, self._of_rows(self._mass)
+        none = {i: m <= options.massless * total for i, m in inertia.items()}
+        least = np.minimum.reduce([np.where(none[i], total, m) for i, m in inertia.items()])
+        least = np.maximum(options.regular * least, options.min_regular * total)
+        regular = dict(self._mass)
+        for i in self._rigid_rows:
+            if none[i].any():
+                instead = least * np.square(self.inverse_scale[i])
+                regular[i, i] = np.where(none[i], instead, self._mass[i, i])
+        return regular
+
+    def sharing_mass(self) -> MassEntries:
+        """Return the regular mass matrix with larger masses and inertias of light rigid bodies."""
+        inertia, total = self._of_rows(self.regular_mass)
+        least, heavier = self._options.min_sharing * total, dict(self.regular_mass)
+        for i in self._rigid_rows:
+            if np.any(inertia[i] < least):
+                instead = least * np.square(self.inverse_scale[i])
+                heavier[i, i] = np.maximum(self.regular_mass[i, i], instead)
+        return heavier
+
+    def metric(self) -> list[np.ndarray]:
+        """Return the regular mass matrix with moments of inertia that outweigh all masses."""
+        mechanism, mass, nodes = self._mechanism, self.regular_mass, self._mechanism.node_rows
+        rigid = [name for name, body in mechanism.bodies.items() if body.rigid]
+        turned = {mechanism.first_coordinates[name] + k for name in rigid for k in (2, 3)}
+        masses = sum(mass[n, n] for n in nodes)
+        inertia = self._options.turning * masses / np.square(self.inverse_scale[nodes[0]])
+        return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]

@@ -1,0 +1,85 @@
+"""Static equilibria of the samples of one block of lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.batch import begin, run
+from flexband.mechanics.engine.entries import SENSE, SETTLE
+from flexband.mechanics.engine.static_solver import STATIC
+from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.linearization.balance import Balance, find_rest
+from flexband.mechanics.linearization.linearize import Equations, Spin
+from flexband.mechanics.linearization.load_path import raised, snap_throughs
+
+
+class BlockEquilibria(NamedTuple):
+    """Equilibria of the first samples of one block.
+
+    Attributes
+    ----------
+    rows : of the sensors on the way to the equilibria, shape (states, rows, WIDTH).
+    failure : as the engine has it, shape (4, WIDTH).
+    balances : the balance of each sample.
+    start : the state at the start, shape (rows, WIDTH).
+    """
+
+    rows: np.ndarray
+    failure: np.ndarray
+    balances: list[Balance]
+    start: np.ndarray
+
+
+def block_equilibria(
+    system: System, values: Values, steps: int, samples: int, spins: Sequence[Spin] | None = None
+) -> BlockEquilibria:
+    """Find the equilibria of so many samples of one block, each in its own steady rotation.
+
+    Without `spins` they are at rest.
+    """
+    spins = spins or [resting(system)] * samples
+    work, failure = begin(system, values)
+    state = system.structure.state
+    work.z[state.multiplier : state.angle] = 0.0
+    start, failed, on_way = work.z.copy(), failure.copy(), []
+    if not any(spin.rate for spin in spins):
+        snap_throughs(system, values, start, failed)
+        for k in range(1, steps + 1):
+            rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
+            run(SETTLE, system, raised(values, k / steps), work, rows, failure)
+            on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
+    balances: list[Balance] = []
+    for lane, spin in enumerate(spins):
+        if failed[0, lane]:
+            balances.append(Balance(Equations(system, values, lane), start[:, lane], spin))
+            continue
+        z = work.z[:, lane] if np.isfinite(work.z[:, lane]).all() else start[:, lane]
+        for k in range(1, steps if spin.rate else 1):
+            equations = Equations(system, raised(values, k / steps), lane)
+            z = find_rest(equations, z, spin.raised(k / steps), z)[0].z
+        first = z if spin.rate else start[:, lane]
+        balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
+        balances.append(balance)
+        failed[0, lane] = 0.0 if settled else FAILURE.not_settled
+        failed[2, lane] = -1.0 if settled else balance.weakest
+        balance.equations.residual(balance.z)
+        if balance.equations.failure[0, 0]:
+            failed[:, lane] = balance.equations.failure[:, 0]
+        work.z[:, lane] = balance.z
+    rows = np.zeros((1, system.sensed, WIDTH))
+    run(SENSE, system, values, work, rows, failed)
+    for condition in range(len(system.conditions)):
+        wrong = rows[0, system.sensed - len(system.conditions) + condition] < 0
+        failed[:3, wrong & (failed[0] == 0)] = [[FAILURE.wrong_branch], [0.0], [condition]]
+    return BlockEquilibria(np.concatenate([*on_way, rows]), failed, balances, start)
+
+
+def resting(system: System) -> Spin:
+    """Return the rotation of a mechanism that does not rotate."""
+    return Spin(0.0, np.zeros(system.structure.state.coordinates))

@@ -1,0 +1,151 @@
+"""Modes of the samples of one block of lanes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.block_equilibria import block_equilibria, resting
+from flexband.mechanics.engine.batch import begin, derive, run
+from flexband.mechanics.engine.entries import SENSE
+from flexband.mechanics.engine.redundancy import require_inertia
+from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
+from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
+from flexband.mechanics.linearization.rotation import check_rotation
+from flexband.mechanics.linearization.thickness import Thickness
+
+
+class SampleModes(NamedTuple):
+    """Modes of a sample, the outputs' derivatives along them, and their momenta Mφ as columns."""
+
+    modes: Eigenmodes
+    shapes: np.ndarray
+    momenta: np.ndarray
+
+
+class BlockModes(NamedTuple):
+    """Modes of the samples of a block.
+
+    Attributes
+    ----------
+    failure : as the engine has it, shape (4, WIDTH).
+    samples : the modes of each sample that did not fail.
+    unbalanced : which samples are not in equilibrium.
+    moving : whether the mechanism moves at the start.
+    """
+
+    failure: np.ndarray
+    samples: list[SampleModes]
+    unbalanced: list[int]
+    moving: bool
+
+
+@dataclass(frozen=True)
+class ModeSolver:
+    """What modes are looked for, and how.
+
+    Attributes
+    ----------
+    system : the mechanism.
+    sections : what tells modes of thickness.
+    count : number of modes.
+    at_start : whether the modes are about the start instead of an equilibrium.
+    steps : as in `equilibrium`.
+    thickness : whether modes of thickness are among them.
+    spins : the steady rotation of each sample, None at rest.
+    perturbation : displacement of the central differences that differentiate the sensors, relative
+        to the size.
+    min_speed : velocity, relative to the size of the mechanism per second, that counts as none.
+    unbalanced : excess of the forces, as `Balance` measures it, from which on the start is no
+        equilibrium.
+    """
+
+    system: System
+    sections: Thickness
+    count: int
+    at_start: bool
+    steps: int
+    thickness: bool
+    spins: list[Spin] | None
+    perturbation: float = 1e-6
+    min_speed: float = 1e-7
+    unbalanced: float = 1e3
+
+    def block(self, values: Values, numbers: np.ndarray) -> BlockModes:
+        """Return the modes of a block that has the samples with these numbers."""
+        system, state = self.system, self.system.structure.state
+        work, failure = begin(system, values)
+        count = len(numbers)
+        v = work.z[state.velocity + 1 : state.acceleration, :count]
+        scale = values.inverse_scale[1 : 1 + state.coordinates, :count]
+        spins = None if self.spins is None else self.spins[numbers[0] : numbers[-1] + 1]
+        moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
+        still = resting(system)
+        if self.at_start:
+            if moving:
+                raise InputError(
+                    "about must not be 'start' if the mechanism moves at the start; give "
+                    "about='equilibrium', or about=SteadyRotation(rate) for a rotation"
+                )
+            balances = [
+                Balance(Equations(system, values, lane), z, still)
+                for lane, z in enumerate(work.z.T)
+            ][:count]
+        else:
+            _, failure, balances, _ = block_equilibria(system, values, self.steps, count, spins)
+        results, unbalanced = [], []
+        for lane, balance in enumerate(balances):
+            if failure[0, lane]:
+                continue
+            if not balance.free:
+                raise InputError("the mechanism has no degree of freedom, so it has no modes")
+            z, linear, sample = balance.z, balance.linear, int(numbers[lane])
+            if self.at_start:
+                z = work.z[:, lane]
+                linear = balance.equations.linear(z, still)  # with the multipliers of the motion
+                if balance.excess > self.unbalanced:
+                    unbalanced.append(sample)
+            require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
+            linear = linear._replace(M=balance.equations.mass)
+            modes = self._lowest(linear, balance, sample, z)
+            if spins is not None and spins[lane].rate:
+                check_rotation(system, sample, balance, modes, spins[lane])
+            shapes = self._shapes(balance.equations, z, modes.vectors)
+            results.append(SampleModes(modes, shapes, linear.M @ modes.vectors))
+        return BlockModes(failure, results, unbalanced, moving)
+
+    def _lowest(self, linear: Linear, balance: Balance, sample: int, z: np.ndarray) -> Eigenmodes:
+        """Return the modes of lowest frequency, with those of thickness or without."""
+        share, asked = partial(self.sections.share, sample, z), self.count
+        while True:
+            candidates = eigenmodes(linear, balance.basis, asked)
+            across = share(candidates.vectors) > 0.5
+            candidates = candidates._replace(thickness=across)
+            listed = np.flatnonzero(self.thickness | ~across)
+            if len(listed) >= self.count or len(candidates.s) < asked:
+                return candidates.selected(listed[: self.count])
+            asked *= 2
+
+    def _shapes(self, equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
+        system, work = equations.system, equations.work
+        rows = np.zeros((system.sensed, WIDTH))
+        shapes = []
+        for vector in vectors.T:
+            size = self.perturbation / np.abs(vector / equations.size).max()
+            work.z[:] = z[:, None]
+            for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
+                work.z[equations.q, lane] += (step.conjugate() * size * vector).real
+            run(SENSE, system, equations.values, work, rows[None], equations.failure)
+            outputs = derive(system, rows[:, None].copy())[:, 0]
+            parts = [(outputs[:, k] - outputs[:, k + 1]) / (2 * size) for k in (0, 2)]
+            shapes.append(parts[0] + 1j * parts[1] if np.iscomplexobj(vectors) else parts[0])
+        return np.stack(shapes)

@@ -12,19 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.terms import PartTerms
-
-NEGLIGIBLE = 1e-6
-"""Size below which a coefficient is left out, as a part of the variation of the mean, or of σ²."""
-
-MAX_TERMS = 160
-"""Most polynomials for smooth moments; those of the parts themselves are always there."""
-
-MAX_POWERS = 40
-"""Most powers of φ̃."""
-
-HASH = np.random.default_rng(0).integers(1, 2**62, 4096)
-"""Weights that give orders a number of their own."""
 
 
 class Sizes(NamedTuple):
@@ -37,8 +26,9 @@ class Sizes(NamedTuple):
     def of(index: np.ndarray, size: np.ndarray) -> Sizes:
         """Return the sum of what has the same orders, without what is zero."""
         index, size = index[size > 0], size[size > 0]
-        with np.errstate(over="ignore"):
-            number = (index * HASH[: index.shape[1]]).sum(axis=1)
+        weights = np.random.default_rng(0).integers(1, 2**62, index.shape[1])
+        with np.errstate(over="ignore"):  # a number for each of the different orders
+            number = (index * weights).sum(axis=1)
         _, first, which = np.unique(number, return_index=True, return_inverse=True)
         return Sizes(index[first], np.bincount(which, size, len(first)))
 
@@ -49,9 +39,9 @@ class Sizes(NamedTuple):
         """Return the sizes of the largest coefficients of a product."""
         both = (self.orders[:, None] > 0) & (other.orders > 0)
         size = self.size[:, None] * other.size * 0.5 ** both.sum(axis=2)
-        where = np.nonzero(size > 1e-3 * NEGLIGIBLE * size.max(initial=0.0))
+        where = np.nonzero(size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0))
         index = self.orders[where[0]] + other.orders[where[1]]
-        return Sizes.of(index, size[where]).largest(2 * MAX_TERMS)
+        return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
         """Return the largest ones."""
@@ -77,13 +67,13 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
         Sizes(variance.orders, variance.size / (variance.size.sum() or 1.0)),
     ]
     needed = Sizes(*map(np.concatenate, zip(*parts, strict=True)))
-    needed = needed.orders[needed.size > NEGLIGIBLE]
+    needed = needed.orders[needed.size > MOMENTS.negligible_term]
     share = (needed / np.maximum(needed.max(axis=0, initial=0), 1)).sum(axis=1)
     part = 1.0
     while True:
         chosen = needed[share <= part * m]
         orders = closed(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
-        if len(orders) <= MAX_TERMS or not len(chosen):
+        if len(orders) <= MOMENTS.max_terms or not len(chosen):
             return orders
         part *= 0.9
 
@@ -107,7 +97,7 @@ def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     phase = 0.0 * phase if terms.saturated else 2 * phase
     weights = (size, size * random, phase * index.any(axis=1), phase)
     value, fluctuation, mixed, turned = (
-        Sizes.of(index, weight).largest(2 * MAX_TERMS) for weight in weights
+        Sizes.of(index, weight).largest(2 * MOMENTS.max_terms) for weight in weights
     )
     return value, fluctuation, mixed, turned
 
@@ -117,10 +107,10 @@ def _of_exponential(mixed: Sizes) -> Sizes:
     unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
     total, power, before = unit, unit, 1.0
     factor = 1.0  # k!!
-    for k in range(1, MAX_POWERS):
+    for k in range(1, MOMENTS.max_powers):
         power = power.times(mixed)
         factor, before = k * before if k > 1 else 1.0, factor
-        if not power.size.max(initial=0.0) > NEGLIGIBLE * factor:
+        if not power.size.max(initial=0.0) > MOMENTS.negligible_term * factor:
             break
         total += Sizes(power.orders, power.size / factor)
     return total

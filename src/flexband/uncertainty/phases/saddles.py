@@ -14,22 +14,7 @@ import numpy as np
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
 from flexband.uncertainty.phases.moments import average, fill, section, squares, workspace
-
-SATURATED = 6.0
-"""Slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}."""
-
-SLOPE_RANGE = 3.0
-"""Standard deviations over which the slope must be large."""
-
-NEWTON_STEPS = 4
-
-LARGEST = 10.0
-"""Largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is quadratic."""
-
-SPREAD = 0.1
-"""How far the integrand without P, constant if ψ is quadratic, may differ from its mean over a
-contour: the mean over the points, absolute values of weights. Beyond, the rule is not exact enough.
-"""
+from flexband.uncertainty.phases.options import MOMENTS
 
 
 @cached_on_disk
@@ -141,12 +126,12 @@ def _weighted(factors, weights, scale):
     for q in range(len(factors)):
         spread += abs(weights[q]) * abs(factors[q] - mean)
         factors[q] *= weights[q]
-    return size <= LARGEST and abs(mean) <= 1 + 1e-6 and spread <= SPREAD
+    return size <= MOMENTS.max_integrand and abs(mean) <= 1 + 1e-6 and spread <= MOMENTS.max_spread
 
 
 @compiled
 def saturated(phase, orders):
-    """Return whether the slope of the phase is large within `SLOPE_RANGE` standard deviations."""
+    """Return whether the slope of the phase is large within `slope_range` standard deviations."""
     slope, bend = 0.0, 0.0
     for j in range(len(phase)):
         if orders[j].sum() == 1:
@@ -154,8 +139,9 @@ def saturated(phase, orders):
         else:
             for v in range(orders.shape[1]):
                 if orders[j, v]:
-                    bend += abs(phase[j]) * orders[j, v] * SLOPE_RANGE ** (orders[j].sum() - 1)
-    return np.sqrt(slope) - bend >= SATURATED
+                    far = MOMENTS.slope_range ** (orders[j].sum() - 1)
+                    bend += abs(phase[j]) * orders[j, v] * far
+    return np.sqrt(slope) - bend >= MOMENTS.saturated
 
 
 @compiled
@@ -186,7 +172,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
             first[np.argmax(orders[j])] = phase[j]
     saddle[:] = 0.0
     good, step_size = True, 0.0
-    for sweep in range(NEWTON_STEPS + 1):
+    for sweep in range(MOMENTS.newton_steps + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
             step[a] = 1j * step[a] - saddle[a]
@@ -197,7 +183,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
         step_size = np.abs(step).sum()
-        if sweep == NEWTON_STEPS or not good or step_size < 1e-6:
+        if sweep == MOMENTS.newton_steps or not good or step_size < 1e-6:
             break
         substitute(curve, step)
         saddle += step
@@ -206,7 +192,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     for a in range(n):
         scale /= curve[a, a]
         frame[a, a] = 1.0
-    if not (good and size < 4 * SATURATED**2 and step_size < 1e-3 * SATURATED):
+    if not (good and size < 4 * MOMENTS.saturated**2 and step_size < 1e-3 * MOMENTS.saturated):
         saddle[:] = 0.0
         return False, 1.0 + 0j
     for b in range(n):  # L = R⁻ᵀ

@@ -23,9 +23,6 @@ BATCH = 8
 Weights = Callable[[int], np.ndarray]
 """For what part of all inputs each run of a design speaks, from the run of this number on."""
 
-AT_ONCE = 64
-"""Rare values at which an expansion is evaluated at once."""
-
 
 class Design(Protocol):
     """Where runs are, and how their parts are fitted."""
@@ -160,7 +157,9 @@ class PartsFit(NamedTuple):
         values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
-    def _outside(self, runs: ResponseRuns, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
+    def _outside(
+        self, runs: ResponseRuns, rare: RareValues, at_once: int = 64
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
 
         Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
@@ -170,8 +169,8 @@ class PartsFit(NamedTuple):
         size = np.ptp(values, axis=(0, 2))[:, None]
         size[size == 0] = np.inf
         square, shares = np.zeros(low.shape), [np.zeros(0)]
-        for k in range(0, len(rare.weight), AT_ONCE):
-            some = rare.which(slice(k, k + AT_ONCE))
+        for k in range(0, len(rare.weight), at_once):
+            some = rare.which(slice(k, k + at_once))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
             off -= some.allowed(runs.xi)[:, None, None] * (high - low) / 2
             off = np.maximum(off, 0.0)

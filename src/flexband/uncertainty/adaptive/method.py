@@ -24,9 +24,6 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
 
-LARGE_TOLERANCE = 0.5
-"""Error of the bands, in parts of the error bar's width, that is hardly meant."""
-
 
 @frozen()
 class AdaptivePCCI:
@@ -77,7 +74,7 @@ class AdaptivePCCI:
 
     def __post_init__(self) -> None:
         check_positive("tolerance", check_numbers("tolerance", self.tolerance))
-        if self.tolerance >= LARGE_TOLERANCE:
+        if self.tolerance >= 0.5:  # hardly meant
             warn(
                 f"tolerance is {self.tolerance:g} of the error bar's mean width, "
                 f"{100 * self.tolerance:g} %; is it in per cent?"

@@ -11,13 +11,10 @@ from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms
 
-MAX_TIMES = 128
-"""Times at which parts are compared."""
 
-
-def compared_times(stage: Stage) -> Stage:
-    """Return a stage at some of the times, without the memory of all of them."""
-    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // MAX_TIMES)))
+def compared_times(stage: Stage, count: int = 128) -> Stage:
+    """Return a stage at about so many of the times, without the memory of all of them."""
+    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // count)))
     return some.copy() if stage.carriers else some
 
 

@@ -25,9 +25,6 @@ from flexband.uncertainty.surrogates.diagnostics import rms, variation
 
 MIN_RUNS = 2 * BATCH
 
-ROUND_OFF = 1e-13
-"""An output that varies by less than this part of the largest does not count."""
-
 
 @dataclass(frozen=True)
 class SampledDesign:
@@ -95,9 +92,12 @@ class SampledDesign:
 
 
 def _weight(F: np.ndarray) -> np.ndarray:
-    """Return one over the variation of each output of runs; zero where it is round-off."""
+    """Return one over the variation of each output of runs; zero where it is round-off.
+
+    An output that varies by less than 1e-13 of the largest does not count.
+    """
     varied = variation(F)
-    counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
+    counts = varied > 1e-13 * max(varied.max(), rms(F).max())
     return np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
@@ -19,12 +19,10 @@ from flexband.uncertainty.adaptive.discretization import (
     runs_on_finer,
 )
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
-from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.parts import Split, compared_times
+from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -32,7 +30,6 @@ from flexband.uncertainty.adaptive.runs import (
     RunBuffer,
     succeeded,
 )
-from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.pcci import Evaluate, earlier_runs, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
@@ -79,11 +76,6 @@ class StopReason(StrEnum):
         }[self]
 
 
-def fewest_fitted(variables: int) -> int:
-    """Return how many runs the smallest design has."""
-    return min(1 + variables, MIN_RUNS)
-
-
 class Adaptation:
     """The runs of a response so far, and the best that can be made of them.
 
@@ -113,7 +105,7 @@ class Adaptation:
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
-        self.design = _first_design(m, families, most - self.generic, options.max_interpolated)
+        self.design = first_design(m, families, most - self.generic, options.max_interpolated)
         known = earlier_runs(evaluate, self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
@@ -329,13 +321,3 @@ class Adaptation:
             error = discretization_error(self.design, self.choice, stages, fine)
             self.of_finer[name] = running(error, self.error.window)
         return self.of_finer
-
-
-def _first_design(
-    m: int, families: Sequence[Family], most: int, max_interpolated: int
-) -> GrowingDesign:
-    """Return the first runs in m variables η and in ξ, within a budget."""
-    many = 1 + m + 2 * len(families) > min(most, max_interpolated)
-    if many and most >= MIN_RUNS:
-        return SampledDesign(MIN_RUNS, m, families)
-    return NestedDesign.first(m, families, most)

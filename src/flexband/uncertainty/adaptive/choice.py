@@ -11,9 +11,9 @@ from flexband.uncertainty.adaptive.fits import PartsFit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
 from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
 
@@ -148,12 +148,17 @@ class BestFits(NamedTuple):
 
         Neither the runs nor the fits can be used afterwards.
         """
-        linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
-        expansions = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
+        expansions, linear, outputs = [], [], []
+        for fit in self.fits:
+            if isinstance(fit.parts, Interpolation):
+                linear.append(fit.parts)
+                outputs.append(fit.outputs)
+            else:
+                expansions.append(fit.expansion)
         if linear:
-            outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
-            parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
-            expansions.append(expansion_of(outputs, in_place(parts), linear[0].columns))
+            numbers = np.sort(np.concatenate(outputs))
+            columns = PartColumns.of(len(numbers), 0)
+            expansions.append(expansion_of(numbers, in_place(linear), columns))
         return expansions
 
     @property

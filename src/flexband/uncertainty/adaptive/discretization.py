@@ -67,10 +67,19 @@ def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:
     return getattr(evaluate, "refinements", dict)()
 
 
+def numbers_of(evaluate: Evaluate) -> dict[str, float]:
+    """Return the step and the elements of a response by name."""
+    return getattr(evaluate, "discretization", dict)()
+
+
+def left_out_of(evaluate: Evaluate) -> list[str]:
+    """Return what of the discretization is left to the method."""
+    return getattr(evaluate, "left_out", [])
+
+
 def in_words(evaluate: Evaluate) -> str:
     """Return the step and the elements of a response, or what it tells of its discretization."""
-    numbers = getattr(evaluate, "discretization", dict)()
-    return ", ".join(f"{name} {n:.6g}" for name, n in numbers.items())
+    return ", ".join(f"{name} {n:.6g}" for name, n in numbers_of(evaluate).items())
 
 
 def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
@@ -89,7 +98,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
             finer = ResponseRuns(xi, eta, series(response(xi, eta)))
             runs[name] = succeeded(finer, len(xi)).values
     except RunError as error:
-        if getattr(evaluate, "left_out", []):
+        if left_out_of(evaluate):
             raise
         warn(f"the discretization error is not estimated: {error}")
         return {}

@@ -15,8 +15,8 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.uncertainty.adaptive.fits import BATCH
-from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, Split
+from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
 from flexband.uncertainty.expansions.index_sets import (
@@ -47,6 +47,7 @@ class NestedDesign:
     index: np.ndarray
     families: Sequence[Family]
 
+    sampled: ClassVar[bool] = False
     max_interval_order: ClassVar[int] = 20
     """The highest order in an interval variable."""
 
@@ -197,3 +198,18 @@ def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
     normals = np.interp(between, family.of_normal(z), z)
     parts[order] = np.diff([0.0, *ndtr(normals), 1.0])
     return parts
+
+
+def fewest_fitted(variables: int) -> int:
+    """Return how many runs the smallest design has."""
+    return min(1 + variables, MIN_RUNS)
+
+
+def first_design(
+    m: int, families: Sequence[Family], most: int, max_interpolated: int
+) -> GrowingDesign:
+    """Return the first runs in m variables η and in ξ, within a budget."""
+    many = 1 + m + 2 * len(families) > min(most, max_interpolated)
+    if many and most >= MIN_RUNS:
+        return SampledDesign(MIN_RUNS, m, families)
+    return NestedDesign.first(m, families, most)

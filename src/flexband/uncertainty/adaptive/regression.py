@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import BATCH
-from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.regression import (
@@ -41,6 +41,13 @@ class SampledDesign:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
         return nested_points(self.count, self.interval_dimension, self.families)
+
+    sampled: ClassVar[bool] = True
+
+    @property
+    def highest(self) -> np.ndarray:
+        """No order is the highest."""
+        return np.full(self.interval_dimension + len(self.families), np.inf)
 
     @cached_property
     def index(self) -> np.ndarray:

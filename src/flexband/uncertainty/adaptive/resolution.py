@@ -16,7 +16,7 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import doing
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.discretization import in_words, refinements
+from flexband.uncertainty.adaptive.discretization import in_words, left_out_of, refinements
 from flexband.uncertainty.methods.pcci import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
@@ -68,7 +68,7 @@ def solved(
     begin : makes the first runs of a response.
     evaluate : the response on the coarsest discretization.
     """
-    left_out: list[str] = getattr(evaluate, "left_out", [])
+    left_out = left_out_of(evaluate)
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
@@ -88,12 +88,12 @@ def solved(
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
-            raised = isinstance(error, RunError) and _raised(error)
-            of_step = isinstance(error, RunError) and not (
-                raised or isinstance(error, AssemblyError)
-            )
-            if isinstance(error, AssemblyError) and not finished:
-                raise  # at the start no step has been taken
+            of_run, at_start = isinstance(error, RunError), isinstance(error, AssemblyError)
+            cause = error.__cause__ if of_run else None
+            raised = cause is not None and not isinstance(cause, RunError)
+            of_step = of_run and not (raised or at_start)
+            if at_start and not finished:
+                raise  # no step has been taken
             if finished and not (of_step and failed < options.max_failed and not last):
                 others += course.runs if course else 0
                 course, names = finished
@@ -102,8 +102,8 @@ def solved(
                 stopped = course.run((1 - options.share) * tolerance)
                 details = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
                 return course, {**details, "runs_coarser": others, "halved": names}
-            if last or raised or not isinstance(error, RunError):
-                raise
+            if last or raised or not of_run:
+                raise  # no shorter step avoids that a response raises another error
             halvings = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
             levels.why = "runs fail"
         others += course.runs if course else 0
@@ -114,11 +114,6 @@ def solved(
         halved += max(halvings.values())
         finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
         doing(finer, f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
-
-
-def _raised(error: RunError) -> bool:
-    """Return whether a response raised another error, which no shorter step avoids."""
-    return error.__cause__ is not None and not isinstance(error.__cause__, RunError)
 
 
 def _percent(part: float) -> str:

@@ -198,6 +198,10 @@ class HybridExpansion:
         np.add.at(summed, which.ravel(), terms)
         return HybridExpansion(self.families, index, summed)
 
+    def formed(self) -> HybridExpansion:
+        """Return the expansion itself, which has its coefficients."""
+        return self
+
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
         """Return the expansion of some rows, increasing, and times of its series (rows, times)."""
         coefficients = self.coefficients.reshape(len(self.index), rows, -1)[..., times]

@@ -19,7 +19,9 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.expansions.expansion import SIGMAS, joined
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
+from flexband.uncertainty.phases.decomposition import Stage
+from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms, running, share
 from flexband.uncertainty.surrogates.sigmas import growth
 
@@ -49,8 +51,10 @@ class BandErrorOptions(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NodePolynomials:
-    """The polynomials that are zero at all nodes of a variable, of unit mean square.
+class TensorDesign:
+    """Runs at a tensor product of nodes, and the expansion with one term for each.
+
+    Of every variable v there is a node polynomial w_v, zero at all nodes and of unit mean square.
 
     Attributes
     ----------
@@ -62,6 +66,19 @@ class NodePolynomials:
     nodes: Sequence[np.ndarray]
     families: Sequence[Family]
     orders: Sequence[int]
+
+    @property
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
+        return HybridExpansion.design(self.families, self.orders, self.nodes)
+
+    def __len__(self) -> int:
+        return len(self.points[0])
+
+    def fit(self, stage: Stage) -> HybridExpansion:
+        """Return the expansion of the parts of runs at these points."""
+        given = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
+        return HybridExpansion.fit(*given, overwrite=bool(stage.carriers))
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
@@ -115,7 +132,7 @@ class NodePolynomials:
 
 
 def error_of_bands(
-    polynomials: NodePolynomials,
+    design: TensorDesign,
     held: ResponseRuns,
     error: ExpectedError,
     *,
@@ -128,19 +145,19 @@ def error_of_bands(
     held : the held-out runs.
     error : what the expansion misses in them.
     """
-    intervals, random = len(polynomials.nodes), len(polynomials.families)
+    intervals, random = len(design.nodes), len(design.families)
     if not intervals + random:
         return np.stack([error.values, error.values])
     missed = error.choice.missed
-    square = polynomials.missed(held, missed, options=options)
+    square = design.missed(held, missed, options=options)
     in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
-    eta = polynomials.places(options.max_places)
+    eta = design.places(options.max_places)
     mean, std = _moments(error, eta)
     parts = np.zeros((2, len(square)))
     if intervals:
         of_intervals, some = square[:, :intervals], in_time[:, error.times]
-        missed = np.sqrt(polynomials.of_intervals(eta) @ of_intervals.T)[..., None] * some
+        missed = np.sqrt(design.of_intervals(eta) @ of_intervals.T)[..., None] * some
         # lower and upper end of interval mean and error bar: which of μ + cσ, which bound of it
         for k, ends in enumerate((((0, 0), (0, 1)), ((1, 0), (2, 1)))):
             for which, bound in ends:
@@ -148,7 +165,7 @@ def error_of_bands(
                 beyond = side * (mean + SIGMAS[which] * std)
                 rise = (beyond + missed).max(axis=0)
                 rise -= np.maximum(side * extremes.values[bound], beyond.max(axis=0))
-                w = polynomials.of_intervals(extremes.places[bound])
+                w = design.of_intervals(extremes.places[bound])
                 w = np.maximum(w, options.at_nodes**2)
                 there = np.sqrt(np.einsum("otv,ov->ot", w, of_intervals)) * some
                 parts[k] += np.maximum(rise, there).mean(axis=-1) / 2

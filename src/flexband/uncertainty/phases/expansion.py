@@ -20,12 +20,11 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.expansions.substitution import Substitution, substituted
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.phases.moment_orders import moment_orders
+from flexband.uncertainty.phases.moment_orders import smooth_moments
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import scan_points
@@ -47,6 +46,11 @@ class PhaseExpansion:
     outputs: np.ndarray
     parts: HybridExpansion
     columns: PartColumns
+
+    @property
+    def carriers(self) -> int:
+        """The number of carriers."""
+        return self.columns.carriers
 
     @property
     def hybrid(self) -> HybridExpansion:
@@ -110,32 +114,6 @@ def expansion_of(outputs: np.ndarray, parts: HybridExpansion, columns: PartColum
     if columns.carriers:
         return PhaseExpansion(outputs, parts, columns)
     return DirectExpansion(outputs, parts)
-
-
-def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
-    """Return polynomials in η, and their coefficients in the table of smooth moments.
-
-    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
-    """
-    polynomials, eta, inverse = moment_polynomials(terms)
-    table = terms.table(eta)
-    for at_one_time in table:  # in place: the tables of all threads take more than the runs
-        at_one_time[:] = inverse @ at_one_time
-    return polynomials, table
-
-
-def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
-    """Return the polynomials in η of smooth moments, and how values give their coefficients.
-
-    Returns
-    -------
-    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
-    the matrix from values to coefficients.
-    """
-    index = moment_orders(terms)
-    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
-    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])
 
 
 def _search(terms: PartTerms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:

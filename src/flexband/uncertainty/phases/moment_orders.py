@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.terms import PartTerms
 
@@ -123,3 +125,29 @@ def closed(index: np.ndarray) -> np.ndarray:
         lower = np.concatenate(list(steps))
         index = np.unique(lower[lower[:, v] >= 0], axis=0)
     return index if index.shape[1] else index[:1]
+
+
+def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
+    """Return polynomials in η, and their coefficients in the table of smooth moments.
+
+    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
+    """
+    polynomials, eta, inverse = moment_polynomials(terms)
+    table = terms.table(eta)
+    for at_one_time in table:  # in place: the tables of all threads take more than the runs
+        at_one_time[:] = inverse @ at_one_time
+    return polynomials, table
+
+
+def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
+    """Return the polynomials in η of smooth moments, and how values give their coefficients.
+
+    Returns
+    -------
+    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
+    the matrix from values to coefficients.
+    """
+    index = moment_orders(terms)
+    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
+    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
+    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])

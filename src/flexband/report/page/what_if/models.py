@@ -18,7 +18,8 @@ from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.moment_orders import moment_polynomials
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule

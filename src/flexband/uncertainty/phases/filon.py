@@ -23,7 +23,7 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.phases.moments import fill, section, squares
+from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
 from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.rules import rule
 
@@ -81,20 +81,7 @@ class Grid(NamedTuple):
 
 
 @cached_on_disk
-def by_axes(
-    coefficients,
-    interval_term,
-    random_term,
-    phi,
-    orders,
-    norms,
-    grid,
-    psi,
-    parts,
-    columns,
-    turning,
-    table,
-):
+def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
     Parameters
@@ -103,17 +90,14 @@ def by_axes(
     grid, psi : points, and Ψ_j there, (points, N).
     """
     outputs, carriers = parts.outputs, parts.carriers
-    width = coefficients.shape[2]
+    times, _, width = sections.coefficients.shape
     rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
-    mean, base = np.zeros(outputs), np.empty(outputs)
-    first = np.empty((outputs, carriers), np.complex128)
-    square = np.empty((outputs, carriers))
-    second = np.empty((outputs, len(turning)), np.complex128)
+    mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     rest = np.empty(len(psi))
     alone, weights = np.empty(psi.shape[1]), np.empty(len(psi), np.complex128)
-    for t in range(len(coefficients)):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+    for t in range(times):
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             np.dot(psi, rows, values)
             first[:], second[:] = 0.0, 0.0

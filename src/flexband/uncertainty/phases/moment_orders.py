@@ -34,7 +34,8 @@ class Sizes(NamedTuple):
         _, first, which = np.unique(number, return_index=True, return_inverse=True)
         return Sizes(index[first], np.bincount(which, size, len(first)))
 
-    def __add__(self, other: Sizes) -> Sizes:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def plus(self, other: Sizes) -> Sizes:
+        """Return the sums of sizes of the same orders."""
         return Sizes.of(*map(np.concatenate, zip(self, other, strict=True)))
 
     def times(self, other: Sizes) -> Sizes:
@@ -61,7 +62,7 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
     value, fluctuation, mixed, turned = _sizes(terms)
     turn = _of_exponential(mixed)
     mean = value.times(turn)
-    fluctuation = fluctuation + value.times(turned)
+    fluctuation = fluctuation.plus(value.times(turned))
     variance = fluctuation.times(fluctuation).times(turn)
     varying = mean.size[mean.orders.any(axis=1)].sum() + fluctuation.size.sum()
     parts = [
@@ -114,7 +115,7 @@ def _of_exponential(mixed: Sizes) -> Sizes:
         factor, before = k * before if k > 1 else 1.0, factor
         if not power.size.max(initial=0.0) > MOMENTS.negligible_term * factor:
             break
-        total += Sizes(power.orders, power.size / factor)
+        total = total.plus(Sizes(power.orders, power.size / factor))
     return total
 
 

@@ -13,26 +13,19 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
-from flexband.uncertainty.phases.moments import average, fill, section, squares, workspace
+from flexband.uncertainty.phases.moments import (
+    average,
+    fill,
+    moment_arrays,
+    section,
+    squares,
+    workspace,
+)
 from flexband.uncertainty.phases.options import MOMENTS
 
 
 @cached_on_disk
-def by_saddles(
-    coefficients,
-    interval_term,
-    random_term,
-    phi,
-    orders,
-    norms,
-    rule,
-    weights,
-    psi,
-    parts,
-    columns,
-    turning,
-    table,
-):
+def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
     Parameters
@@ -42,13 +35,10 @@ def by_saddles(
     psi : Ψ at samples of ξ, (N, samples), for phases that have no saddle nearby.
     """
     outputs, carriers = parts.outputs, parts.carriers
-    times, _, width = coefficients.shape
+    times, _, width = sections.coefficients.shape
     N, n = orders.shape
     rows, phase = np.empty((N, width)), np.empty(N)
-    mean, base = np.zeros(outputs), np.empty(outputs)
-    first = np.empty((outputs, carriers), np.complex128)
-    square = np.empty((outputs, carriers))
-    second = np.empty((outputs, len(turning)), np.complex128)
+    mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
     basis, values = np.empty((2 * len(rule), N)), np.empty((2 * len(rule), width))
@@ -56,8 +46,8 @@ def by_saddles(
     sampled = np.full(psi.shape[1], 1 / psi.shape[1])
     work = workspace(width, len(sampled), carriers)
     for t in range(times):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             mean[:], first[:], second[:] = 0.0, 0.0, 0.0
             for k in range(len(turning)):

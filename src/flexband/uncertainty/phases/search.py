@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
-from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
-from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, copy, fill, largest
 from flexband.uncertainty.phases.options import SEARCH
 
 

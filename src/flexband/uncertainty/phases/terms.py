@@ -12,7 +12,7 @@ from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.filon import Grid, by_axes
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moments import by_points, without_turning
+from flexband.uncertainty.phases.moments import Sections, by_points, without_turning
 from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.rules import Rule, resolving_rule, saddle_rule, sobol_normal
 from flexband.uncertainty.phases.saddles import by_saddles
@@ -144,23 +144,23 @@ class PartTerms:
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
-        terms = self.coefficients, expansion.i, expansion.j, phi
+        sections = Sections(self.coefficients, expansion.i, expansion.j, phi)
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
         if rule is None and self.saturated:
-            without_turning(*terms, norms, *filled)
+            without_turning(sections, norms, *filled)
             return table
         rule = rule or resolving_rule(*self.over_random())
         if rule is not None:
             xi, weights = rule
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_points(*terms, psi, weights, *filled)
+            by_points(sections, psi, weights, *filled)
         elif self.normal.all():
             xi = sobol_normal(len(families), MOMENTS.samples)
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_saddles(*terms, index, norms, *saddle_rule(len(families)), psi, *filled)
+            by_saddles(sections, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
             grid = Grid.of(families, self.orders[m:], self.turns())
             psi = grid.values(index)
-            by_axes(*terms, index, norms, grid, psi, *filled)
+            by_axes(sections, index, norms, grid, psi, *filled)
         return table

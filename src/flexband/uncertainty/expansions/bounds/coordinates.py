@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import compiled
-from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
-from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
+from flexband.uncertainty.expansions.bounds.terms import (
+    aim,
+    chebyshev_powers,
+    copy,
+    fill,
+    largest,
+    product,
+)
 
 
 @compiled

@@ -12,9 +12,9 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.coordinates import descend
-from flexband.uncertainty.expansions.bounds.loops import copy, fill
 from flexband.uncertainty.expansions.bounds.options import OPTIONS, NextStep
 from flexband.uncertainty.expansions.bounds.polish import polish
+from flexband.uncertainty.expansions.bounds.terms import copy, fill
 
 
 def search(terms, scan, lines, coefficients, targets, values, places):

@@ -19,7 +19,7 @@ from flexband.study.points import ask_points
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import as_method
-from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
+from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.runs.memory import peak_memory
 from flexband.uncertainty.runs.reuse import located
 from flexband.words import number_of
@@ -156,8 +156,9 @@ class StudyProgress(ProgressListener):
         self.sized = True
         size = 8.0 * math.prod(outputs.shape[1:])
         peak, per_carrier = memory_of(self.study, self.store, total, size)
-        most = in_bytes(peak + MAX_CARRIERS * per_carrier)
-        each = f"{in_bytes(per_carrier)} more for each of up to {MAX_CARRIERS} carriers"
+        carriers = CarrierOptions().max_carriers
+        most = in_bytes(peak + carriers * per_carrier)
+        each = f"{in_bytes(per_carrier)} more for each of up to {carriers} carriers"
         ringing = f", and if they ring {each}, {most} in all"
         listener().warn(
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "

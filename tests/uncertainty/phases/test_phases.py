@@ -16,8 +16,9 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import track
 from flexband.uncertainty.phases.decomposition import decompose
-from flexband.uncertainty.phases.expansion import PhaseExpansion, smooth_moments
+from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
+from flexband.uncertainty.phases.moment_orders import smooth_moments
 from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.trigonometry import cos_and_sin

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import StrEnum
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,12 +19,10 @@ from flexband.uncertainty.adaptive.discretization import (
     runs_on_finer,
 )
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
-from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.parts import Split, compared_times
+from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -31,25 +30,33 @@ from flexband.uncertainty.adaptive.runs import (
     RunBuffer,
     succeeded,
 )
-from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import running, share, step
 
-GROWTH = 0.25
-"""Size of a batch, as a part of the fitted runs there are."""
 
-MAX_INTERPOLATED = 48
-"""Runs that interpolation may start with; where it takes more, terms are found by regression."""
+class AdaptationOptions(NamedTuple):
+    """Which runs are made, and which are held out.
 
-MAX_RARE = 2 * BATCH
-"""Most runs at rare values of random variables."""
+    Attributes
+    ----------
+    growth : size of a batch, as a part of the fitted runs there are.
+    max_interpolated : runs that interpolation may start with; if it takes more, terms are found by
+        regression.
+    max_rare_runs : runs at rare values of random variables.
+    min_batches_for_rare_runs : if the tolerance is not met, one of the last batches is run at rare
+        values, if the budget has at least so many.
+    several_variables : with so many variables, one batch at least follows the first, which has few
+        terms of each, and hardly any of their products.
+    """
 
-FEW = 10
-"""Where the tolerance is not met, one of the last batches is run at rare values, if the budget has
-at least so many."""
+    growth: float = 0.25
+    max_interpolated: int = 48
+    max_rare_runs: int = 2 * BATCH
+    min_batches_for_rare_runs: int = 10
+    several_variables: int = 2
 
 
 class StopReason(StrEnum):
@@ -69,16 +76,6 @@ class StopReason(StrEnum):
         }[self]
 
 
-SEVERAL = 2
-"""With so many variables one batch at least follows the first, which has few terms of each, and
-hardly any of their products."""
-
-
-def fewest_fitted(variables: int) -> int:
-    """Return how many runs the smallest design has."""
-    return min(1 + variables, MIN_RUNS)
-
-
 class Adaptation:
     """The runs of a response so far, and the best that can be made of them.
 
@@ -92,15 +89,23 @@ class Adaptation:
         finer, and what they tell of its error; None until they are made, or told.
     """
 
-    def __init__(self, space: Space, evaluate: Evaluate, most: int, *, phase_resolved: bool):
+    def __init__(
+        self,
+        space: Space,
+        evaluate: Evaluate,
+        most: int,
+        *,
+        phase_resolved: bool,
+        options: AdaptationOptions = AdaptationOptions(),
+    ):
         """Make the first runs, `most` is the budget."""
-        self.space, self.evaluate, self.most = space, evaluate, most
+        self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
         self.told = f" ({text})" if (text := in_words(evaluate)) else ""
         listener().stage(f"the first runs{self.told}")
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
-        self.design = _first_design(m, families, most - self.generic)
+        self.design = first_design(m, families, most - self.generic, options.max_interpolated)
         known = evaluate.earlier_runs(self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
@@ -114,7 +119,7 @@ class Adaptation:
             runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
         self.made = RunBuffer(succeeded(runs, count), count, most)
         self.generic = len(self.held.values)
-        self.rare, self.rare_left = RareRuns.none(runs), MAX_RARE
+        self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
@@ -124,7 +129,7 @@ class Adaptation:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
         listener().stage(f"runs until the expansion meets its tolerance{self.told}")
         confirmed, width = False, np.array(np.inf)
-        tested = sum(v.shape[1] for v in self.design.points) < SEVERAL
+        tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
             met = tested and self.error.relative(self.error.values, width) <= tolerance
@@ -206,7 +211,7 @@ class Adaptation:
     @property
     def _batch(self) -> int:
         """Number of runs of the next batch."""
-        return max(BATCH, BATCH * round(GROWTH * len(self.design) / BATCH))
+        return max(BATCH, BATCH * round(self.options.growth * len(self.design) / BATCH))
 
     def _extend(self) -> StopReason | None:
         """Run and fit the next batch; return why there is none.
@@ -265,7 +270,8 @@ class Adaptation:
             return False
         part = share(m) / self.error.width
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
-        unseen = self.rare_left == MAX_RARE and self.most >= FEW * BATCH
+        enough = self.most >= self.options.min_batches_for_rare_runs * BATCH
+        unseen = enough and self.rare_left == self.options.max_rare_runs
         if not (grows or (last and unseen)):
             return False
         self.rare_left -= count
@@ -315,11 +321,3 @@ class Adaptation:
             error = discretization_error(self.design, self.choice, stages, fine)
             self.of_finer[name] = running(error, self.error.window)
         return self.of_finer
-
-
-def _first_design(m: int, families: Sequence[Family], most: int) -> GrowingDesign:
-    """Return the first runs in m variables η and in ξ, within a budget."""
-    many = 1 + m + 2 * len(families) > min(most, MAX_INTERPOLATED)
-    if many and most >= MIN_RUNS:
-        return SampledDesign(MIN_RUNS, m, families)
-    return NestedDesign.first(m, families, most)

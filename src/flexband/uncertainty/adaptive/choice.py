@@ -11,19 +11,25 @@ from flexband.uncertainty.adaptive.fits import PartsFit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
 from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
-GAIN = 0.8
-"""A further carrier is used for an output where it brings the error below this part."""
 
-MAX_TIMES = 128
-"""Times at which growth at rare values is seen."""
+class ChoiceOptions(NamedTuple):
+    """How fits are compared.
 
-MIN_RELATIVE_GAIN = 1e-9
-"""A fit of more runs is better if its error is smaller by more than this part."""
+    Attributes
+    ----------
+    carrier_gain : a further carrier is used for an output if it brings the error below this part.
+    min_relative_gain : a fit of more runs is better if its error is smaller by more than this part.
+    max_times : times at which growth at rare values is evaluated.
+    """
+
+    carrier_gain: float = 0.8
+    min_relative_gain: float = 1e-9
+    max_times: int = 128
 
 
 def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
@@ -75,6 +81,8 @@ class BestFits(NamedTuple):
         rare: RareRuns,
         weights: Weights | None = None,
         known: int = 0,
+        *,
+        options: ChoiceOptions = ChoiceOptions(),
     ) -> BestFits:
         """Choose the fits that are best in runs they have not seen; further carriers have to pay.
 
@@ -90,7 +98,7 @@ class BestFits(NamedTuple):
         known : number of known fits.
         """
         shape = held.values.shape
-        thin = slice(None, None, -(-shape[-1] // MAX_TIMES))
+        thin = slice(None, None, -(-shape[-1] // options.max_times))
         all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
         later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
@@ -104,10 +112,10 @@ class BestFits(NamedTuple):
             of_held = np.sqrt(fit.mean_square_missed(held, equal))
             after = np.sqrt(fit.missed_later(fitted, weights))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
-            error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
+            error = np.hypot(alone, beyond) / options.carrier_gain ** len(fit.frequencies)
             so_far, is_known = least[fit.outputs], best[fit.outputs] < known
-            better = error < (1 + MIN_RELATIVE_GAIN) * so_far
-            better = np.where(is_known, (1 + MIN_RELATIVE_GAIN) * error <= so_far, better)
+            better = error < (1 + options.min_relative_gain) * so_far
+            better = np.where(is_known, (1 + options.min_relative_gain) * error <= so_far, better)
             if len(alone) == shape[1]:
                 total = float(np.sum(alone / size[fit.outputs]))
                 closest.append((total, k, (alone, beyond, values)))
@@ -126,7 +134,7 @@ class BestFits(NamedTuple):
                 missed[some, fit.outputs] = own
         fewest, doubted, of_all = np.inf, None, False
         for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
-            if total < (1 - MIN_RELATIVE_GAIN) * fewest:
+            if total < (1 - options.min_relative_gain) * fewest:
                 fewest, doubted, of_all = total, judged, bool(np.all(best == k))
         assert doubted is not None  # new fits are of all outputs
         return BestFits(chosen, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
@@ -140,12 +148,17 @@ class BestFits(NamedTuple):
 
         Neither the runs nor the fits can be used afterwards.
         """
-        linear = [fit for fit in self.fits if isinstance(fit.parts, Interpolation)]
-        expansions = [fit.expansion for fit in self.fits if isinstance(fit.parts, HybridExpansion)]
+        expansions, linear, outputs = [], [], []
+        for fit in self.fits:
+            if isinstance(fit.parts, Interpolation):
+                linear.append(fit.parts)
+                outputs.append(fit.outputs)
+            else:
+                expansions.append(fit.expansion)
         if linear:
-            outputs = np.sort(np.concatenate([fit.outputs for fit in linear]))
-            parts = [fit.parts for fit in linear if isinstance(fit.parts, Interpolation)]
-            expansions.append(expansion_of(outputs, in_place(parts), linear[0].columns))
+            numbers = np.sort(np.concatenate(outputs))
+            columns = PartColumns.of(len(numbers), 0)
+            expansions.append(expansion_of(numbers, in_place(linear), columns))
         return expansions
 
     @property

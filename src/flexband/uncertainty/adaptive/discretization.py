@@ -22,15 +22,10 @@ from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, stacked
 from flexband.words import number_of
 
-RICHARDSON = 4 / 3
 
-MAX_TIMES = 600
-"""Times at which the bands are compared."""
-
-
-def thinned(times: int) -> slice:
-    """Return at which of so many times bands are compared."""
-    return slice(None, None, -(-times // MAX_TIMES))
+def thinned(times: int, most: int = 600) -> slice:
+    """Return at which of so many times bands are compared, at `most` so many."""
+    return slice(None, None, -(-times // most))
 
 
 def at_compared_times(stage: Stage) -> Stage:
@@ -64,7 +59,7 @@ def discretization_error(
     bounds = (
         stacked(extremes_of(expansions)) for expansions in (coarse_expansions, fine_expansions)
     )
-    return RICHARDSON * at_all_times(apart(*bounds), thinned(times), times)
+    return 4 / 3 * at_all_times(apart(*bounds), thinned(times), times)
 
 
 def in_words(evaluate: Evaluate) -> str:

@@ -22,9 +22,6 @@ from flexband.uncertainty.surrogates.diagnostics import (
     varying,
 )
 
-MAX_TIMES = 48
-"""Times at which the width of the bands is found."""
-
 
 @dataclass(frozen=True)
 class ExpectedError:
@@ -156,10 +153,10 @@ class ExpectedError:
         return ExpectedError(choice, values, size, window, missed, quantities)
 
 
-def _scattered(times: int) -> np.ndarray:
+def _scattered(times: int, most: int = 48) -> np.ndarray:
     """Return some of the times, which no oscillation keeps in step with."""
-    if times <= MAX_TIMES:
+    if times <= most:
         return np.arange(times)
     golden = (5**0.5 - 1) / 2
-    k = np.arange(MAX_TIMES)
-    return (times * (k + golden * k % 1) / MAX_TIMES).astype(int)
+    k = np.arange(most)
+    return (times * (k + golden * k % 1) / most).astype(int)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.parts import Split
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -16,6 +15,7 @@ from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import rms
 
 BATCH = 8
 """Runs are asked for in multiples of this: as many as the lanes of a SIMD register."""
@@ -23,8 +23,58 @@ BATCH = 8
 Weights = Callable[[int], np.ndarray]
 """For what part of all inputs each run of a design speaks, from the run of this number on."""
 
-AT_ONCE = 64
-"""Rare values at which an expansion is evaluated at once."""
+
+def compared_times(stage: Stage, count: int = 128) -> Stage:
+    """Return a stage at about so many of the times, without the memory of all of them."""
+    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // count)))
+    return some.copy() if stage.carriers else some
+
+
+class Split(NamedTuple):
+    """All runs split into parts, with the numbers of carriers that are in use.
+
+    Attributes
+    ----------
+    stages : all runs, those of the design first, at `compared_times`.
+    outputs : the outputs that each stage stands for.
+    xi, eta : of the held-out runs, which are the last.
+    """
+
+    stages: list[Stage]
+    outputs: list[np.ndarray]
+    xi: np.ndarray
+    eta: np.ndarray
+
+    @staticmethod
+    def of(stages: Sequence[Stage], carriers: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> Split:
+        """Take the stages that outputs use, by the number of carriers of each output.
+
+        A stage with fewer carriers stands for one that has not been found.
+        """
+        carriers = np.minimum(carriers, len(stages) - 1)
+        used = np.unique(carriers)
+        outputs = [np.flatnonzero(carriers == k) for k in used]
+        return Split([stages[k] for k in used], outputs, xi, eta)
+
+    def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return combinations of runs, relative to the size of each output, (rows, parts, times).
+
+        Parts are the base, real and imaginary part of each envelope, and phases times the mean
+        envelope, of every output.
+
+        Parameters
+        ----------
+        combined : makes rows of the parts of all runs, (runs, series) to (rows, series).
+        """
+        parts = []
+        for stage, which in zip(self.stages, self.outputs, strict=True):
+            columns, size = PartColumns.of_stage(stage), rms(stage.signal)[which, None] + 1e-300
+            base, carriers = columns.unpack(combined(columns.pack(stage)))
+            parts.append(base[:, which] / size)
+            for (phase, re, im), c in zip(carriers, stage.carriers, strict=True):
+                mean = np.abs(c.envelope).mean(axis=0)[which]
+                parts += [part / size for part in (re[:, which], im[:, which], phase * mean)]
+        return np.concatenate(parts, axis=1)
 
 
 class Design(Protocol):
@@ -44,6 +94,14 @@ class Design(Protocol):
 
 class GrowingDesign(Design, Protocol):
     """A design that may have further runs."""
+
+    sampled: ClassVar[bool]
+    """Whether few terms are chosen out of many, from fewer runs than there are terms."""
+
+    @property
+    def highest(self) -> np.ndarray:
+        """The highest order there may be in each variable."""
+        ...
 
     @property
     def few(self) -> int:
@@ -96,7 +154,7 @@ class PartsFit(NamedTuple):
     @property
     def formed(self) -> HybridExpansion:
         """The parts, with all of their coefficients."""
-        return self.parts.formed() if isinstance(self.parts, Interpolation) else self.parts
+        return self.parts.formed()
 
     def at(self, times: slice | np.ndarray) -> PartsFit:
         """Return the fit at some of the times."""
@@ -160,7 +218,9 @@ class PartsFit(NamedTuple):
         values = RareValues.joined(groups).first(np.concatenate(shares), BATCH)
         return np.sqrt(square), values._replace(weight=values.weight / len(groups))
 
-    def _outside(self, runs: ResponseRuns, rare: RareValues) -> tuple[np.ndarray, np.ndarray]:
+    def _outside(
+        self, runs: ResponseRuns, rare: RareValues, at_once: int = 64
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean square of how far it is outside, and the share of each value in it.
 
         Shapes are (outputs, times), and (points,): the mean over outputs in parts of their ranges.
@@ -170,8 +230,8 @@ class PartsFit(NamedTuple):
         size = np.ptp(values, axis=(0, 2))[:, None]
         size[size == 0] = np.inf
         square, shares = np.zeros(low.shape), [np.zeros(0)]
-        for k in range(0, len(rare.weight), AT_ONCE):
-            some = rare.which(slice(k, k + AT_ONCE))
+        for k in range(0, len(rare.weight), at_once):
+            some = rare.which(slice(k, k + at_once))
             off = np.abs(self.evaluate(some.xi, some.eta) - (low + high) / 2)
             off -= some.allowed(runs.xi)[:, None, None] * (high - low) / 2
             off = np.maximum(off, 0.0)

@@ -15,9 +15,6 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
-APART = 0.3
-"""New places of extremes that are nearer to each other than this, in units of η, are run once."""
-
 TIE_DIGITS = 6
 """Digits that count of sizes, distances and slopes that choose a run: rounding decides nothing."""
 
@@ -35,7 +32,11 @@ def generic_points(
 
 
 def extreme_places(
-    extremes: Sequence[Extremes], count: int, reached: np.ndarray, tolerance: float
+    extremes: Sequence[Extremes],
+    count: int,
+    reached: np.ndarray,
+    tolerance: float,
+    apart: float = 0.3,
 ) -> np.ndarray:
     """Return the η of some bounds of the error bar, far from each other, shape (≤ count, m).
 
@@ -48,6 +49,7 @@ def extreme_places(
     extremes : bounds of μ, μ − σ and μ + σ at some times.
     reached : lowest μ − σ and highest μ + σ at places that were run, shape (2, outputs, times).
     tolerance : for `reached`, in parts of the error bar's width.
+    apart : places that are nearer to each other than this, in units of η, are run once.
     """
     _, lower, upper = extremes
     low, high = lower.values[0], upper.values[1]
@@ -62,7 +64,7 @@ def extreme_places(
     waiting[moved.round(TIE_DIGITS) == 0] = 0.0
     waiting = waiting.reshape(beyond.size, -1)[order]
     near, chosen = np.full(len(waiting), np.inf), []
-    while len(chosen) < count and near.max(initial=0.0) > APART:
+    while len(chosen) < count and near.max(initial=0.0) > apart:
         chosen.append(waiting[np.argmax(near.round(TIE_DIGITS))])
         near = np.minimum(near, np.abs(waiting - chosen[-1]).max(axis=1))
     return np.array(chosen).reshape(-1, waiting.shape[1])

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.uncertainty.adaptive.fits import BATCH
-from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, Split
+from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
 from flexband.uncertainty.expansions.index_sets import (
@@ -27,18 +28,10 @@ from flexband.uncertainty.expansions.index_sets import (
     lower_terms,
 )
 from flexband.uncertainty.expansions.interpolation import Interpolation
-from flexband.uncertainty.expansions.regression import MERIT_PER_ORDER, candidates, principal
+from flexband.uncertainty.expansions.regression import SparseFitOptions, candidates, principal
 from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
-
-HIGHEST_INTERVAL = 20
-
-NORMALS = np.linspace(-8.0, 8.0, 4001)
-"""Values of a standard normal variable between which those of other variables are interpolated."""
-
-EXPLAINED = 1e-3
-"""Part of the energy of what is missed that need not be explained."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +46,10 @@ class NestedDesign:
 
     index: np.ndarray
     families: Sequence[Family]
+
+    sampled: ClassVar[bool] = False
+    max_interval_order: ClassVar[int] = 20
+    """The highest order in an interval variable."""
 
     @staticmethod
     def first(m: int, families: Sequence[Family], most: int) -> NestedDesign:
@@ -70,7 +67,7 @@ class NestedDesign:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
-        eta = interval_sequence(HIGHEST_INTERVAL + 1)[self.index[:, :m]]
+        eta = interval_sequence(self.max_interval_order + 1)[self.index[:, :m]]
         random = zip(self.families, self.index[:, m:].T, strict=True)
         xi = [family.sequence(family.highest + 1)[k] for family, k in random]
         return np.reshape(xi, (-1, len(eta))).T.copy(), eta
@@ -78,7 +75,7 @@ class NestedDesign:
     @property
     def highest(self) -> np.ndarray:
         """The highest order there may be in each variable."""
-        intervals = [HIGHEST_INTERVAL] * self.interval_dimension
+        intervals = [self.max_interval_order] * self.interval_dimension
         return np.array([*intervals, *(family.highest for family in self.families)])
 
     @cached_property
@@ -160,7 +157,8 @@ class NestedDesign:
         held = slice(len(self), None)
         missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
         rest = principal(missed.reshape(len(missed), -1).round(ROUNDING_DIGITS))
-        least, merit = EXPLAINED * np.sum(rest**2), MERIT_PER_ORDER ** index.sum(axis=1)
+        least = 1e-3 * np.sum(rest**2)  # this part of the energy need not be explained
+        merit = SparseFitOptions().merit_per_order ** index.sum(axis=1)
         chosen: list[Orders] = []
         needed = [list(lower_terms(tuple(nu))) for nu in index.tolist()]
         for _ in range(len(rest) // 2):
@@ -196,6 +194,22 @@ def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
     """Return the probability that each point is the nearest one to a variable of a family."""
     order, parts = np.argsort(points), np.empty(len(points))
     between = (points[order][1:] + points[order][:-1]) / 2
-    normals = np.interp(between, family.of_normal(NORMALS), NORMALS)
+    z = np.linspace(-8.0, 8.0, 4001)
+    normals = np.interp(between, family.of_normal(z), z)
     parts[order] = np.diff([0.0, *ndtr(normals), 1.0])
     return parts
+
+
+def fewest_fitted(variables: int) -> int:
+    """Return how many runs the smallest design has."""
+    return min(1 + variables, MIN_RUNS)
+
+
+def first_design(
+    m: int, families: Sequence[Family], most: int, max_interpolated: int
+) -> GrowingDesign:
+    """Return the first runs in m variables η and in ξ, within a budget."""
+    many = 1 + m + 2 * len(families) > min(most, max_interpolated)
+    if many and most >= MIN_RUNS:
+        return SampledDesign(MIN_RUNS, m, families)
+    return NestedDesign.first(m, families, most)

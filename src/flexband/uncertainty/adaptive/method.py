@@ -12,7 +12,8 @@ from flexband.errors import (
     check_positive,
     warn,
 )
-from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason, fewest_fitted
+from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
+from flexband.uncertainty.adaptive.interpolation import fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
@@ -21,9 +22,6 @@ from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
-
-LARGE_TOLERANCE = 0.5
-"""Error of the bands, in parts of the error bar's width, that is hardly meant."""
 
 
 @frozen()
@@ -75,7 +73,7 @@ class AdaptivePCCI(ExpansionMethod):
 
     def __post_init__(self) -> None:
         check_positive("tolerance", check_numbers("tolerance", self.tolerance))
-        if self.tolerance >= LARGE_TOLERANCE:
+        if self.tolerance >= 0.5:  # hardly meant
             warn(
                 f"tolerance is {self.tolerance:g} of the error bar's mean width, "
                 f"{100 * self.tolerance:g} %; is it in per cent?"

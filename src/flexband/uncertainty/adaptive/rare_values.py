@@ -18,29 +18,34 @@ from flexband.uncertainty.adaptive.held_out import TIE_DIGITS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
-FAR = np.arange(3.0, 5.5, 0.5)
-"""Values of |z| of one normal variable; of several, |z| are as rare as these."""
 
-SWEEPS = 3
-"""Times that values of one variable are visited, at different η."""
+class RareValueOptions(NamedTuple):
+    """Where rare values are, and how far an expansion may grow there.
 
-STEEPEST, STEEP = 2, 0.1
-"""Most directions of large slopes, and the least slope of one in parts of the largest."""
+    Attributes
+    ----------
+    distances : equidistant values of |z| of one normal variable; of several, |z| are as rare.
+    sweeps : times that values of one variable are visited, at different η.
+    max_slopes, min_slope : most directions of large slopes, and the least slope of one in parts of
+        the largest.
+    slope_distance, slope_reach : a value of a normal variable along a slope, and the least value
+        for which it speaks: it is in the middle between 3.5 and the outermost of eight samples. A
+        run at 3.5 would count three times as much if all of |z| > 2.5 missed as much as it does.
+    plane_directions, joint_directions : directions between two variables, and among more.
+    margin, growth : an expansion may leave the range of the runs by this factor, times this power
+        of how much farther out it is than the runs.
+    """
 
-MISSED_ORDER, FACTORIAL = 3, 15
-"""What is missed at rare values grows as z³ at least, since z and z² are expanded; and 5!! = E z⁶.
-A run at 3.5 would count three times as much if all of |z| > 2.5 missed as much as it does."""
-
-RARE, REACHED = 3.5, 2.5
-"""A value of a normal variable along a slope, and the least value for which it speaks: it is in the
-middle between 3.5 and the outermost of eight samples."""
-
-BETWEEN, AMONG = 6, 32
-"""Directions between two variables, and among more."""
-
-MARGIN, GROWTH = 1.5, 2
-"""An expansion may leave the range of the runs by this factor, times this power of how much farther
-out it is than the runs."""
+    distances: tuple[float, ...] = (3.0, 3.5, 4.0, 4.5, 5.0)
+    sweeps: int = 3
+    max_slopes: int = 2
+    min_slope: float = 0.1
+    slope_distance: float = 3.5
+    slope_reach: float = 2.5
+    plane_directions: int = 6
+    joint_directions: int = 32
+    margin: float = 1.5
+    growth: int = 2
 
 
 class RareValues(NamedTuple):
@@ -59,14 +64,26 @@ class RareValues(NamedTuple):
     weight: np.ndarray
 
     @staticmethod
-    def of(index: np.ndarray, families: Sequence[Family], eta: np.ndarray) -> RareValues:
+    def of(
+        index: np.ndarray,
+        families: Sequence[Family],
+        eta: np.ndarray,
+        *,
+        options: RareValueOptions = RareValueOptions(),
+    ) -> RareValues:
         """Return those of terms with orders `index` in each ξ; η are some of those given."""
-        along, distance, weight = _directions(index)
+        along, distance, weight = _directions(index, options)
         xi = of_normals(distance[:, None] * along, families)
         return RareValues(xi, np.resize(eta, (len(xi), eta.shape[1])), along, weight)
 
     @staticmethod
-    def along_slopes(slopes: np.ndarray, families: Sequence[Family], m: int) -> RareValues:
+    def along_slopes(
+        slopes: np.ndarray,
+        families: Sequence[Family],
+        m: int,
+        *,
+        options: RareValueOptions = RareValueOptions(),
+    ) -> RareValues:
         """Return rare values to both sides in the directions in which series vary most.
 
         A function of a few sums of random variables, such as a linear one, shows along them alone
@@ -81,14 +98,15 @@ class RareValues(NamedTuple):
         if not slopes.any():
             slopes = np.ones((len(slopes), 1))
         directions, size, _ = np.linalg.svd(slopes, full_matrices=False)
-        axes = directions.T[size > STEEP * size.max(initial=0.0)][:STEEPEST]
+        axes = directions.T[size > options.min_slope * size.max(initial=0.0)][: options.max_slopes]
         at = np.abs(axes).round(TIE_DIGITS).argmax(axis=1)
         largest = np.take_along_axis(axes, at[:, None], axis=1)
         axes = -np.sign(largest) * axes  # either sign may come out of the decomposition
         along = np.concatenate([axes, -axes])
-        beyond = FACTORIAL * chdtrc(1 + 2 * MISSED_ORDER, REACHED**2)  # E[z⁶; |z| > 2.5]
-        weight = np.full(len(along), beyond / RARE ** (2 * MISSED_ORDER) / 2)
-        xi = of_normals(RARE * along, families)
+        # What is missed grows as z³ at least, since z and z² are expanded; and 5!! = E z⁶.
+        beyond = 15 * chdtrc(7, options.slope_reach**2)  # E[z⁶; |z| > 2.5]
+        weight = np.full(len(along), beyond / options.slope_distance**6 / 2)
+        xi = of_normals(options.slope_distance * along, families)
         return RareValues(xi, np.zeros((len(xi), m)), along, weight)
 
     @staticmethod
@@ -112,48 +130,52 @@ class RareValues(NamedTuple):
         values = self.which(order[at])._replace(weight=weight)
         return values.which(np.argsort(at)[:count])
 
-    def allowed(self, xi: np.ndarray) -> np.ndarray:
+    def allowed(
+        self, xi: np.ndarray, *, options: RareValueOptions = RareValueOptions()
+    ) -> np.ndarray:
         """Return by what factor an expansion may leave the range of runs at `xi`, (points,)."""
         reached = np.abs(xi @ self.along.T).max(axis=0)
         farther = np.abs((self.xi * self.along).sum(axis=1)) / np.maximum(1.0, reached)
-        return MARGIN * np.maximum(1.0, farther) ** GROWTH
+        return options.margin * np.maximum(1.0, farther) ** options.growth
 
 
-def _directions(index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _directions(
+    index: np.ndarray, options: RareValueOptions
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return directions and distances of rare values of normal variables, and their weights.
 
     They lie along each ξ of an order above 1, between each two that a term of order above 2
     multiplies, and among all that terms of three or more multiply. Of several variables, distances
-    are as rare as `FAR` is of one. Weights give the mean of the expectations that the three kinds
-    of directions tell, over those along all ξ and the mean of those between two.
+    are as rare as `distances` are of one. Weights give the mean of the expectations that the three
+    kinds of directions tell, over those along all ξ and the mean of those between two.
 
     Parameters
     ----------
     index : orders of the polynomials in each ξ, shape (N, n).
     """
-    n, factors = index.shape[1], index > 0
+    n, factors, far = index.shape[1], index > 0, np.array(options.distances)
     unit, pairs = np.eye(n), factors[index.sum(axis=1) > 2]
     alone = [unit[v : v + 1] for v in np.flatnonzero(index.max(axis=0, initial=0) > 1)]
-    angles = np.pi * (np.arange(BETWEEN) + 0.5) / BETWEEN
+    angles = np.pi * (np.arange(options.plane_directions) + 0.5) / options.plane_directions
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     between = [
         plane @ unit[list(pair)]
         for pair in combinations(range(n), 2)
         if pairs[:, pair].all(axis=1).any()
     ]
-    groups = [(vectors, SWEEPS, 1.0) for vectors in alone]
+    groups = [(vectors, options.sweeps, 1.0) for vectors in alone]
     groups += [(vectors, 1, 1 / len(between)) for vectors in between]
     several = np.flatnonzero(factors[factors.sum(axis=1) > 2].any(axis=0))
     if len(several):
-        z = ndtri(sobol(AMONG, len(several), seed=1))
+        z = ndtri(sobol(options.joint_directions, len(several), seed=1))
         groups.append((z / np.linalg.norm(z, axis=1, keepdims=True) @ unit[several], 1, 1.0))
     kinds = 1 + (len(between) > 0) + (len(several) > 0)
-    density = np.exp(-np.square(FAR) / 2) / np.sqrt(2 * np.pi) * np.diff(FAR)[0] / kinds
+    density = np.exp(-np.square(far) / 2) / np.sqrt(2 * np.pi) * np.diff(far)[0] / kinds
     directions, distances, weights = [np.zeros((0, n))], [np.zeros(0)], [np.zeros(0)]
     for vectors, times, share in groups:
         both = np.concatenate([vectors, -vectors] * times)
-        radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, FAR**2)))
-        directions.append(np.repeat(both, len(FAR), axis=0))
+        radius = np.sqrt(chdtri(np.count_nonzero(vectors.any(axis=0)), chdtrc(1, far**2)))
+        directions.append(np.repeat(both, len(far), axis=0))
         distances.append(np.tile(radius, len(both)))
         weights.append(np.tile(density, len(both)) * 2 * share / len(both))
     return np.concatenate(directions), np.concatenate(distances), np.concatenate(weights)

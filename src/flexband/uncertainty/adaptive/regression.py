@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.fits import BATCH
-from flexband.uncertainty.adaptive.parts import Split
+from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.regression import (
@@ -24,9 +24,6 @@ from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms, variation
 
 MIN_RUNS = 2 * BATCH
-
-ROUND_OFF = 1e-13
-"""An output that varies by less than this part of the largest does not count."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +41,13 @@ class SampledDesign:
     def points(self) -> tuple[np.ndarray, np.ndarray]:
         """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
         return nested_points(self.count, self.interval_dimension, self.families)
+
+    sampled: ClassVar[bool] = True
+
+    @property
+    def highest(self) -> np.ndarray:
+        """No order is the highest."""
+        return np.full(self.interval_dimension + len(self.families), np.inf)
 
     @cached_property
     def index(self) -> np.ndarray:
@@ -95,9 +99,12 @@ class SampledDesign:
 
 
 def _weight(F: np.ndarray) -> np.ndarray:
-    """Return one over the variation of each output of runs; zero where it is round-off."""
+    """Return one over the variation of each output of runs; zero where it is round-off.
+
+    An output that varies by less than 1e-13 of the largest does not count.
+    """
     varied = variation(F)
-    counts = varied > ROUND_OFF * max(varied.max(), rms(F).max())
+    counts = varied > 1e-13 * max(varied.max(), rms(F).max())
     return np.where(counts, 1 / np.where(counts, varied, 1.0), 0.0)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,35 +21,43 @@ from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
 
-OF_DISCRETIZATION = 0.5
-"""Part of the tolerance that is for the discretization."""
 
-ORDER = 2
-"""Order of convergence, by which several halvings at once are chosen."""
+class RefinementOptions(NamedTuple):
+    """When step and elements are halved.
 
-RESOLVED = 0.3
-"""Below this error the order is taken for granted."""
+    Attributes
+    ----------
+    share : part of the tolerance that is for the discretization.
+    order : order of convergence, by which several halvings at once are chosen.
+    resolved : below this error, in parts of the error bar's width, the order is taken for granted.
+    fall_per_halving : an error that falls by less in every one of two halvings does not converge;
+        order two gives 1/4.
+    clear : two halvings show this of an error above this part of what the expansion misses.
+    halvings_of_noise : so many show it of smaller errors, and of large ones in outputs that the
+        expansion does not explain, or that vanish: the error is larger than the width of the error
+        bar, which is halved with every halving. What it does explain may be a vibration that longer
+        steps do not follow at all.
+    max_at_once, max_halvings : halvings from one level to the next, and in all.
+    max_failed : levels that fail in a row, after one that did not, before that is taken.
+    """
 
-FALL_PER_HALVING = 0.5**0.5
-"""An error that falls by less in every one of two halvings does not converge; order two gives
-1/4."""
-
-CLEAR = 0.25
-"""Two halvings show this of an error above this part of what the expansion misses."""
-
-HALVINGS_OF_NOISE = 4
-"""So many show it of smaller errors, and of large ones in outputs that the expansion does not
-explain, or that vanish: the error is larger than the width of the error bar, which is halved with
-every halving. What it does explain may be a vibration that longer steps do not follow at all."""
-
-MAX_AT_ONCE = 3
-MAX_HALVINGS = 9
-MAX_FAILED = 2
-"""Levels that fail in a row, after one that did not, before that is taken."""
+    share: float = 0.5
+    order: int = 2
+    resolved: float = 0.3
+    fall_per_halving: float = 0.5**0.5
+    clear: float = 0.25
+    halvings_of_noise: int = 4
+    max_at_once: int = 3
+    max_halvings: int = 9
+    max_failed: int = 2
 
 
 def solved(
-    begin: Callable[[Evaluate], Adaptation], evaluate: Evaluate, tolerance: float
+    begin: Callable[[Evaluate], Adaptation],
+    evaluate: Evaluate,
+    tolerance: float,
+    *,
+    options: RefinementOptions = RefinementOptions(),
 ) -> tuple[Adaptation, dict[str, object]]:
     """Return the runs on the discretization that is fine enough, or on the one that is given.
 
@@ -63,15 +72,15 @@ def solved(
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
-    levels, finished = Levels(left_out, OF_DISCRETIZATION * tolerance), None
+    levels, finished = Levels(left_out, options.share * tolerance, options), None
     halved, others, failed, names = 0, 0, 0, []
     while True:
-        course, last = None, halved >= MAX_HALVINGS
+        course, last = None, halved >= options.max_halvings
         try:
             course = begin(evaluate)
             halvings = levels.wanted(course, names)
             if last or not halvings:
-                stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
+                stopped = course.run((1 - options.share) * tolerance)
                 halvings = levels.wanted(course, names)
                 if last or not halvings:
                     details = levels.told(course) | {"stopped": stopped}
@@ -79,22 +88,22 @@ def solved(
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
-            raised = isinstance(error, RunError) and _raised(error)
-            of_step = isinstance(error, RunError) and not (
-                raised or isinstance(error, AssemblyError)
-            )
-            if isinstance(error, AssemblyError) and not finished:
-                raise  # at the start no step has been taken
-            if finished and not (of_step and failed < MAX_FAILED and not last):
+            of_run, at_start = isinstance(error, RunError), isinstance(error, AssemblyError)
+            cause = error.__cause__ if of_run else None
+            raised = cause is not None and not isinstance(cause, RunError)
+            of_step = of_run and not (raised or at_start)
+            if at_start and not finished:
+                raise  # no step has been taken
+            if finished and not (of_step and failed < options.max_failed and not last):
                 others += course.runs if course else 0
                 course, names = finished
                 others -= course.runs
                 why = "; ".join((str(error) or type(error).__name__).splitlines()[:2])
-                stopped = course.run((1 - OF_DISCRETIZATION) * tolerance)
+                stopped = course.run((1 - options.share) * tolerance)
                 details = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
                 return course, {**details, "runs_coarser": others, "halved": names}
-            if last or raised or not isinstance(error, RunError):
-                raise
+            if last or raised or not of_run:
+                raise  # no shorter step avoids that a response raises another error
             halvings = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
             levels.why = "runs fail"
         others += course.runs if course else 0
@@ -106,11 +115,6 @@ def solved(
         finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
         listener().stage(finer)
         listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
-
-
-def _raised(error: RunError) -> bool:
-    """Return whether a response raised another error, which no shorter step avoids."""
-    return error.__cause__ is not None and not isinstance(error.__cause__, RunError)
 
 
 def _percent(part: float) -> str:
@@ -127,9 +131,9 @@ class Levels:
     why : why something was to be halved last, in words.
     """
 
-    def __init__(self, left_out: list[str], allowed: float):
+    def __init__(self, left_out: list[str], allowed: float, options: RefinementOptions):
         """Begin without levels."""
-        self.left_out, self.allowed = left_out, allowed
+        self.left_out, self.allowed, self.options = left_out, allowed, options
         self.known: dict[str, dict[int, np.ndarray]] = {}
         self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
@@ -161,8 +165,8 @@ class Levels:
         for name in self.left_out:
             ratio = errors.get(name, 0.0) / each
             if ratio > 1:
-                most = MAX_AT_ONCE if errors[name] < RESOLVED else 1
-                times[name] = min(most, math.ceil(math.log(ratio, 2**ORDER)))
+                most = self.options.max_at_once if errors[name] < self.options.resolved else 1
+                times[name] = min(most, math.ceil(math.log(ratio, 2**self.options.order)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(
             f"the error of the {name} is {_percent(errors[name])} of the error bar of "
@@ -177,21 +181,20 @@ class Levels:
         mask = np.zeros(len(width), bool)
         for fewer, before in self.widths.items():
             more = halvings - fewer
-            mask |= (more >= HALVINGS_OF_NOISE) & (width <= before * 0.5**more)
+            mask |= (more >= self.options.halvings_of_noise) & (width <= before * 0.5**more)
         self.widths[halvings] = width
         return mask
 
-    @staticmethod
     def _stuck(
-        errors: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
+        self, errors: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
     ) -> np.ndarray:
         """Return which errors do not fall any more, shape (outputs,)."""
         stuck = np.zeros(len(errors), bool)
         for fewer, error in before.items():
-            halvings, resolved = count - fewer, error < RESOLVED
-            sure = resolved & (errors > CLEAR * missed) & (halvings >= 2)
-            long = (resolved | (missed >= DOUBT)) & (halvings >= HALVINGS_OF_NOISE)
-            stuck |= (errors > error * FALL_PER_HALVING**halvings) & (sure | long)
+            halvings, resolved = count - fewer, error < self.options.resolved
+            sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
+            long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
+            stuck |= (errors > error * self.options.fall_per_halving**halvings) & (sure | long)
         return stuck
 
     def told(self, course: Adaptation) -> dict[str, str]:

@@ -10,8 +10,6 @@ import xarray as xr
 
 from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
-from flexband.uncertainty.adaptive.interpolation import NestedDesign
-from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -84,10 +82,9 @@ def surrogate_of(course: Adaptation) -> Surrogate:
 def advice(course: Adaptation, stopped: StopReason) -> str:
     """Return what helps where the tolerance is not met."""
     design, orders = course.design, course.choice.orders
-    highest = design.highest if isinstance(design, NestedDesign) else np.full(len(orders), np.inf)
     used = [
         f"{name} ({order})"
-        for name, order, most in zip(_variables(course.space), orders, highest, strict=True)
+        for name, order, most in zip(_variables(course.space), orders, design.highest, strict=True)
         if order >= most
     ]
     if used or stopped is StopReason.ORDERS_USED:
@@ -97,7 +94,7 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
             "jumps or has a corner, LHSScanning, SobolScanning or MonteCarlo (--method "
             "lhs-scanning) need no smoothness; or leave out the outputs that converge too slowly"
         )
-    sampled = course.space.advice_on_fields if isinstance(design, SampledDesign) else ""
+    sampled = course.space.advice_on_fields if design.sampled else ""
     return (
         "allow more runs (max_runs, or --max-runs) or leave out the outputs that converge too "
         f"slowly{sampled}"

@@ -12,9 +12,6 @@ from flexband.words import number_of
 MIN_HELD = 2
 """Fewest runs that are held out."""
 
-RESERVED = 2**31
-"""Bytes that are reserved at most for all runs of a budget; they are used once there are runs."""
-
 
 class ResponseRuns(NamedTuple):
     """Runs of a response.
@@ -84,10 +81,14 @@ class RunBuffer:
     refer to them.
     """
 
-    def __init__(self, runs: ResponseRuns, fitted: int, most: int):
-        """Copy runs, of which the first are fitted; `most` is the budget."""
+    def __init__(self, runs: ResponseRuns, fitted: int, most: int, reserved: int = 2**31):
+        """Copy runs, of which the first are fitted; `most` is the budget.
+
+        At most so many bytes are `reserved` for all of the budget; they are used once there are
+        runs.
+        """
         self.fit_count, size = fitted, max(1, runs.values[0].nbytes)
-        capacity = max(len(runs.values), min(most, RESERVED // size))
+        capacity = max(len(runs.values), min(most, reserved // size))
         self.memory = _larger(runs, capacity)
         self.count = len(runs.values)
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from scipy import sparse
+from scipy.sparse import csr_array, eye_array
 
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -20,7 +18,7 @@ def on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) -> 
     lower, upper : a and b of ξ = (a + b)/2 + t (b − a)/2, shape (n,).
     """
     m, index = expansion.interval_dimension, expansion.index
-    transform: Any = sparse.eye_array(len(index), format="csr")
+    transform = eye_array(len(index), format="csr")
     for k, family in enumerate(expansion.families):
         orders = index[:, m + k]
         highest = int(orders.max(initial=0))
@@ -32,6 +30,5 @@ def on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) -> 
         new[:, m + k] = row
         index, which = np.unique(new, axis=0, return_inverse=True)
         entries = matrix[row, orders[col]], (which.ravel(), col)
-        step = sparse.coo_array(entries, shape=(len(index), len(orders))).tocsr()
-        transform = step @ transform
+        transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
     return HybridExpansion((), index, np.asarray(transform @ expansion.coefficients))

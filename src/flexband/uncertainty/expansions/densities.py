@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -15,17 +15,6 @@ from flexband.uncertainty.expansions.recurrence import (
     orthonormal,
     stieltjes,
 )
-
-USUAL = 4.5
-"""Values of a standard normal variable between which nested points are, and up to which polynomials
-are at most one: all but 7·10⁻⁶ of the values."""
-
-BLOCK = 64
-"""Orders are computed in multiples of this; nested points are weighted by that many polynomials."""
-
-HIGHEST, MAX_CONDITION = 20, 1000.0
-"""The highest order of an adaptive method, and the largest condition number of the orthonormal
-polynomials at the nested points of an order. That of normal variables is 130 at order 8."""
 
 
 class Density(Protocol):
@@ -58,6 +47,22 @@ class DensityPolynomials:
     """
 
     density: Density
+
+    usual_normal: ClassVar[float] = 4.5
+    """Values of a standard normal variable between which nested points are, and up to which
+    polynomials are at most one: all but 7·10⁻⁶ of the values."""
+
+    block: ClassVar[int] = 64
+    """Orders are computed in multiples of this; nested points are weighted by that many
+    polynomials."""
+
+    max_order: ClassVar[int] = 20
+    """Of an adaptive method."""
+
+    max_condition: ClassVar[float] = 1000.0
+    """Largest condition number of the orthonormal polynomials at the nested points of an order.
+    That of normal variables is 130 at order 8."""
+
     _known: dict[int, Recurrence] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -82,12 +87,11 @@ class DensityPolynomials:
 
     @cached_property
     def _rule(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.density.rule(BLOCK)
+        return self.density.rule(self.block)
 
-    @cached_property
-    def _usual(self) -> np.ndarray:
-        """Values of ξ between which all but few are."""
-        return self.of_normal(np.linspace(-USUAL, USUAL, 8 * BLOCK + 1))
+    def _usual(self, count: int) -> np.ndarray:
+        """Return values of ξ between which all but few are, 8 `count` steps apart."""
+        return self.of_normal(np.linspace(-self.usual_normal, self.usual_normal, 8 * count + 1))
 
     def standardized(self, x: np.ndarray) -> np.ndarray:
         """Return ξ of x."""
@@ -117,28 +121,27 @@ class DensityPolynomials:
 
     @cached_property
     def _highest(self) -> int:
-        recurrence, x = self._recurrence(HIGHEST), self._sequence
-        for order in range(2, HIGHEST + 1, 2):
+        recurrence, x = self._recurrence(self.max_order), self._sequence
+        for order in range(2, self.max_order + 1, 2):
             values = orthonormal(recurrence, order, x[: order + 1])
-            if np.linalg.cond(values) > MAX_CONDITION:
+            if np.linalg.cond(values) > self.max_condition:
                 return max(2, order - 2)
-        return HIGHEST
+        return self.max_order
 
     @cached_property
     def _sequence(self) -> np.ndarray:
-        usual = self._usual
-        return nested(self._recurrence(BLOCK - 1), usual[[0, -1]], usual, HIGHEST + 1)
+        usual = self._usual(self.block)
+        return nested(self._recurrence(self.block - 1), usual[[0, -1]], usual, self.max_order + 1)
 
     def _recurrence(self, order: int) -> Recurrence:
-        """Return the recurrence up to this order or a higher one, a multiple of `BLOCK`."""
-        count = BLOCK * (1 + order // BLOCK)
+        """Return the recurrence up to this order or a higher one, a multiple of `block`."""
+        count = self.block * (1 + order // self.block)
         if count not in self._known:
-            x, w = self._rule if count == BLOCK else self.density.rule(count)
+            x, w = self._rule if count == self.block else self.density.rule(count)
             recurrence = Recurrence(*stieltjes(self.standardized(x), w, count), np.zeros(0))
-            before = self._recurrence(order - BLOCK).sizes if order >= BLOCK else np.zeros(0)
-            usual = self._usual
-            if count > BLOCK:
-                usual = self.of_normal(np.linspace(-USUAL, USUAL, 8 * count + 1))
-            sizes = np.abs(orthonormal(recurrence, count - 1, usual)[:, len(before) :]).max(axis=0)
+            lower = order - self.block
+            before = self._recurrence(lower).sizes if lower >= 0 else np.zeros(0)
+            values = orthonormal(recurrence, count - 1, self._usual(count))
+            sizes = np.abs(values[:, len(before) :]).max(axis=0)
             self._known[count] = recurrence._replace(sizes=np.append(before, sizes))
         return self._known[count]

@@ -28,6 +28,11 @@ class DirectExpansion:
     values: HybridExpansion
 
     @property
+    def carriers(self) -> int:
+        """None."""
+        return 0
+
+    @property
     def hybrid(self) -> HybridExpansion:
         """The expansion of the values."""
         return self.values

@@ -39,6 +39,11 @@ class Expansion(Protocol):
         ...
 
     @property
+    def carriers(self) -> int:
+        """The number of carriers that the outputs share; 0 if their values are expanded."""
+        ...
+
+    @property
     def hybrid(self) -> HybridExpansion:
         """The polynomials in ξ and η: of the outputs, or of the parts that make them."""
         ...

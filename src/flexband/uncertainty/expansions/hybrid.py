@@ -12,19 +12,6 @@ from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family, mean_squares, transform
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
-SMALL_PRODUCT, ROWS = 2**18, 32
-"""Multiplications of a product of matrices that libraries leave to one thread, and its rows."""
-
-AT_ONCE = 1024
-"""Series whose terms are compared at once."""
-
-COLUMNS = 4096
-"""Series that are transformed at once where the result takes the place of the values."""
-
-FEW_PRODUCTS = 2**24
-"""Multiplications for which the threads of the linear algebra library are not woken: they would
-wait busily for more, for longer than these take, on cores that others can use."""
-
 
 def tensor_points(nodes: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tensor product of nodes, one array per variable, shape (Π count, variables)."""
@@ -69,10 +56,12 @@ def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarra
     return values.reshape(before, -1)
 
 
-def overwritten(values: np.ndarray, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def overwritten(
+    values: np.ndarray, function: Callable[[np.ndarray], np.ndarray], at_once: int = 4096
+) -> np.ndarray:
     """Return values with their columns replaced by a function of them, some at a time, in place."""
-    for first in range(0, values.shape[1], COLUMNS):
-        columns = values[:, first : first + COLUMNS]
+    for first in range(0, values.shape[1], at_once):
+        columns = values[:, first : first + at_once]
         columns[:] = function(columns)
     return values
 
@@ -209,6 +198,10 @@ class HybridExpansion:
         np.add.at(summed, which.ravel(), terms)
         return HybridExpansion(self.families, index, summed)
 
+    def formed(self) -> HybridExpansion:
+        """Return the expansion itself, which has its coefficients."""
+        return self
+
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> HybridExpansion:
         """Return the expansion of some rows, increasing, and times of its series (rows, times)."""
         coefficients = self.coefficients.reshape(len(self.index), rows, -1)[..., times]
@@ -242,7 +235,9 @@ class HybridExpansion:
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the surrogate at points of shape (points, n) and (points, m)."""
-        if len(xi) * self.coefficients.size < FEW_PRODUCTS:
+        # The threads of the linear algebra library would wait busily for more work, for longer than
+        # so few multiplications take, on cores that others can use.
+        if len(xi) * self.coefficients.size < 2**24:
             return self.evaluate_in_thread(xi, eta)
         return self.terms(xi, eta) @ self.coefficients
 
@@ -250,10 +245,11 @@ class HybridExpansion:
         """Return what `evaluate` does, in this thread alone, so that several can work at once."""
         terms, coefficients = self.terms(xi, eta), self.coefficients
         values = np.empty((len(terms), coefficients.shape[1]))
-        width = max(1, SMALL_PRODUCT // (ROWS * len(coefficients)))
-        for rows in range(0, len(terms), ROWS):
+        height = 32  # libraries leave products of up to 2¹⁸ multiplications to one thread
+        width = max(1, 2**18 // (height * len(coefficients)))
+        for rows in range(0, len(terms), height):
             for columns in range(0, values.shape[1], width):
-                block = slice(rows, rows + ROWS), slice(columns, columns + width)
+                block = slice(rows, rows + height), slice(columns, columns + width)
                 values[block] = terms[block[0]] @ coefficients[:, block[1]]
         return values
 
@@ -277,7 +273,7 @@ class HybridExpansion:
     def size_of(self, which: np.ndarray) -> np.ndarray:
         """Return the sum of the sizes of some terms, shape (series,)."""
         weight, count = np.sqrt(self.norms)[self.j[which], None], self.coefficients.shape[1]
-        parts = np.array_split(self.coefficients, max(1, count // AT_ONCE), axis=1)
+        parts = np.array_split(self.coefficients, max(1, count // 1024), axis=1)
         return np.concatenate([np.abs(part[which] * weight).sum(axis=0) for part in parts])
 
 

@@ -23,15 +23,6 @@ from scipy.linalg import eigh_tridiagonal
 
 from flexband.uncertainty.expansions.sequences import DECIMALS
 
-EXTENSIONS = ((2,), (4, 6), (8,))
-"""Numbers of points that are added together; the first that is possible."""
-
-APART = 0.05
-"""Least distance of nested points, in standard deviations."""
-
-SYMMETRIC = 1e-9
-"""Largest |a_k| of a symmetric density."""
-
 
 class Recurrence(NamedTuple):
     """Coefficients a_k and √b_k of orthonormal polynomials, and their sizes: the largest |p_k|."""
@@ -78,8 +69,8 @@ def nested(recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: i
     ----------
     usual : values among which the Leja sequence chooses.
     """
-    points, symmetric = [0.0], np.abs(recurrence.a).max() < SYMMETRIC
-    for counts in EXTENSIONS:
+    points, symmetric = [0.0], np.abs(recurrence.a).max() < 1e-9
+    for counts in ((2,), (4, 6), (8,)):  # points that are added together: the first possible
         extensions = (extension(recurrence, points, count) for count in counts)
         possible = [y for y in extensions if _is_possible(y, points, ends)]
         if not possible:
@@ -120,17 +111,19 @@ def _arranged(recurrence: Recurrence, points: list[float], further: np.ndarray) 
     points = [*points]
     while len(further):
         points.append(_next(recurrence, further, points))
-        opposite = further[np.abs(further + points[-1]) < SYMMETRIC]
+        opposite = further[np.abs(further + points[-1]) < 1e-9]
         points += opposite.tolist()
         further = further[~np.isin(further, points)]
     return points
 
 
-def _is_possible(y: np.ndarray, points: Sequence[float], ends: np.ndarray) -> bool:
-    """Return whether there are further points, between the ends and apart."""
+def _is_possible(
+    y: np.ndarray, points: Sequence[float], ends: np.ndarray, apart: float = 0.05
+) -> bool:
+    """Return whether there are further points, between the ends and apart, in deviations."""
     if not len(y) or y.min() < ends[0] or y.max() > ends[1]:
         return False
-    return bool(np.diff(np.sort([*points, *y])).min() > APART)
+    return bool(np.diff(np.sort([*points, *y])).min() > apart)
 
 
 def _cubic_pair(recurrence: Recurrence, ends: np.ndarray) -> list[float]:

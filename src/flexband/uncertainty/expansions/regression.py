@@ -25,24 +25,30 @@ from flexband.uncertainty.expansions.families import Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import term_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
-MAX_CANDIDATES = 6000
-MAX_PURE_ORDER = 3
-"""Highest order of candidates in one variable."""
 
-MAX_TERM_SHARE = 0.8
-"""Most terms, as a fraction of the runs."""
+class SparseFitOptions(NamedTuple):
+    """How terms are chosen.
 
-ROUND_OFF = 1e-14
-"""Fraction of the energy below which a residual is round-off."""
+    Attributes
+    ----------
+    max_candidates : terms to choose from.
+    max_pure_order : highest order of candidates in one variable.
+    max_term_share : most terms, as a fraction of the runs.
+    round_off : fraction of the energy below which a residual is round-off.
+    min_new_energy : fraction of a candidate's energy that must be orthogonal to the terms taken
+        before it.
+    merit_per_order : factor of a candidate's merit for each order above one: low orders are more
+        likely.
+    choice_weight : weight of the number of choices, log C(K, P), over the runs.
+    """
 
-MIN_NEW_ENERGY = 1e-2
-"""Fraction of a candidate's energy that must be orthogonal to the terms taken before it."""
-
-MERIT_PER_ORDER = 0.5
-"""Factor of a candidate's merit for each order above one: low orders are more likely."""
-
-CHOICE_WEIGHT = 3.0
-"""Weight of the number of choices, log C(K, P), over the runs."""
+    max_candidates: int = 6000
+    max_pure_order: int = 3
+    max_term_share: float = 0.8
+    round_off: float = 1e-14
+    min_new_energy: float = 1e-2
+    merit_per_order: float = 0.5
+    choice_weight: float = 3.0
 
 
 class SparseFit(NamedTuple):
@@ -65,17 +71,17 @@ class SparseFit(NamedTuple):
         return self.which[self.coefficients.any(axis=1)]
 
 
-def candidates(dimension: int) -> np.ndarray:
+def candidates(dimension: int, *, options: SparseFitOptions = SparseFitOptions()) -> np.ndarray:
     """Return the orders of the terms to choose from, shape (terms, variables), the constant first.
 
     All terms up to the total order 3 if these are few enough; otherwise those up to the total order
     2 and those of order 3 in one variable. If pairs are too many, those of the first variables.
     """
     unit = np.eye(dimension, dtype=int)
-    terms = [0 * unit[:1]] + [k * unit for k in range(1, MAX_PURE_ORDER + 1)]
-    a, b = np.triu_indices(min(dimension, int(math.sqrt(2 * MAX_CANDIDATES))), 1)
+    terms = [0 * unit[:1]] + [k * unit for k in range(1, options.max_pure_order + 1)]
+    a, b = np.triu_indices(min(dimension, int(math.sqrt(2 * options.max_candidates))), 1)
     terms.append(unit[a] + unit[b])
-    if math.comb(dimension + 3, 3) <= MAX_CANDIDATES:
+    if math.comb(dimension + 3, 3) <= options.max_candidates:
         triples = list(itertools.combinations(range(dimension), 3))
         terms += [2 * unit[a] + unit[b], unit[a] + 2 * unit[b]]
         terms += [unit[np.array(triples)].sum(axis=1)] if triples else []
@@ -104,7 +110,12 @@ def term_scales(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
 
 
 def sparse_fit(
-    values: np.ndarray, index: np.ndarray, series: np.ndarray, weight: np.ndarray | float = 1.0
+    values: np.ndarray,
+    index: np.ndarray,
+    series: np.ndarray,
+    weight: np.ndarray | float = 1.0,
+    *,
+    options: SparseFitOptions = SparseFitOptions(),
 ) -> SparseFit:
     """Return the fit of the series by some of the candidates.
 
@@ -119,11 +130,11 @@ def sparse_fit(
     """
     y, orders = weight * series, index.sum(axis=1)
     y -= y.mean(axis=0)  # the constant term is always taken
-    y = principal(y)
-    merit = MERIT_PER_ORDER ** np.maximum(orders - 1, 0)
+    y = principal(y, options.round_off)
+    merit = options.merit_per_order ** np.maximum(orders - 1, 0)
 
     def path(kind: np.ndarray) -> tuple[float, float, np.ndarray]:
-        error, correction, which = _taken(values[:, kind], y, merit[kind])
+        error, correction, which = _taken(values[:, kind], y, merit[kind], options)
         return error, correction, np.flatnonzero(kind)[which]
 
     pure = np.count_nonzero(index, axis=1) <= 1
@@ -146,14 +157,19 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
     return np.linalg.solve(R, projected), left_out
 
 
-def principal(series: np.ndarray) -> np.ndarray:
-    """Return at most as many series as rows, with the same products between the rows."""
+def principal(series: np.ndarray, round_off: float = 1e-14) -> np.ndarray:
+    """Return at most as many series as rows, with the same products between the rows.
+
+    Those of a smaller part of the largest energy than `round_off` are dropped.
+    """
     energy, modes = np.linalg.eigh(series @ series.T)
-    keep = energy > ROUND_OFF * energy[-1]
+    keep = energy > round_off * energy[-1]
     return modes[:, keep] * np.sqrt(energy[keep])
 
 
-def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float, float, np.ndarray]:
+def _taken(
+    values: np.ndarray, y: np.ndarray, merit: np.ndarray, options: SparseFitOptions
+) -> tuple[float, float, np.ndarray]:
     """Return the error, √T, and the numbers of the candidates that are taken.
 
     The columns of Q span the terms taken. For each candidate its products with the residual and the
@@ -165,8 +181,8 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
     Q, inverse = np.zeros((runs, 0)), np.zeros((0, 0))
     which: list[int] = []
     best = np.inf, 1.0, 1
-    while len(which) < max(1, int(MAX_TERM_SHARE * runs)):
-        free = new > MIN_NEW_ENERGY * energy
+    while len(which) < max(1, int(options.max_term_share * runs)):
+        free = new > options.min_new_energy * energy
         free[which] = False
         if not free.any():
             break
@@ -181,10 +197,10 @@ def _taken(values: np.ndarray, y: np.ndarray, merit: np.ndarray) -> tuple[float,
         lever = np.minimum(np.sum(Q**2, axis=1), 1 - 1e-9)
         T = runs / (runs - P) * (1 + np.sum(inverse**2))
         error = T * np.sum((rest / (1 - lever)[:, None]) ** 2)
-        error *= math.exp(CHOICE_WEIGHT / runs * math.log(math.comb(choices - 1, P - 1)))
+        error *= math.exp(options.choice_weight / runs * math.log(math.comb(choices - 1, P - 1)))
         if error < best[0]:
             best = error, math.sqrt(T), P
-        if np.sum(rest**2) <= ROUND_OFF * np.sum(y**2):
+        if np.sum(rest**2) <= options.round_off * np.sum(y**2):
             break
     return best[0], best[1], np.array(which[: best[2]])
 

@@ -19,18 +19,6 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_values, chebyshev_zeros
 
-MORE_ORDERS = 12
-"""Orders beyond the old one, for a random variable that is a curved function of the new one."""
-
-PRECISION = 1e-9
-"""Part of a polynomial's mean square below which nothing that matters is missed."""
-
-MISSED = 1e-3
-"""Part of a series' root mean square that may be missed."""
-
-ROUNDING = 1e-14
-"""Entries of matrices below this part of the largest are due to rounding."""
-
 
 @dataclass(frozen=True)
 class Substitution:
@@ -70,24 +58,30 @@ def fixed_random(family: Family, xi: float) -> Substitution:
 
 
 def random_part(
-    old: Family, new: Family, function: Callable[[np.ndarray], np.ndarray]
+    old: Family,
+    new: Family,
+    function: Callable[[np.ndarray], np.ndarray],
+    *,
+    more_orders: int = 12,
+    precision: float = 1e-9,
 ) -> Substitution:
     """Return ξ as a function of ξ′, whose polynomials are those of another family.
 
-    Orders are added until nothing that matters is missed; none are if the function is linear.
+    Up to `more_orders` are added until no more than the part `precision` of a polynomial's mean
+    square is missed; none are if the function is linear.
     """
 
     @cache
     def projected(order: int) -> tuple[np.ndarray, np.ndarray]:
         matrix = missed = np.ones((1, 1))
-        for more in range(order, order + MORE_ORDERS + 1):
+        for more in range(order, order + more_orders + 1):
             x, weights = new.gauss(order + more + 2)
             values, new_values = old.values(order, function(x)), new.values(more, x)
             norms = new.norms(more)
             matrix = (values * weights[:, None]).T @ new_values / norms
             square = weights @ values**2
             missed = square - matrix**2 @ norms
-            if order == 0 or np.all(missed <= PRECISION * square):
+            if order == 0 or np.all(missed <= precision * square):
                 break
         return matrix, np.maximum(missed, 0.0)
 
@@ -118,7 +112,8 @@ def substituted(
     for variable, substitution in substitutions.items():
         orders = index[:, variable]
         matrix = substitution.matrix(int(orders.max(initial=0)))
-        matrix = np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(), matrix, 0.0)
+        size = np.abs(matrix)
+        matrix = np.where(size > 1e-14 * size.max(), matrix, 0.0)  # the others are rounding
         term, order = np.nonzero(matrix[orders])
         new = index[term]
         new[:, variable] = order
@@ -134,12 +129,18 @@ def substituted(
 
 
 def _check_missed(
-    expansion: HybridExpansion, missed: Callable[[int], np.ndarray], orders: np.ndarray
+    expansion: HybridExpansion,
+    missed: Callable[[int], np.ndarray],
+    orders: np.ndarray,
+    most: float = 1e-3,
 ) -> None:
-    """Raise `InputError` if terms of these orders in a variable are missed by too much."""
+    """Raise `InputError` if terms of these orders in a variable are missed by too much.
+
+    At `most` this part of the root mean square of a series may be.
+    """
     square = expansion.coefficients**2
     part = missed(int(orders.max(initial=0)))[orders] @ square
-    if np.any(part > MISSED**2 * square.sum(axis=0)):
+    if np.any(part > most**2 * square.sum(axis=0)):
         raise InputError(
             "the new distribution is too different from the old one for the polynomials of the "
             "surrogate: run a study of the new inputs"

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,36 +19,42 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.expansions.expansion import SIGMAS, joined
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.expansions.hybrid import tensor_points
+from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
+from flexband.uncertainty.phases.decomposition import Stage
+from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import rms, running, share
 from flexband.uncertainty.surrogates.sigmas import growth
 
-RANDOM = (0.1, 0.3)
-"""Least and largest error of μ and σ as a part of what is missed in a random variable, where this
-is small: only polynomials above the first that is missed are not orthogonal at the nodes."""
 
-AT_NODES = 0.03
-"""Least size of w at the place of a bound, since products of variables are missed as well."""
+class BandErrorOptions(NamedTuple):
+    """How the error between the nodes is judged by held-out runs.
 
-MIN_SHARE, STEPS = 0.1, 10
-"""Least mean square of a variable's a in parts of the mean of all, since few runs tell them apart,
-and steps towards the likeliest ones."""
+    Attributes
+    ----------
+    random_shares : least and largest error of μ and σ as a part of what is missed in a random
+        variable, where this is small: only polynomials above the first that is missed are not
+        orthogonal at the nodes.
+    at_nodes : least size of w at the place of a bound, since products of variables are missed as
+        well.
+    min_share, steps : least mean square of a variable's a in parts of the mean of all, since few
+        runs tell them apart, and steps towards the likeliest ones.
+    min_variance : variance in parts of the mean one that is as good as none.
+    max_places : at which it is checked whether a bound could rest on them.
+    """
 
-MAX_POINTS = 256
-"""Places at which it is looked whether a bound could rest on them."""
-
-BANDS = (((0, 0), (0, 1)), ((1, 0), (2, 1)))
-"""Lower and upper end of interval mean and error bar: which of μ + cσ, and which bound of it."""
-
-NONE = 1e-9
-"""Variance in parts of the mean one that is as good as none."""
-
-TINY = 1e-300
+    random_shares: tuple[float, float] = (0.1, 0.3)
+    at_nodes: float = 0.03
+    min_share: float = 0.1
+    steps: int = 10
+    min_variance: float = 1e-9
+    max_places: int = 256
 
 
 @dataclass(frozen=True)
-class NodePolynomials:
-    """The polynomials that are zero at all nodes of a variable, of unit mean square.
+class TensorDesign:
+    """Runs at a tensor product of nodes, and the expansion with one term for each.
+
+    Of every variable v there is a node polynomial w_v, zero at all nodes and of unit mean square.
 
     Attributes
     ----------
@@ -59,6 +66,19 @@ class NodePolynomials:
     nodes: Sequence[np.ndarray]
     families: Sequence[Family]
     orders: Sequence[int]
+
+    @property
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
+        return HybridExpansion.design(self.families, self.orders, self.nodes)
+
+    def __len__(self) -> int:
+        return len(self.points[0])
+
+    def fit(self, stage: Stage) -> HybridExpansion:
+        """Return the expansion of the parts of runs at these points."""
+        given = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
+        return HybridExpansion.fit(*given, overwrite=bool(stage.carriers))
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
@@ -73,7 +93,13 @@ class NodePolynomials:
         values = [f.values(k + 1, x)[:, -1] ** 2 / f.norms(k + 1)[-1] for f, k, x in variables]
         return np.stack(values, axis=-1) if values else np.zeros(xi.shape)
 
-    def missed(self, held: ResponseRuns, missed: np.ndarray) -> np.ndarray:
+    def missed(
+        self,
+        held: ResponseRuns,
+        missed: np.ndarray,
+        *,
+        options: BandErrorOptions = BandErrorOptions(),
+    ) -> np.ndarray:
         """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
 
         The likeliest ones are sought from equal ones on, if what is missed of a run is normally
@@ -87,26 +113,30 @@ class NodePolynomials:
         """
         w = np.concatenate([self.of_intervals(held.eta), self.of_random(held.xi)], axis=1)
         square = np.mean(missed**2, axis=2)
-        mean = np.maximum(square.mean(axis=0) / max(w.sum(axis=1).mean(), 0.1 * w.shape[1]), TINY)
+        mean = np.maximum(square.mean(axis=0) / max(w.sum(axis=1).mean(), 0.1 * w.shape[1]), 1e-300)
         parts = np.ones((square.shape[1], w.shape[1]))
-        for _ in range(STEPS):
-            variance = np.maximum(w @ parts.T, NONE)
+        for _ in range(options.steps):
+            variance = np.maximum(w @ parts.T, options.min_variance)
             parts *= np.sqrt((w.T @ (square / mean / variance**2)) / (w.T @ (1 / variance))).T
-        return np.maximum(parts, MIN_SHARE) * mean[:, None]
+        return np.maximum(parts, options.min_share) * mean[:, None]
 
-    def places(self) -> np.ndarray:
+    def places(self, most: int = BandErrorOptions().max_places) -> np.ndarray:
         """Return η at nodes, between them and at the ends, (places, m); some, if there are many."""
         coordinates = [
             np.unique([-1.0, 1.0, *x, *(x[1:] + x[:-1]) / 2]) for x in map(np.sort, self.nodes)
         ]
-        if np.prod([float(len(x)) for x in coordinates]) <= MAX_POINTS:
+        if np.prod([float(len(x)) for x in coordinates]) <= most:
             return tensor_points(coordinates)
         rng = np.random.default_rng(0)
-        return np.stack([rng.choice(x, MAX_POINTS) for x in coordinates], axis=-1)
+        return np.stack([rng.choice(x, most) for x in coordinates], axis=-1)
 
 
 def error_of_bands(
-    polynomials: NodePolynomials, held: ResponseRuns, error: ExpectedError
+    design: TensorDesign,
+    held: ResponseRuns,
+    error: ExpectedError,
+    *,
+    options: BandErrorOptions = BandErrorOptions(),
 ) -> np.ndarray:
     """Return the error expected of mean and error bar, shape (2, outputs, times).
 
@@ -115,30 +145,33 @@ def error_of_bands(
     held : the held-out runs.
     error : what the expansion misses in them.
     """
-    intervals, random = len(polynomials.nodes), len(polynomials.families)
+    intervals, random = len(design.nodes), len(design.families)
     if not intervals + random:
         return np.stack([error.values, error.values])
     missed = error.choice.missed
-    square = polynomials.missed(held, missed)
+    square = design.missed(held, missed, options=options)
     in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
-    in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), TINY)
-    eta = polynomials.places()
+    in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
+    eta = design.places(options.max_places)
     mean, std = _moments(error, eta)
     parts = np.zeros((2, len(square)))
     if intervals:
         of_intervals, some = square[:, :intervals], in_time[:, error.times]
-        missed = np.sqrt(polynomials.of_intervals(eta) @ of_intervals.T)[..., None] * some
-        for k, ends in enumerate(BANDS):
+        missed = np.sqrt(design.of_intervals(eta) @ of_intervals.T)[..., None] * some
+        # lower and upper end of interval mean and error bar: which of μ + cσ, which bound of it
+        for k, ends in enumerate((((0, 0), (0, 1)), ((1, 0), (2, 1)))):
             for which, bound in ends:
                 extremes, side = error.extremes[which], 2 * bound - 1
                 beyond = side * (mean + SIGMAS[which] * std)
                 rise = (beyond + missed).max(axis=0)
                 rise -= np.maximum(side * extremes.values[bound], beyond.max(axis=0))
-                w = np.maximum(polynomials.of_intervals(extremes.places[bound]), AT_NODES**2)
+                w = design.of_intervals(extremes.places[bound])
+                w = np.maximum(w, options.at_nodes**2)
                 there = np.sqrt(np.einsum("otv,ov->ot", w, of_intervals)) * some
                 parts[k] += np.maximum(rise, there).mean(axis=-1) / 2
     if random:
-        parts = np.hypot(parts, _of_random(np.sqrt(square[:, intervals:].sum(axis=1)), std))
+        of_random = np.sqrt(square[:, intervals:].sum(axis=1))
+        parts = np.hypot(parts, _of_random(of_random, std, options))
     overshoot = share(intervals) * running(error.choice.overshoot, error.window)
     values = np.hypot(parts[..., None] * in_time, overshoot)
     values[0] *= growth(0) if random else 1.0  # without σ, the mean is the error bar
@@ -167,14 +200,15 @@ def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndar
     return mean, std
 
 
-def _of_random(a: np.ndarray, std: np.ndarray) -> np.ndarray:
+def _of_random(a: np.ndarray, std: np.ndarray, options: BandErrorOptions) -> np.ndarray:
     """Return the error of μ and σ that is due to random variables, shape (outputs,).
 
     What is missed at first is orthogonal to what is expanded, so that it makes √(σ² + a²) of σ. The
     polynomials after it are the smaller the faster the expansion converges.
     """
-    sigma = np.maximum(std.mean(axis=(0, 2)), TINY)
-    return np.maximum(np.hypot(sigma, a) - sigma, a * np.clip(np.sqrt(2 * a / sigma), *RANDOM))
+    sigma = np.maximum(std.mean(axis=(0, 2)), 1e-300)
+    part = np.clip(np.sqrt(2 * a / sigma), *options.random_shares)
+    return np.maximum(np.hypot(sigma, a) - sigma, a * part)
 
 
 def _of_nodes(nodes: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,18 +12,15 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
-from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.bands_error import (
-    NodePolynomials,
+    TensorDesign,
     error_of_bands,
     largest_error,
 )
-from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import (
     diagnostics,
@@ -83,7 +78,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         """
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
-        design = TensorDesign(space.families, random_orders, nodes)
+        design = TensorDesign(nodes, space.families, random_orders)
         held = generic_points(0, HELD, len(nodes), space.families)
         xi, eta = (np.concatenate(pair) for pair in zip(design.points, held, strict=True))
         values = evaluate(xi, eta)
@@ -94,9 +89,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         of_one = quantities(evaluate, runs.values.shape[1])
         units = units_of(values)
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)
-        polynomials = NodePolynomials(nodes, space.families, random_orders)
         least = least_error(runs.values, units)[:, None]
-        both = np.maximum(error_of_bands(polynomials, held, error), least)
+        both = np.maximum(error_of_bands(design, held, error), least)
         dataset = diagnostics(
             values,
             both,
@@ -121,31 +115,3 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         overshoot = share(len(nodes)) * choice.overshoot
         checked = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
         return Surrogate(space, values[:0], tuple(choice.expansions()), dataset, checked)
-
-
-@dataclass(frozen=True)
-class TensorDesign:
-    """Runs at the points of a tensor product, and the expansion with one term for each.
-
-    Attributes
-    ----------
-    families, orders : polynomials and order of each random variable.
-    nodes : points of each interval variable.
-    """
-
-    families: Sequence[Family]
-    orders: Sequence[int]
-    nodes: Sequence[np.ndarray]
-
-    @property
-    def points(self) -> tuple[np.ndarray, np.ndarray]:
-        """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
-        return HybridExpansion.design(self.families, self.orders, self.nodes)
-
-    def __len__(self) -> int:
-        return len(self.points[0])
-
-    def fit(self, stage: Stage) -> HybridExpansion:
-        """Return the expansion of the parts of runs at these points."""
-        given = PartColumns.of_stage(stage).pack(stage), self.families, self.orders, self.nodes
-        return HybridExpansion.fit(*given, overwrite=bool(stage.carriers))

@@ -1,7 +1,7 @@
 """Separate a carrier from ringing time series: its phase, and its envelope in every output.
 
 A run rings with a phase φ(t) that all its outputs share. Around every time t, in a window of
-`WINDOW_PERIODS` periods to each side, the output is approximated by
+some periods to each side, the output is approximated by
 
     F(t + τ) ≈ Σ_p a_p τ^p + Re[(Σ_p z_p τ^p) e^{iψ(t + τ)}],   p = 0, 1, 2,
 
@@ -12,24 +12,49 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
-WINDOW_PERIODS = 2.5
-DEGREE = 2
-"""Degree of the polynomials in τ, of the slow part and of the envelope."""
 
-AVERAGING_PERIODS = 2.0
-"""Periods to each side over which the rotation of envelopes is averaged."""
+class CarrierOptions(NamedTuple):
+    """How carriers are looked for, and how the runs are split.
 
-RUNS_AT_ONCE = 8
-"""Runs of which envelopes are computed at once."""
+    Attributes
+    ----------
+    max_carriers : most carriers of a response.
+    max_peaks : peaks of the spectrum that are tried for each further carrier.
+    min_times : fewest times of runs in which carriers are looked for.
+    min_cycles : fewest periods of a carrier in the record.
+    min_energy : least energy of a carrier, as a fraction of that of the variation between the runs.
+    band_ratio : ratio of the ends of a frequency band to its middle.
+    harmonic_tolerance : relative distance from a multiple of the first carrier within which a lost
+        carrier is tried as its harmonic.
+    passes : corrections of the phase of a new carrier.
+    window_periods : periods to each side over which the parts of a run are approximated.
+    degree : of the polynomials in τ, of the slow part and of the envelope.
+    averaging_periods : periods to each side over which the rotation of envelopes is averaged.
+    silent_energy : fraction of the largest energy below which a run continues with its mean
+        frequency.
+    runs_at_once : runs of which envelopes are computed at once.
+    """
 
-SILENT_ENERGY = 1e-4
-"""Fraction of the largest energy below which a run continues with its mean frequency."""
+    max_carriers: int = 3
+    max_peaks: int = 2
+    min_times: int = 32
+    min_cycles: float = 6.0
+    min_energy: float = 1e-5
+    band_ratio: float = 1.15
+    harmonic_tolerance: float = 0.03
+    passes: int = 3
+    window_periods: float = 2.5
+    degree: int = 2
+    averaging_periods: float = 2.0
+    silent_energy: float = 1e-4
+    runs_at_once: int = 8
 
 
 @dataclass(frozen=True)
@@ -75,7 +100,14 @@ class Carrier:
 
 
 def track(
-    F: np.ndarray, dt: float, frequency: float, psi: np.ndarray, scale: np.ndarray, passes: int
+    F: np.ndarray,
+    dt: float,
+    frequency: float,
+    psi: np.ndarray,
+    scale: np.ndarray,
+    passes: int,
+    *,
+    options: CarrierOptions = CarrierOptions(),
 ) -> Carrier | None:
     """Return the carrier near a phase ψ, or None if its frequency leaves [f/2, 2f] in some run.
 
@@ -87,16 +119,17 @@ def track(
     passes : number of corrections of ψ.
     """
     times = F.shape[-1]
-    half = min(max(3, round(WINDOW_PERIODS / (frequency * dt))), (times - 1) // 2)
+    half = min(max(3, round(options.window_periods / (frequency * dt))), (times - 1) // 2)
     stride = max(1.0, 0.5 / (frequency * dt))  # envelopes are computed every half period
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
-    smooth = max(1, round(AVERAGING_PERIODS / (frequency * dt * stride)))
-    moments = window_moments(half, at, times)
-    turned, (z, part) = np.zeros((len(F), len(at))), split(F, psi, moments)
+    smooth = max(1, round(options.averaging_periods / (frequency * dt * stride)))
+    moments = window_moments(half, at, times, options.degree)
+    turned, at_once = np.zeros((len(F), len(at))), options.runs_at_once
+    z, part = split(F, psi, moments, at_once)
     for k in range(passes):
-        z, part = split(F, psi, moments) if k else (z, part)
-        turned = turning(z * np.sqrt(part), scale, smooth)
+        z, part = split(F, psi, moments, at_once) if k else (z, part)
+        turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
         psi = psi + CubicSpline(at, turned, axis=-1)(np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
@@ -114,7 +147,7 @@ def track(
 
 
 def split(
-    F: np.ndarray, psi: np.ndarray, moments: list[csr_array]
+    F: np.ndarray, psi: np.ndarray, moments: list[csr_array], at_once: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the envelope z₀ of the carrier of phase ψ, and its share of the fast energy.
 
@@ -123,10 +156,10 @@ def split(
 
     With the basis τ^p (1, cos ψ, sin ψ), the matrix of the normal equations consists of window sums
     of τ^{p+q} times the products of two of these waves, the same for all outputs, their right-hand
-    side of window sums of τ^p F times a wave. They take more memory than the runs, so that few runs
-    are split at once.
+    side of window sums of τ^p F times a wave. They take more memory than the runs, so that
+    only `at_once` runs are split at once.
     """
-    blocks = (slice(k, k + RUNS_AT_ONCE) for k in range(0, len(F), RUNS_AT_ONCE))
+    blocks = (slice(k, k + at_once) for k in range(0, len(F), at_once))
     envelope, share = zip(*(_split(F[rows], psi[rows], moments) for rows in blocks), strict=True)
     return np.concatenate(envelope), np.concatenate(share)
 
@@ -136,7 +169,7 @@ def _split(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what `split` does, of all runs at once."""
     waves = np.ones((1, F.shape[-1])), np.cos(psi), np.sin(psi)
-    powers = np.arange(DEGREE + 1)
+    powers = np.arange((len(moments) + 1) // 2)
     weights, size = moments[0].sum(axis=1), 3 * len(powers)
     G = np.empty((len(F), len(weights), 3, len(powers), 3, len(powers)))
     for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
@@ -163,8 +196,8 @@ def _by_output(shape: tuple[int, ...], kind: type) -> np.ndarray:
     return np.moveaxis(np.empty((times, runs, outputs), kind), 0, -1)
 
 
-def window_moments(half: int, at: np.ndarray, times: int) -> list[csr_array]:
-    """Return matrices (len(at), times) that form Σ_τ w(τ) τ^p g(t + τ) from g, p = 0 … 2 `DEGREE`.
+def window_moments(half: int, at: np.ndarray, times: int, degree: int) -> list[csr_array]:
+    """Return matrices (len(at), times) that form Σ_τ w(τ) τ^p g(t + τ) from g, p = 0 … 2 degree.
 
     t is a time whose number is in `at`; τ is in units of the window's half width, and
     w = (1 − τ²)² + 10⁻³. Outside the record g is zero, so windows at its ends are one-sided.
@@ -174,7 +207,7 @@ def window_moments(half: int, at: np.ndarray, times: int) -> list[csr_array]:
     places = at[:, None] + np.arange(-half, half + 1)
     inside = (places >= 0) & (places < times)
     ends = np.concatenate([[0], np.cumsum(inside.sum(axis=1))])
-    kernels = (weight * tau**p for p in range(2 * DEGREE + 1))
+    kernels = (weight * tau**p for p in range(2 * degree + 1))
     return [
         csr_array(
             (np.broadcast_to(kernel, places.shape)[inside], places[inside], ends), (len(at), times)
@@ -190,17 +223,18 @@ def window_sums(moments: list[csr_array], g: np.ndarray) -> np.ndarray:
     return sums.swapaxes(0, 1).reshape(*g.shape[:-1], *sums.shape[::2])
 
 
-def turning(z: np.ndarray, scale: np.ndarray, smooth: int) -> np.ndarray:
+def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float) -> np.ndarray:
     """Return the common rotation of the envelopes of all outputs, zero at the start, (runs, at).
 
     From one time to the next it is arg Σ_o z_o,j+1 z̄_o,j / s_o², averaged over ±`smooth` times.
     If an output or all of them pass through zero, the outputs and times that ring dominate the
-    average. So no phase has to be unwrapped.
+    average, and a run that does not ring, with less than the fraction `silent_energy` of the
+    largest energy, continues with its mean frequency. So no phase has to be unwrapped.
     """
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
     lag = convolve1d(lag, weight / weight.sum(), mode="constant")
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
-    lag = lag + SILENT_ENERGY * np.abs(lag).max(-1, keepdims=True) * mean
+    lag = lag + silent_energy * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)

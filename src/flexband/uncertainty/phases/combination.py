@@ -8,10 +8,9 @@ from functools import reduce
 
 import numpy as np
 
-from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.expansion import PhaseExpansion, expansion_of
+from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
 
 
@@ -34,12 +33,7 @@ Parts = tuple[HybridExpansion, PartColumns]
 
 def _of_one(expansion: Expansion, weights: np.ndarray) -> Parts:
     """Return the parts of combinations of the outputs of one expansion."""
-    columns = PartColumns.of(weights.shape[1], 0)
-    if isinstance(expansion, PhaseExpansion):
-        parts, columns = expansion.parts, expansion.columns
-    else:
-        assert isinstance(expansion, DirectExpansion)
-        parts = expansion.values
+    parts, columns = expansion.hybrid, PartColumns.of(weights.shape[1], expansion.carriers)
     rows = parts.coefficients.reshape(len(parts.index), columns.width, -1)
     base, carriers = columns.unpack(rows.reshape(len(rows), -1))
     blocks = [weights @ base]

@@ -7,28 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.phases.carriers import Carrier, track
-
-MAX_CARRIERS = 3
-MAX_PEAKS = 2
-"""Peaks of the spectrum that are tried for each further carrier."""
-
-PASSES = 3
-"""Corrections of the phase of a new carrier."""
-
-MIN_CYCLES = 6.0
-"""Fewest periods of a carrier in the record."""
-
-MIN_TIMES = 32
-BAND_RATIO = 1.15
-"""Ratio of the ends of a frequency band to its middle."""
-
-MIN_ENERGY = 1e-5
-"""Least energy of a carrier, as a fraction of that of the variation between the runs."""
-
-HARMONIC_TOLERANCE = 0.03
-"""Relative distance from a multiple of the first carrier within which a lost carrier is tried as
-its harmonic."""
+from flexband.uncertainty.phases.carriers import Carrier, CarrierOptions, track
 
 
 class Stage(NamedTuple):
@@ -59,7 +38,9 @@ class Stage(NamedTuple):
         return Stage(carriers, self.base.copy())
 
 
-def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
+def decompose(
+    F: np.ndarray, dt: float, *, options: CarrierOptions = CarrierOptions()
+) -> Iterator[Stage]:
     """Yield the runs with 0, 1, 2, … carriers, until no further one is found.
 
     A new carrier is tracked in the rest of the runs without the earlier ones; then each carrier is
@@ -79,11 +60,13 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
     scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
     scale, least = np.where(scale > 0, scale, 1.0), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
-    while F.shape[-1] >= MIN_TIMES and len(carriers) < MAX_CARRIERS:
+    while F.shape[-1] >= options.min_times and len(carriers) < options.max_carriers:
         energy, varying = spectra(rest, scale)
-        least = least if carriers else MIN_ENERGY * varying.sum()
-        peaks = detect(energy, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
-        new, multiple = _next_carrier(rest, dt, carriers, scale, peaks)
+        least = least if carriers else options.min_energy * varying.sum()
+        peaks = detect(energy, varying, F.shape[-1], dt, least, options=options)[
+            : options.max_peaks
+        ]
+        new, multiple = _next_carrier(rest, dt, carriers, scale, peaks, options)
         if new is None:
             break
         carriers, rest = [*carriers, new], np.copy(rest)  # earlier stages keep theirs
@@ -93,7 +76,8 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
             old, h = carriers[j], multiples[j]
             old.add_to(rest)
             psi = h * carriers[0].phase if h else old.phase
-            again = track(rest, dt, old.frequency, psi, scale, 0 if h else 1)
+            passes = 0 if h else 1
+            again = track(rest, dt, old.frequency, psi, scale, passes, options=options)
             carriers[j] = old if again is None else again
             carriers[j].add_to(rest, -1.0)
         yield Stage(carriers, rest)
@@ -105,24 +89,33 @@ def _next_carrier(
     carriers: list[Carrier],
     scale: np.ndarray,
     peaks: list[np.ndarray],
+    options: CarrierOptions,
 ) -> tuple[Carrier | None, int]:
     """Return the first carrier that can be tracked, and its multiple of the first found, or 0."""
     ramp = 2 * np.pi * dt * np.arange(rest.shape[-1])
     for frequencies in peaks:
         middle = float(frequencies.mean())
-        carrier = track(rest, dt, middle, frequencies[:, None] * ramp, scale, PASSES)
+        psi = frequencies[:, None] * ramp
+        carrier = track(rest, dt, middle, psi, scale, options.passes, options=options)
         if carrier is not None:
             return carrier, 0
         ratio = middle / carriers[0].frequency if carriers else 0.0
         multiple = round(ratio)
-        if multiple > 1 and abs(ratio / multiple - 1) < HARMONIC_TOLERANCE:
-            carrier = track(rest, dt, middle, multiple * carriers[0].phase, scale, 0)
+        if multiple > 1 and abs(ratio / multiple - 1) < options.harmonic_tolerance:
+            psi = multiple * carriers[0].phase
+            carrier = track(rest, dt, middle, psi, scale, 0, options=options)
             return carrier, multiple
     return None, 0
 
 
 def detect(
-    energy: np.ndarray, varying: np.ndarray, times: int, dt: float, least: float
+    energy: np.ndarray,
+    varying: np.ndarray,
+    times: int,
+    dt: float,
+    least: float,
+    *,
+    options: CarrierOptions = CarrierOptions(),
 ) -> list[np.ndarray]:
     """Return the frequency in every run, shape (runs,), of each candidate, the strongest first.
 
@@ -134,16 +127,17 @@ def detect(
     ----------
     energy, varying : `spectra` of the runs, at so many times.
     """
-    frequency = np.fft.rfftfreq(times, dt)
+    frequency, ratio = np.fft.rfftfreq(times, dt), options.band_ratio
     summed = np.concatenate([[0.0], np.cumsum(varying)])
 
     def band(f: np.ndarray) -> np.ndarray:
-        low, high = (np.searchsorted(frequency, g) for g in (f / BAND_RATIO, BAND_RATIO * f))
+        low, high = (np.searchsorted(frequency, g) for g in (f / ratio, ratio * f))
         return summed[high] - summed[low]
 
     band_energy = band(frequency)
-    ok = (frequency >= MIN_CYCLES / (times * dt)) & (frequency <= 0.4 / dt) & (band_energy > least)
-    for beside in (frequency / BAND_RATIO**2, frequency * BAND_RATIO**2):
+    ok = (frequency >= options.min_cycles / (times * dt)) & (frequency <= 0.4 / dt)
+    ok &= band_energy > least
+    for beside in (frequency / ratio**2, frequency * ratio**2):
         ok &= band_energy > 2 * band(beside)
     candidates = []
     while ok.any():

@@ -20,22 +20,16 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion, Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.expansions.substitution import Substitution, substituted
 from flexband.uncertainty.expansions.threads import in_threads
-from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
+from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.phases.moment_orders import moment_orders
+from flexband.uncertainty.phases.moment_orders import smooth_moments
 from flexband.uncertainty.phases.moments import mean_and_std
+from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.terms import PartTerms
-
-DESCENTS = 3
-"""Points of the scan from which an extreme is searched."""
-
-NEGLIGIBLE = 1e-9
-"""Fraction of the largest coefficient below which a coefficient of a smooth moment is dropped."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +46,11 @@ class PhaseExpansion:
     outputs: np.ndarray
     parts: HybridExpansion
     columns: PartColumns
+
+    @property
+    def carriers(self) -> int:
+        """The number of carriers."""
+        return self.columns.carriers
 
     @property
     def hybrid(self) -> HybridExpansion:
@@ -103,8 +102,9 @@ class PhaseExpansion:
     def of_arrays(
         inputs: Sequence[Family], outputs: np.ndarray, carriers: np.ndarray, **parts: np.ndarray
     ) -> PhaseExpansion:
-        if not 1 <= carriers <= MAX_CARRIERS:
-            raise InputError(f"carriers must be from 1 to {MAX_CARRIERS}; got {carriers}")
+        most = CarrierOptions().max_carriers
+        if not 1 <= carriers <= most:
+            raise InputError(f"carriers must be from 1 to {most}; got {carriers}")
         columns = PartColumns.of(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 
@@ -116,45 +116,19 @@ def expansion_of(outputs: np.ndarray, parts: HybridExpansion, columns: PartColum
     return DirectExpansion(outputs, parts)
 
 
-def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
-    """Return polynomials in η, and their coefficients in the table of smooth moments.
-
-    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
-    """
-    polynomials, eta, inverse = moment_polynomials(terms)
-    table = terms.table(eta)
-    for at_one_time in table:  # in place: the tables of all threads take more than the runs
-        at_one_time[:] = inverse @ at_one_time
-    return polynomials, table
-
-
-def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
-    """Return the polynomials in η of smooth moments, and how values give their coefficients.
-
-    Returns
-    -------
-    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
-    the matrix from values to coefficients.
-    """
-    index = moment_orders(terms)
-    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
-    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])
-
-
 def _search(terms: PartTerms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds of one block of times, (targets, outputs, times), and their places."""
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
     polynomials, smooth = smooth_moments(terms)
     index, size = polynomials.index, np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
-    matter = np.any(size > NEGLIGIBLE * size.max(axis=0), axis=1)
+    matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
     smooth, index = _compressed(smooth, matter), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
-    search(smooth, index, *scan, *moments, targets, DESCENTS, values, places)
+    search(smooth, index, *scan, *moments, targets, SEARCH.descents, values, places)
     return values, places
 
 

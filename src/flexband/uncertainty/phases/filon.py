@@ -23,11 +23,9 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.phases.moments import fill, section, squares
+from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
+from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.rules import rule
-
-AXIS, PLANE = 5, 3
-"""Points of an axis, and of an axis in a plane: the first of a nested sequence."""
 
 
 class Grid(NamedTuple):
@@ -36,8 +34,8 @@ class Grid(NamedTuple):
     Attributes
     ----------
     fine : P_j at the points of a fine rule in each variable, shape (n, count, orders).
-    lagrange : ℓ_k there times the weights of that rule, of `AXIS` and then of `PLANE` points.
-    nodes : P_j at the points of an axis, shape (n, AXIS, orders).
+    lagrange : ℓ_k there times the weights of that rule, of an axis and then of one in a plane.
+    nodes : P_j at the points of an axis, shape (n, points, orders).
     where : number of the node in each variable of every point, shape (points, n).
     products : rows (v, k, u, l, point): the node k of the axis v, and l of u, or −1 for none.
     """
@@ -51,20 +49,21 @@ class Grid(NamedTuple):
     @staticmethod
     def of(families: Sequence[Family], orders: np.ndarray, reach: np.ndarray) -> Grid:
         """Return the grid for these polynomials, highest orders, and phase changes [rad]."""
+        axis, plane = MOMENTS.axis_points, MOMENTS.plane_points
         n, highest = len(families), int(orders.max(initial=0))
-        rules = [rule(f, max(k, PLANE), a) for f, k, a in zip(families, orders, reach, strict=True)]
+        rules = [rule(f, max(k, plane), a) for f, k, a in zip(families, orders, reach, strict=True)]
         fine = np.zeros((n, max(len(x) for x, _ in rules), highest + 1))
-        lagrange = np.zeros((*fine.shape[:2], AXIS + PLANE))
-        nodes = np.zeros((n, AXIS, highest + 1))
+        lagrange = np.zeros((*fine.shape[:2], axis + plane))
+        nodes = np.zeros((n, axis, highest + 1))
         for v, (family, (x, w)) in enumerate(zip(families, rules, strict=True)):
-            fine[v, : len(x)], coordinates = family.values(highest, x), family.sequence(AXIS)
+            fine[v, : len(x)], coordinates = family.values(highest, x), family.sequence(axis)
             nodes[v] = family.values(highest, coordinates)
-            polynomials = [family.values(count - 1, x) for count in (AXIS, PLANE)]
-            inverse = [np.linalg.inv(family.values(c - 1, coordinates[:c])) for c in (AXIS, PLANE)]
+            polynomials = [family.values(count - 1, x) for count in (axis, plane)]
+            inverse = [np.linalg.inv(family.values(c - 1, coordinates[:c])) for c in (axis, plane)]
             ell = [p @ i for p, i in zip(polynomials, inverse, strict=True)]
             lagrange[v, : len(x)] = np.concatenate(ell, axis=1) * w[:, None]
-        axes = [(v, k, -1, 0) for v in range(n) for k in range(AXIS)]
-        planes = product(combinations(range(n), 2), range(PLANE), range(PLANE))
+        axes = [(v, k, -1, 0) for v in range(n) for k in range(axis)]
+        planes = product(combinations(range(n), 2), range(plane), range(plane))
         products = [(-1, 0, -1, 0), *axes, *((v, k, u, i) for (v, u), k, i in planes)]
         points = np.zeros((len(products), n), dtype=int)
         for coordinates, (v, k, u, i) in zip(points, products, strict=True):
@@ -82,20 +81,7 @@ class Grid(NamedTuple):
 
 
 @cached_on_disk
-def by_axes(
-    coefficients,
-    interval_term,
-    random_term,
-    phi,
-    orders,
-    norms,
-    grid,
-    psi,
-    parts,
-    columns,
-    turning,
-    table,
-):
+def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
     Parameters
@@ -104,17 +90,14 @@ def by_axes(
     grid, psi : points, and Ψ_j there, (points, N).
     """
     outputs, carriers = parts.outputs, parts.carriers
-    width = coefficients.shape[2]
+    times, _, width = sections.coefficients.shape
     rows, values = np.empty((psi.shape[1], width)), np.empty((len(psi), width))
-    mean, base = np.zeros(outputs), np.empty(outputs)
-    first = np.empty((outputs, carriers), np.complex128)
-    square = np.empty((outputs, carriers))
-    second = np.empty((outputs, len(turning)), np.complex128)
+    mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     rest = np.empty(len(psi))
     alone, weights = np.empty(psi.shape[1]), np.empty(len(psi), np.complex128)
-    for t in range(len(coefficients)):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+    for t in range(times):
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             np.dot(psi, rows, values)
             first[:], second[:] = 0.0, 0.0
@@ -147,7 +130,7 @@ def by_axes(
 def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     """Fill the weights of all points, and subtract Σ_v ψ_v from the phase `rest` there."""
     fine, lagrange, nodes, where, products = grid
-    n, highest = fine.shape[0], fine.shape[2]
+    n, highest, axis = fine.shape[0], fine.shape[2], MOMENTS.axis_points
     axis_phase, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
     W, M = np.zeros((n, lagrange.shape[2]), np.complex128), np.zeros(n, np.complex128)
     for j in range(len(phase)):
@@ -166,19 +149,19 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
             turn = complex(np.cos(angle), np.sin(angle))
             for k in range(lagrange.shape[2]):
                 W[v, k] += lagrange[v, f, k] * turn
-        for k in range(AXIS):
+        for k in range(axis):
             M[v] += W[v, k]
         W[v, 0] -= M[v]
-        W[v, AXIS] -= M[v]
+        W[v, axis] -= M[v]
     weights[:] = 0.0
     for row in range(len(products)):
         v, k, u, i, q = products[row]
         weight = 1.0 + 0j
         for x in range(n):
             if x == v:
-                weight *= W[v, k if u < 0 else AXIS + k]
+                weight *= W[v, k if u < 0 else axis + k]
             elif x == u:
-                weight *= W[u, AXIS + i]
+                weight *= W[u, axis + i]
             else:
                 weight *= M[x]
         weights[q] += weight

@@ -12,19 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.terms import PartTerms
-
-NEGLIGIBLE = 1e-6
-"""Size below which a coefficient is left out, as a part of the variation of the mean, or of σ²."""
-
-MAX_TERMS = 160
-"""Most polynomials for smooth moments; those of the parts themselves are always there."""
-
-MAX_POWERS = 40
-"""Most powers of φ̃."""
-
-HASH = np.random.default_rng(0).integers(1, 2**62, 4096)
-"""Weights that give orders a number of their own."""
 
 
 class Sizes(NamedTuple):
@@ -37,21 +28,23 @@ class Sizes(NamedTuple):
     def of(index: np.ndarray, size: np.ndarray) -> Sizes:
         """Return the sum of what has the same orders, without what is zero."""
         index, size = index[size > 0], size[size > 0]
-        with np.errstate(over="ignore"):
-            number = (index * HASH[: index.shape[1]]).sum(axis=1)
+        weights = np.random.default_rng(0).integers(1, 2**62, index.shape[1])
+        with np.errstate(over="ignore"):  # a number for each of the different orders
+            number = (index * weights).sum(axis=1)
         _, first, which = np.unique(number, return_index=True, return_inverse=True)
         return Sizes(index[first], np.bincount(which, size, len(first)))
 
-    def __add__(self, other: Sizes) -> Sizes:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def plus(self, other: Sizes) -> Sizes:
+        """Return the sums of sizes of the same orders."""
         return Sizes.of(*map(np.concatenate, zip(self, other, strict=True)))
 
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
         both = (self.orders[:, None] > 0) & (other.orders > 0)
         size = self.size[:, None] * other.size * 0.5 ** both.sum(axis=2)
-        where = np.nonzero(size > 1e-3 * NEGLIGIBLE * size.max(initial=0.0))
+        where = np.nonzero(size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0))
         index = self.orders[where[0]] + other.orders[where[1]]
-        return Sizes.of(index, size[where]).largest(2 * MAX_TERMS)
+        return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
         """Return the largest ones."""
@@ -69,7 +62,7 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
     value, fluctuation, mixed, turned = _sizes(terms)
     turn = _of_exponential(mixed)
     mean = value.times(turn)
-    fluctuation = fluctuation + value.times(turned)
+    fluctuation = fluctuation.plus(value.times(turned))
     variance = fluctuation.times(fluctuation).times(turn)
     varying = mean.size[mean.orders.any(axis=1)].sum() + fluctuation.size.sum()
     parts = [
@@ -77,13 +70,13 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
         Sizes(variance.orders, variance.size / (variance.size.sum() or 1.0)),
     ]
     needed = Sizes(*map(np.concatenate, zip(*parts, strict=True)))
-    needed = needed.orders[needed.size > NEGLIGIBLE]
+    needed = needed.orders[needed.size > MOMENTS.negligible_term]
     share = (needed / np.maximum(needed.max(axis=0, initial=0), 1)).sum(axis=1)
     part = 1.0
     while True:
         chosen = needed[share <= part * m]
         orders = closed(np.concatenate([np.zeros((1, m), int), interval_index, chosen]))
-        if len(orders) <= MAX_TERMS or not len(chosen):
+        if len(orders) <= MOMENTS.max_terms or not len(chosen):
             return orders
         part *= 0.9
 
@@ -107,7 +100,7 @@ def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     phase = 0.0 * phase if terms.saturated else 2 * phase
     weights = (size, size * random, phase * index.any(axis=1), phase)
     value, fluctuation, mixed, turned = (
-        Sizes.of(index, weight).largest(2 * MAX_TERMS) for weight in weights
+        Sizes.of(index, weight).largest(2 * MOMENTS.max_terms) for weight in weights
     )
     return value, fluctuation, mixed, turned
 
@@ -117,12 +110,12 @@ def _of_exponential(mixed: Sizes) -> Sizes:
     unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
     total, power, before = unit, unit, 1.0
     factor = 1.0  # k!!
-    for k in range(1, MAX_POWERS):
+    for k in range(1, MOMENTS.max_powers):
         power = power.times(mixed)
         factor, before = k * before if k > 1 else 1.0, factor
-        if not power.size.max(initial=0.0) > NEGLIGIBLE * factor:
+        if not power.size.max(initial=0.0) > MOMENTS.negligible_term * factor:
             break
-        total += Sizes(power.orders, power.size / factor)
+        total = total.plus(Sizes(power.orders, power.size / factor))
     return total
 
 
@@ -133,3 +126,29 @@ def closed(index: np.ndarray) -> np.ndarray:
         lower = np.concatenate(list(steps))
         index = np.unique(lower[lower[:, v] >= 0], axis=0)
     return index if index.shape[1] else index[:1]
+
+
+def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
+    """Return polynomials in η, and their coefficients in the table of smooth moments.
+
+    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
+    """
+    polynomials, eta, inverse = moment_polynomials(terms)
+    table = terms.table(eta)
+    for at_one_time in table:  # in place: the tables of all threads take more than the runs
+        at_one_time[:] = inverse @ at_one_time
+    return polynomials, table
+
+
+def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
+    """Return the polynomials in η of smooth moments, and how values give their coefficients.
+
+    Returns
+    -------
+    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
+    the matrix from values to coefficients.
+    """
+    index = moment_orders(terms)
+    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
+    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
+    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])

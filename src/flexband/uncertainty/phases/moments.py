@@ -13,6 +13,7 @@ has one row of them, with the columns of `MomentColumns`, for each time and η.
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,9 +39,35 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
     return mean, np.sqrt(np.maximum(blocks[..., columns.variance] + turning, 0.0))
 
 
+class Sections(NamedTuple):
+    """What an expansion of parts is at some times and η.
+
+    Attributes
+    ----------
+    coefficients : shape (times, terms, parts).
+    interval_term, random_term : which Φ_i and Ψ_j each term has.
+    phi : Φ at the η, (points, M).
+    """
+
+    coefficients: np.ndarray
+    interval_term: np.ndarray
+    random_term: np.ndarray
+    phi: np.ndarray
+
+
 @compiled
-def section(coefficients, interval_term, random_term, phi, rows):
-    """Fill the coefficients of Ψ_j at one η, (N, parts), from those of all terms."""
+def moment_arrays(outputs, carriers, turns):
+    """Return the arrays that `fill` takes, from `mean` to `second`."""
+    first = np.zeros((outputs, carriers), np.complex128)
+    second = np.zeros((outputs, turns), np.complex128)
+    return np.zeros(outputs), np.zeros(outputs), first, np.zeros((outputs, carriers)), second
+
+
+@compiled
+def section(sections, t, e, rows):
+    """Fill the coefficients of Ψ_j at one time and η, (N, parts), from those of all terms."""
+    coefficients, phi = sections.coefficients[t], sections.phi[e]
+    interval_term, random_term = sections.interval_term, sections.random_term
     rows[:] = 0.0
     for k in range(len(interval_term)):
         j, factor = random_term[k], phi[interval_term[k]]
@@ -148,43 +175,32 @@ def average(rows, psi, weights, parts, turning, work, mean, base, first, square,
 
 
 @cached_on_disk
-def by_points(
-    coefficients, interval_term, random_term, phi, psi, weights, parts, columns, turning, table
-):
+def by_points(sections, psi, weights, parts, columns, turning, table):
     """Fill the table, (times, points of η, width), by a rule in ξ shared by all.
 
     Parameters
     ----------
-    coefficients : shape (times, terms, parts), the parts with the columns `parts`.
-    interval_term, random_term : which Φ_i and Ψ_j each term has.
-    phi, psi : Φ at points of η, (points, M), and Ψ at those of ξ, (N, points).
+    sections : with parts of the columns `parts`.
+    psi : Ψ at points of ξ, (N, points).
     """
-    outputs, carriers = parts.outputs, parts.carriers
-    rows = np.empty((len(psi), coefficients.shape[2]))
-    work = workspace(rows.shape[1], len(weights), carriers)
-    mean, base = np.empty(outputs), np.empty(outputs)
-    first = np.empty((outputs, carriers), np.complex128)
-    square = np.empty((outputs, carriers))
-    second = np.empty((outputs, len(turning)), np.complex128)
-    for t in range(len(coefficients)):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+    times, _, width = sections.coefficients.shape
+    rows, work = np.empty((len(psi), width)), workspace(width, len(weights), parts.carriers)
+    mean, base, first, square, second = moment_arrays(parts.outputs, parts.carriers, len(turning))
+    for t in range(times):
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             average(rows, psi, weights, parts, turning, work, mean, base, first, square, second)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])
 
 
 @cached_on_disk
-def without_turning(
-    coefficients, interval_term, random_term, phi, norms, parts, columns, turning, table
-):
+def without_turning(sections, norms, parts, columns, turning, table):
     """Fill the table, as `by_points` does, where the averages of all e^{iφ} vanish."""
-    outputs, carriers = parts.outputs, parts.carriers
-    rows = np.empty((len(norms), coefficients.shape[2]))
-    mean, base, square = np.zeros(outputs), np.empty(outputs), np.empty((outputs, carriers))
-    first = np.zeros((outputs, carriers), np.complex128)
-    second = np.zeros((outputs, len(turning)), np.complex128)
-    for t in range(len(coefficients)):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+    times, _, width = sections.coefficients.shape
+    rows = np.empty((len(norms), width))
+    mean, base, first, square, second = moment_arrays(parts.outputs, parts.carriers, len(turning))
+    for t in range(times):
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             fill(rows, parts, columns, turning, mean, base, first, square, second, table[t, e])

@@ -14,39 +14,10 @@ from scipy.stats import qmc
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
+from flexband.uncertainty.phases.options import MOMENTS, SEARCH
 
 Rule = tuple[np.ndarray, np.ndarray]
 """Points ξ, (points, n), and weights of an expectation."""
-
-MAX_RULE_POINTS = 700
-"""Most points of a rule for ξ that resolves the phase."""
-
-MANY_AXES = 20
-"""Up to so many variables, all pairs are integrated along saddles: 800 points."""
-
-MAX_SCAN_POINTS = 2048
-
-SMALL_REACH = 0.2
-"""Phase change [rad] below which Gauss points of the density suffice."""
-
-SCANNED_REACH = 0.3
-"""Phase change [rad] above which a scan has to resolve the waves."""
-
-TRAPEZOIDAL_END = 5.0
-"""Standard deviations up to which the trapezoidal rule extends: 6e-7 of all values are beyond.
-Rules of the what-if panel, whose steps are others, agree with those of Python to better than
-this."""
-
-RESOLVED = 5.5
-"""Frequency [1/σ] beyond that of the phase that the trapezoidal rule resolves. What it takes for
-another one is e^{−15} of the whole."""
-
-ZERO = 1e-12
-"""Points of rules that are nearer to 0 are there."""
-
-FAR_END, STEEPEST = 6.0, 2.0
-"""The same of a normal variable of which ξ is another function without bounds, and the slope of
-this function at 5 over its value there divided by 5: about two for an exponential tail."""
 
 
 def resolving_rule(
@@ -66,7 +37,7 @@ def resolving_rule(
     slope : ∂φ/∂ξ at ξ = η = 0, (carriers × times, n).
     """
     axes, orders, reach = _principal_axes(families, orders, reach, slope)
-    if math.prod(map(_rule_size, families, orders, reach)) > MAX_RULE_POINTS:
+    if math.prod(map(_rule_size, families, orders, reach)) > MOMENTS.max_rule_points:
         return None
     rules = list(map(rule, families, orders, reach))
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
@@ -93,7 +64,7 @@ def axis_rule(
     first, n = int(np.argmax(sizes)), len(families)
 
     def beyond(v: int, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        points = np.append(np.where(np.abs(x) < ZERO, 0.0, x), 0.0)
+        points = np.append(_with_exact_zero(x), 0.0)
         return points[:, None] * (np.arange(n) == v), np.append(w, -1.0)
 
     others = [v for v in range(n) if v != first and orders[v] > 0]
@@ -115,7 +86,7 @@ def _principal_axes(
     """Return axes, (n, n), and the order and the largest phase change along each."""
     normal = np.array([family == HERMITE for family in families], dtype=bool)
     axes = np.eye(len(orders))
-    moving = np.flatnonzero(normal & (orders > 0) & (reach >= SMALL_REACH))
+    moving = np.flatnonzero(normal & (orders > 0) & (reach >= MOMENTS.small_reach))
     if len(moving) > 1:
         slope = slope[:, moving]
         turned = np.linalg.svd(slope, full_matrices=len(slope) < len(moving))[2]
@@ -134,8 +105,8 @@ def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray
     for a normal variable, exact to e^{−15} if its step is at most 2π/(2a + 5.5).
     """
     size = _rule_size(family, order, a)
-    if not family.bounded and order > 0 and a >= SMALL_REACH:
-        end = TRAPEZOIDAL_END if family == HERMITE else FAR_END
+    if not family.bounded and order > 0 and a >= MOMENTS.small_reach:
+        end = MOMENTS.trapezoidal_end if family == HERMITE else MOMENTS.far_end
         x = np.linspace(-end, end, size)
         w = np.exp(-x * x / 2)
         return family.of_normal(x), w / w.sum()
@@ -148,37 +119,44 @@ def _rule_size(family: Family, order: float, a: float) -> int:
         return 1
     if family.bounded:  # two points per wave of e^{2iφ}, and some more
         return int(order) + 1 + math.ceil(a + 4 * np.cbrt(2 * a))
-    if a < SMALL_REACH:
+    if a < MOMENTS.small_reach:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
     if family != HERMITE:
-        a *= STEEPEST / TRAPEZOIDAL_END
-        return math.ceil(2 * FAR_END * (2 * a + RESOLVED + order) / (2 * np.pi)) + 1
-    return math.ceil(2 * TRAPEZOIDAL_END * (2 * a + RESOLVED) / (2 * np.pi)) + 1
+        a *= MOMENTS.tail_slope / MOMENTS.trapezoidal_end
+        waves = 2 * a + MOMENTS.trapezoidal_band + order
+        return math.ceil(2 * MOMENTS.far_end * waves / (2 * np.pi)) + 1
+    end, waves = MOMENTS.trapezoidal_end, 2 * a + MOMENTS.trapezoidal_band
+    return math.ceil(2 * end * waves / (2 * np.pi)) + 1
 
 
 def saddle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points and weights of E[f(ζ)], for f with weak interaction between variables.
 
     f(0) + Σ_v (G − 1) f along each axis + Σ_uv (G₃ − 1)(G₃ − 1) f of each pair of axes, with
-    Gauss–Hermite rules G, the finest along the first. With more than `MANY_AXES`, pairs are those
-    of the first axis with each other.
+    Gauss–Hermite rules G, the finest along the first. With more axes than `max_paired_axes`, pairs
+    are those of the first axis with each other.
     """
 
     def beyond(v: int, count: int) -> tuple[np.ndarray, np.ndarray]:
         x, w = hermite_e.hermegauss(count)
         w /= w.sum()
         w[count // 2] -= 1.0
-        return np.where(np.abs(x) < ZERO, 0.0, x)[:, None] * (np.arange(n) == v), w
+        return _with_exact_zero(x)[:, None] * (np.arange(n) == v), w
 
     rules = [(np.zeros((1, n)), np.ones(1))]
     for v in range(n):
         rules.append(beyond(v, 5 if v else 9))
-        for u in range(v if n <= MANY_AXES else min(v, 1)):
+        for u in range(v if n <= MOMENTS.max_paired_axes else min(v, 1)):
             (x, a), (y, b) = beyond(u, 3), beyond(v, 3)
             rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
     points, weights = map(np.concatenate, zip(*rules, strict=True))
     points, which = np.unique(points, axis=0, return_inverse=True)
     return points, np.bincount(which.ravel(), weights)
+
+
+def _with_exact_zero(x: np.ndarray) -> np.ndarray:
+    """Return points without rounding at 0."""
+    return np.where(np.abs(x) < 1e-12, 0.0, x)
 
 
 def sobol_normal(n: int, count: int) -> np.ndarray:
@@ -193,15 +171,15 @@ def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.n
     many, quasi-random points without neighbours, at the ends in variables that change no phase.
     """
     counts = [
-        1 if q == 0 else math.ceil(q + 2 + (a > SCANNED_REACH) * (3 * a + 2 * np.cbrt(a)))
+        1 if q == 0 else math.ceil(q + 2 + (a > SEARCH.scanned_reach) * (3 * a + 2 * np.cbrt(a)))
         for q, a in zip(orders, reach, strict=True)
     ]
-    if math.prod(counts) <= MAX_SCAN_POINTS:
+    if math.prod(counts) <= SEARCH.max_scan_points:
         where = tensor_index([count - 1 for count in counts])
         step = np.concatenate([np.eye(len(counts), dtype=int), -np.eye(len(counts), dtype=int)])
         beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
         strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
         return tensor_points([lobatto(count) for count in counts]), beside @ strides
-    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(MAX_SCAN_POINTS // 2)
-    eta = np.where(reach > SCANNED_REACH, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
+    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(SEARCH.max_scan_points // 2)
+    eta = np.where(reach > SEARCH.scanned_reach, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
     return eta * (orders > 0), np.zeros((len(eta), 0), dtype=int)

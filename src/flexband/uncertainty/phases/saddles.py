@@ -13,41 +13,19 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
-from flexband.uncertainty.phases.moments import average, fill, section, squares, workspace
-
-SATURATED = 6.0
-"""Slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}."""
-
-SLOPE_RANGE = 3.0
-"""Standard deviations over which the slope must be large."""
-
-NEWTON_STEPS = 4
-
-LARGEST = 10.0
-"""Largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is quadratic."""
-
-SPREAD = 0.1
-"""How far the integrand without P, constant if ψ is quadratic, may differ from its mean over a
-contour: the mean over the points, absolute values of weights. Beyond, the rule is not exact enough.
-"""
+from flexband.uncertainty.phases.moments import (
+    average,
+    fill,
+    moment_arrays,
+    section,
+    squares,
+    workspace,
+)
+from flexband.uncertainty.phases.options import MOMENTS
 
 
 @cached_on_disk
-def by_saddles(
-    coefficients,
-    interval_term,
-    random_term,
-    phi,
-    orders,
-    norms,
-    rule,
-    weights,
-    psi,
-    parts,
-    columns,
-    turning,
-    table,
-):
+def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
     Parameters
@@ -57,13 +35,10 @@ def by_saddles(
     psi : Ψ at samples of ξ, (N, samples), for phases that have no saddle nearby.
     """
     outputs, carriers = parts.outputs, parts.carriers
-    times, _, width = coefficients.shape
+    times, _, width = sections.coefficients.shape
     N, n = orders.shape
     rows, phase = np.empty((N, width)), np.empty(N)
-    mean, base = np.zeros(outputs), np.empty(outputs)
-    first = np.empty((outputs, carriers), np.complex128)
-    square = np.empty((outputs, carriers))
-    second = np.empty((outputs, len(turning)), np.complex128)
+    mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     powers = np.empty((n, orders.max() + 1), np.complex128)
     basis, values = np.empty((2 * len(rule), N)), np.empty((2 * len(rule), width))
@@ -71,8 +46,8 @@ def by_saddles(
     sampled = np.full(psi.shape[1], 1 / psi.shape[1])
     work = workspace(width, len(sampled), carriers)
     for t in range(times):
-        for e in range(len(phi)):
-            section(coefficients[t], interval_term, random_term, phi[e], rows)
+        for e in range(len(sections.phi)):
+            section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
             mean[:], first[:], second[:] = 0.0, 0.0, 0.0
             for k in range(len(turning)):
@@ -141,12 +116,12 @@ def _weighted(factors, weights, scale):
     for q in range(len(factors)):
         spread += abs(weights[q]) * abs(factors[q] - mean)
         factors[q] *= weights[q]
-    return size <= LARGEST and abs(mean) <= 1 + 1e-6 and spread <= SPREAD
+    return size <= MOMENTS.max_integrand and abs(mean) <= 1 + 1e-6 and spread <= MOMENTS.max_spread
 
 
 @compiled
 def saturated(phase, orders):
-    """Return whether the slope of the phase is large within `SLOPE_RANGE` standard deviations."""
+    """Return whether the slope of the phase is large within `slope_range` standard deviations."""
     slope, bend = 0.0, 0.0
     for j in range(len(phase)):
         if orders[j].sum() == 1:
@@ -154,8 +129,9 @@ def saturated(phase, orders):
         else:
             for v in range(orders.shape[1]):
                 if orders[j, v]:
-                    bend += abs(phase[j]) * orders[j, v] * SLOPE_RANGE ** (orders[j].sum() - 1)
-    return np.sqrt(slope) - bend >= SATURATED
+                    far = MOMENTS.slope_range ** (orders[j].sum() - 1)
+                    bend += abs(phase[j]) * orders[j, v] * far
+    return np.sqrt(slope) - bend >= MOMENTS.saturated
 
 
 @compiled
@@ -186,7 +162,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
             first[np.argmax(orders[j])] = phase[j]
     saddle[:] = 0.0
     good, step_size = True, 0.0
-    for sweep in range(NEWTON_STEPS + 1):
+    for sweep in range(MOMENTS.newton_steps + 1):
         _slopes(phase, orders, saddle, powers, step, curve)
         for a in range(n):  # curve = I − i∇²ψ becomes its factor R
             step[a] = 1j * step[a] - saddle[a]
@@ -197,7 +173,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
         step_size = np.abs(step).sum()
-        if sweep == NEWTON_STEPS or not good or step_size < 1e-6:
+        if sweep == MOMENTS.newton_steps or not good or step_size < 1e-6:
             break
         substitute(curve, step)
         saddle += step
@@ -206,7 +182,7 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     for a in range(n):
         scale /= curve[a, a]
         frame[a, a] = 1.0
-    if not (good and size < 4 * SATURATED**2 and step_size < 1e-3 * SATURATED):
+    if not (good and size < 4 * MOMENTS.saturated**2 and step_size < 1e-3 * MOMENTS.saturated):
         saddle[:] = 0.0
         return False, 1.0 + 0j
     for b in range(n):  # L = R⁻ᵀ

@@ -9,20 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
-from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
-from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers
-
-MAX_STEPS = 40
-MIN_RELATIVE_GAIN = 1e-9
-"""The descent ends when a step is expected to gain less than this fraction of the value."""
-
-FIRST_STEP = 0.05
-"""Length of the first step."""
-
-SCAN_BLOCK = 16
-"""Points per matrix product: so few that the linear algebra library starts no threads."""
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, copy, fill, largest
+from flexband.uncertainty.phases.options import SEARCH
 
 
 @cached_on_disk
@@ -49,8 +39,8 @@ def search(
     best, which = np.empty(starts), np.empty(starts, np.int64)
     eta = np.empty(m)
     for t in range(times):
-        for k in range(0, len(points), SCAN_BLOCK):
-            np.dot(basis[k : k + SCAN_BLOCK], smooth[t], scanned[k : k + SCAN_BLOCK])
+        for k in range(0, len(points), SEARCH.scan_block):
+            np.dot(basis[k : k + SEARCH.scan_block], smooth[t], scanned[k : k + SEARCH.scan_block])
         for p in range(len(points)):
             _turn(scanned[p, columns.phase :], turning, turns[p])
         for o in range(columns.outputs):
@@ -116,10 +106,10 @@ def _descend(chosen, index, columns, turning, c, sign, eta):
     for a in range(m):
         square += gradient[a] ** 2
     for a in range(m):
-        hessian[a, a] = np.sqrt(square) / FIRST_STEP + 1e-300
+        hessian[a, a] = np.sqrt(square) / SEARCH.first_step + 1e-300
     reach, fresh = 1.0, True
-    for _ in range(MAX_STEPS):
-        if not step(eta, gradient, hessian, reach, trial) > MIN_RELATIVE_GAIN * abs(best):
+    for _ in range(SEARCH.max_steps):
+        if not step(eta, gradient, hessian, reach, trial) > SEARCH.min_relative_gain * abs(best):
             break
         value = _value(chosen, index, columns, turning, c, sign, trial, work, new_gradient)
         curve, bend = 0.0, 0.0

@@ -12,16 +12,10 @@ from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.filon import Grid, by_axes
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moments import by_points, without_turning
+from flexband.uncertainty.phases.moments import Sections, by_points, without_turning
+from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.rules import Rule, resolving_rule, saddle_rule, sobol_normal
-from flexband.uncertainty.phases.saddles import SATURATED, SLOPE_RANGE, by_saddles
-
-MAX_BLOCKS, MIN_BLOCK_TIMES = 12, 64
-"""Blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
-points than late ones."""
-
-SAMPLES = 8192
-"""Points ξ for phases without a saddle."""
+from flexband.uncertainty.phases.saddles import by_saddles
 
 
 @dataclass(frozen=True)
@@ -84,7 +78,7 @@ class PartTerms:
     def blocks(self) -> list[tuple[slice, PartTerms]]:
         """Return slices that divide the times into blocks, and the terms of each."""
         times = len(self.coefficients)
-        count = max(1, min(MAX_BLOCKS, times // MIN_BLOCK_TIMES))
+        count = max(1, min(MOMENTS.max_blocks, times // MOMENTS.min_block_times))
         ends = [times * k // count for k in range(count + 1)]
         blocks = itertools.starmap(slice, itertools.pairwise(ends))
         return [(block, replace(self, coefficients=self.coefficients[block])) for block in blocks]
@@ -101,10 +95,10 @@ class PartTerms:
         """Return how far each ξ moves a phase at most [rad], for `resolving_rule`, shape (n,).
 
         Where ξ is not normal, P_j counts j times, since it bends more the higher its order, and
-        products with normal variables where these are `SLOPE_RANGE`.
+        products with normal variables where these are `slope_range`.
         """
         random = self.index[:, self.interval_dimension :]
-        beyond = SLOPE_RANGE ** random[:, self.normal].sum(axis=1)
+        beyond = MOMENTS.slope_range ** random[:, self.normal].sum(axis=1)
         reach = self.reach()[self.interval_dimension :]
         return np.where(self.normal, reach, self.reach(random.T * beyond))
 
@@ -123,13 +117,14 @@ class PartTerms:
         """
         random = self.index[:, self.interval_dimension :][:, self.normal]
         others = self.index.sum(axis=1) > 1
-        weight = others * random.sum(axis=1) * SLOPE_RANGE ** np.maximum(random.sum(axis=1) - 1, 0)
+        far = MOMENTS.slope_range ** np.maximum(random.sum(axis=1) - 1, 0)
+        weight = others * random.sum(axis=1) * far
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
         slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:
             turn_slope = slope[:, c] + s * slope[:, d] * (s != 0)
             most = bend[:, c] + bend[:, d] * (s != 0)
-            if np.any(np.linalg.norm(turn_slope, axis=1) - most < SATURATED):
+            if np.any(np.linalg.norm(turn_slope, axis=1) - most < MOMENTS.saturated):
                 return False
         return True
 
@@ -149,23 +144,23 @@ class PartTerms:
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
-        terms = self.coefficients, expansion.i, expansion.j, phi
+        sections = Sections(self.coefficients, expansion.i, expansion.j, phi)
         index = np.ascontiguousarray(expansion.random_index)
         filled = self.columns, self.moments, self.turning, table
         if rule is None and self.saturated:
-            without_turning(*terms, norms, *filled)
+            without_turning(sections, norms, *filled)
             return table
         rule = rule or resolving_rule(*self.over_random())
         if rule is not None:
             xi, weights = rule
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_points(*terms, psi, weights, *filled)
+            by_points(sections, psi, weights, *filled)
         elif self.normal.all():
-            xi = sobol_normal(len(families), SAMPLES)
+            xi = sobol_normal(len(families), MOMENTS.samples)
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
-            by_saddles(*terms, index, norms, *saddle_rule(len(families)), psi, *filled)
+            by_saddles(sections, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
             grid = Grid.of(families, self.orders[m:], self.turns())
             psi = grid.values(index)
-            by_axes(*terms, index, norms, grid, psi, *filled)
+            by_axes(sections, index, norms, grid, psi, *filled)
         return table

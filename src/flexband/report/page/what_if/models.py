@@ -18,9 +18,11 @@ from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.expansion import PhaseExpansion, moment_polynomials
+from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.moment_orders import moment_polynomials
 from flexband.uncertainty.phases.moments import mean_and_std
-from flexband.uncertainty.phases.rules import SCANNED_REACH, Rule, axis_rule, resolving_rule
+from flexband.uncertainty.phases.options import SEARCH
+from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.terms import PartTerms
 
 QUANTUM = 1e-8
@@ -144,7 +146,7 @@ def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, n
     half as far apart as those of the wave.
     """
     for density in SCAN_DENSITIES:
-        waves = np.where(reach > SCANNED_REACH, 3 * reach + 2 * np.cbrt(reach), 0.0)
+        waves = np.where(reach > SEARCH.scanned_reach, 3 * reach + 2 * np.cbrt(reach), 0.0)
         counts = np.where(orders > 0, np.ceil(density * (2 * orders + waves)) + 2, 1)
         if counts.prod() <= MAX_SCAN_POINTS:
             return tensor_grid(counts.astype(int).tolist())

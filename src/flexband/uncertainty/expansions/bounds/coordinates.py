@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import compiled
-from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
-from flexband.uncertainty.expansions.bounds.terms import aim, chebyshev_powers, product
-
-MAX_SWEEPS = 30
-MIN_GAIN = 1e-13
-"""A variable moves if that gains at least this fraction of the sum of all coefficients."""
+from flexband.uncertainty.expansions.bounds.options import OPTIONS
+from flexband.uncertainty.expansions.bounds.terms import (
+    aim,
+    chebyshev_powers,
+    copy,
+    fill,
+    largest,
+    product,
+)
 
 
 @compiled
@@ -38,9 +41,9 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
             j = terms.group[t]
             for n in range(lanes):
                 sums[j, n] += part[n] * coefficients[t, n]
-                least_gain[n] += MIN_GAIN * abs(coefficients[t, n])
+                least_gain[n] += OPTIONS.min_gain * abs(coefficients[t, n])
     aim(sums, c, sign, value)
-    for step in range(MAX_SWEEPS * m):
+    for step in range(OPTIONS.max_sweeps * m):
         a, going = step % m, False
         for n in range(lanes):
             going = going or (active[n] and unmoved[n] < m)

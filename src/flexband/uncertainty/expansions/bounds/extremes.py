@@ -10,15 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
 from flexband.uncertainty.expansions.bounds.terms import ExpansionTerms
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.threads import in_threads
-
-AT_ONCE = 512
-"""Series that are searched in one call."""
 
 
 def extremes(expansion: HybridExpansion, sigmas: Sequence[float]) -> list[Extremes]:
@@ -51,7 +49,7 @@ def _extremes(
     values, places = (np.empty((len(targets), series, *m)) for m in ((), (len(orders),)))
 
     def solve(first: int) -> None:
-        some = slice(first, first + AT_ONCE)
+        some = slice(first, first + OPTIONS.series_at_once)
         coefficients = np.ascontiguousarray((expansion.coefficients[order, some] * weight).T)
         # arrays of one layout, since the search is compiled for each that it is given
         least, place = (
@@ -60,5 +58,5 @@ def _extremes(
         search(terms, grid, tried, coefficients, targets, least, place)
         values[:, some], places[:, some] = least, place
 
-    in_threads(solve, range(0, series if sigmas else 0, AT_ONCE))
+    in_threads(solve, range(0, series if sigmas else 0, OPTIONS.series_at_once))
     return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]

@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.caching import compiled
-from flexband.uncertainty.expansions.bounds.loops import copy, fill, largest
-from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, product
-
-MAX_STEPS, LEFT = 8, 4
-"""Most steps of all lanes together; they end when fewer than one in `LEFT` is under way."""
-
-MIN_RELATIVE_GAIN = 1e-13
-"""The descent ends when a step is expected to gain less than this fraction of the value."""
+from flexband.uncertainty.expansions.bounds.options import OPTIONS
+from flexband.uncertainty.expansions.bounds.terms import (
+    chebyshev_powers,
+    copy,
+    fill,
+    largest,
+    product,
+)
 
 
 @compiled
@@ -49,7 +49,7 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     most = 0
     for n in range(lanes):
         most += active[n]
-    for k in range(MAX_STEPS):
+    for k in range(OPTIONS.max_newton_steps):
         _evaluate(terms, coefficients, c, sign, trial, work, value, new_gradient, new_hessian)
         remaining = 0
         for n in range(lanes):
@@ -68,11 +68,11 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
                 for b in range(a + 1):
                     curve[a, b] = curve[b, a] = hessian[a, b, n]
             gain = step(x, slope, curve, reach[n], y)
-            active[n] = gain > MIN_RELATIVE_GAIN * abs(least[n])
+            active[n] = gain > OPTIONS.min_relative_gain * abs(least[n])
             remaining += active[n]
             for a in range(m):
                 trial[a, n] = y[a]
-        if remaining == 0 or (k > 0 and LEFT * remaining < most):
+        if remaining == 0 or (k > 0 and OPTIONS.min_active_part * remaining < most):
             break
 
 

@@ -10,17 +10,9 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
+from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
-
-MANY_SCAN_POINTS, MAX_SCAN_POINTS = 200, 1400
-"""Points from which on a grid becomes coarser, and most points of a grid."""
-
-SCATTERED_POINTS = 1024
-"""Points of a scan in more variables than a grid can have."""
-
-NEIGHBOURS = 12
-"""Scattered points next to a point."""
 
 
 @lru_cache(maxsize=16)
@@ -33,15 +25,15 @@ def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
     for most, least in (
-        (MANY_SCAN_POINTS, [order + 3 if order else 1 for order in orders]),
-        (MAX_SCAN_POINTS, [min(4, count) for count in counts]),
+        (OPTIONS.many_scan_points, [order + 3 if order else 1 for order in orders]),
+        (OPTIONS.max_scan_points, [min(4, count) for count in counts]),
     ):
         while math.prod(counts) > most and counts != least:
             spare = [count if count > low else 0 for count, low in zip(counts, least, strict=True)]
             counts[spare.index(max(spare))] -= 1
-    if math.prod(counts) <= MAX_SCAN_POINTS:
+    if math.prod(counts) <= OPTIONS.max_scan_points:
         return tensor_grid(counts)
-    return scattered(SCATTERED_POINTS, np.array(orders) > 0)
+    return scattered(OPTIONS.scattered_points, np.array(orders) > 0)
 
 
 def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +46,7 @@ def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ends = np.linspace(1.0, 0.0, count)[:, None]
     inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
     points = -np.cos(np.pi * inside) * free
-    beside = np.asarray(KDTree(points).query(points, NEIGHBOURS + 1)[1])
+    beside = np.asarray(KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
     return points, np.ascontiguousarray(beside[:, 1:])
 
 

@@ -3,7 +3,7 @@
 Points of a scan that are not above their neighbours are starts. From each, Newton's method finds
 the minimum nearby, and one variable after the other moves to where the function is lowest along it,
 in turns until neither moves. Each series is its own problem. Those that wait for the same are
-served together, `LANES` at a time, in lanes side by side.
+served together, some at a time, in lanes side by side.
 """
 
 from __future__ import annotations
@@ -12,40 +12,9 @@ import numpy as np
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.coordinates import descend
-from flexband.uncertainty.expansions.bounds.loops import copy, fill
+from flexband.uncertainty.expansions.bounds.options import OPTIONS, NextStep
 from flexband.uncertainty.expansions.bounds.polish import polish
-
-LANES = 32
-
-STARTS = 64
-"""Most points of the scan to descend from."""
-
-PATIENCE, ALONE = 12, 8
-"""The search ends when so many descents have reached the lowest minimum, `ALONE` if it is the only
-one that is known."""
-
-SAME_PLACE = 1e-4
-"""Distance in η below which two minima count as one."""
-
-RESOLVED_DIMENSION, MAX_GRID_DIMENSION = 3, 5
-"""Up to so many variables a grid resolves all waves, and only the lowest minimum is left along
-single variables. Beyond the second number they move first: the scan is far from minima."""
-
-MAX_HEIGHT = 0.5
-"""Higher points of such a grid, in parts of the range of its values, are no starts."""
-
-MAX_DROP = 0.5
-"""A minimum next to a point of such a grid may be lower than it by this part of how much all its
-neighbours together are higher. For a parabola it is 1/8 at most."""
-
-MAX_TURNS = 40
-"""Most steps of both kinds from one start."""
-
-FLAT = 1e-13
-"""Variation of a constant, as a part of its value, that is due to rounding."""
-
-START, LINES, NEWTON, NOTHING = 0, 1, 2, 3
-"""What a series waits for."""
+from flexband.uncertainty.expansions.bounds.terms import copy, fill
 
 
 def search(terms, scan, lines, coefficients, targets, values, places):
@@ -59,9 +28,9 @@ def search(terms, scan, lines, coefficients, targets, values, places):
     coefficients : (series, terms), weighted so that σ² is a sum of squares.
     targets : rows (c, sign): sign (μ + c σ) is minimized.
     """
-    shape = *values.shape, STARTS
+    shape = *values.shape, OPTIONS.max_starts
     bound, which = np.empty(shape), np.empty(shape, np.int64)
-    resolved = places.shape[2] <= RESOLVED_DIMENSION and scan[2].shape[1] > 0
+    resolved = places.shape[2] <= OPTIONS.resolved_dimension and scan[2].shape[1] > 0
     starts(terms, scan, coefficients, targets, resolved, bound, which)
     for k, target in enumerate(targets):  # a function of its own, which is compiled in less time
         start_points = scan[1], which[k], bound[k]
@@ -73,7 +42,7 @@ def search(terms, scan, lines, coefficients, targets, values, places):
 def starts(terms, scan, coefficients, targets, resolved, bound, which):
     """Fill what may be reached from points of the scan, lowest first, and which points these are.
 
-    Both have the shape (targets, series, STARTS).
+    Both have the shape (targets, series, starts).
     """
     basis, points, neighbours = scan
     series, count = len(coefficients), len(points)
@@ -84,7 +53,8 @@ def starts(terms, scan, coefficients, targets, resolved, bound, which):
             c, sign = targets[k]
             for p in range(count):
                 height[p] = sign * (mean[p] + c * std[p])
-            lowest(height, neighbours, MAX_HEIGHT if resolved else 1.0, bound[k, n], which[k, n])
+            part = OPTIONS.max_start_height if resolved else 1.0
+            lowest(height, neighbours, part, bound[k, n], which[k, n])
             _bound(height, neighbours, resolved, bound[k, n], which[k, n])
 
 
@@ -128,7 +98,7 @@ def lowest(height, neighbours, part, best, which):
         if height[p] < least:
             place, least = p, height[p]
         highest = max(highest, height[p])
-    if highest - least <= FLAT * max(abs(least), abs(highest)):
+    if highest - least <= OPTIONS.flat * max(abs(least), abs(highest)):
         best[0], which[0] = least, place
         return
     top = least + part * (highest - least)
@@ -155,7 +125,7 @@ def _bound(height, neighbours, resolved, best, which):
             break
         drop = 0.0 if resolved else np.inf
         for q in range(neighbours.shape[1]):
-            drop += MAX_DROP * (height[neighbours[which[k], q]] - best[k])
+            drop += OPTIONS.max_drop * (height[neighbours[which[k], q]] - best[k])
         best[k] -= drop
 
 
@@ -171,38 +141,41 @@ def descents(  # noqa: PLR0912, PLR0915
     c, sign = target
     points, which, bound = at_start
     series, m = place.shape
-    lane_coefficients, at = np.zeros((coefficients.shape[1], LANES)), np.zeros((m, LANES))
-    height, part, reach = np.empty(LANES), np.ones(LANES), np.ones(series)
-    chosen, active = np.empty(LANES, np.int64), np.empty(LANES, np.bool_)
-    eta, values, todo = np.zeros((series, m)), np.full(series, np.inf), np.full(series, START)
+    lanes = OPTIONS.lanes
+    lane_coefficients, at = np.zeros((coefficients.shape[1], lanes)), np.zeros((m, lanes))
+    height, part, reach = np.empty(lanes), np.ones(lanes), np.ones(series)
+    chosen, active = np.empty(lanes, np.int64), np.empty(lanes, np.bool_)
+    eta, values = np.zeros((series, m)), np.full(series, np.inf)
+    todo = np.full(series, NextStep.START)
     taken, turns = np.full(series, -1), np.zeros(series, np.int64)
     hits, alone = np.zeros(series, np.int64), np.ones(series, np.bool_)
-    via, entry = np.full((2, series, m), np.inf)  # ends of the first LINES
+    via, entry = np.full((2, series, m), np.inf)  # ends of the first descent along lines
     fill(least, np.inf)
     fill(place, 0.0)
-    first = LINES if m > MAX_GRID_DIMENSION else NEWTON
+    first = NextStep.LINES if m > OPTIONS.max_grid_dimension else NextStep.NEWTON
     while True:
         more = 0
         for n in range(series):
-            if todo[n] == START:
-                patient = resolved or hits[n] < (ALONE if alone[n] else PATIENCE)
+            if todo[n] == NextStep.START:
+                patience = OPTIONS.patience_if_alone if alone[n] else OPTIONS.patience
+                patient = resolved or hits[n] < patience
                 k = taken[n] = _next(bound[n], taken[n] + 1, least[n] if patient else -np.inf)
-                todo[n] = NOTHING if k == len(bound[n]) else first
+                todo[n] = NextStep.NOTHING if k == len(bound[n]) else first
                 copy(eta[n], points[which[n, min(k, len(bound[n]) - 1)]])
                 turns[n], reach[n] = 0, 1.0
-            more += (todo[n] == LINES) - (todo[n] == NEWTON)
-        kind, count = LINES if more > 0 else NEWTON, 0
+            more += (todo[n] == NextStep.LINES) - (todo[n] == NextStep.NEWTON)
+        kind, count = NextStep.LINES if more > 0 else NextStep.NEWTON, 0
         for n in range(series):
-            if todo[n] == kind and count < LANES:
+            if todo[n] == kind and count < lanes:
                 copy(lane_coefficients[:, count], coefficients[n])
                 copy(at[:, count], eta[n])
                 part[count] = reach[n]
                 chosen[count], count = n, count + 1
         if count == 0:
             break
-        for lane in range(LANES):
+        for lane in range(lanes):
             active[lane] = lane < count
-        if kind == LINES:
+        if kind == NextStep.LINES:
             descend(terms, lane_coefficients, c, sign, lines, active, at)
         else:
             polish(terms, lane_coefficients, c, sign, active, at, part, height)
@@ -210,19 +183,20 @@ def descents(  # noqa: PLR0912, PLR0915
             n = chosen[lane]
             copy(eta[n], at[:, lane])
             turns[n] += 1
-            if kind == LINES and turns[n] == 1:
+            if kind == NextStep.LINES and turns[n] == 1:
                 copy(via[n], eta[n])
             known = hits[n] > 0 and (_near(eta[n], place[n]) or _near(eta[n], entry[n]))
-            if kind == NEWTON:
+            if kind == NextStep.NEWTON:
                 values[n], reach[n] = height[lane], part[lane] if active[lane] else 1.0
                 onward = active[lane] or values[n] < least[n] or not resolved
-                onward, todo[n] = onward and turns[n] < MAX_TURNS, NEWTON if active[lane] else LINES
+                onward = onward and turns[n] < OPTIONS.max_turns
+                todo[n] = NextStep.NEWTON if active[lane] else NextStep.LINES
             else:
                 onward = turns[n] == 1 or active[lane]
-                todo[n] = NEWTON
+                todo[n] = NextStep.NEWTON
             if onward and not known:
                 continue
-            todo[n], lower = START, values[n] < least[n] and not known
+            todo[n], lower = NextStep.START, values[n] < least[n] and not known
             alone[n] = alone[n] if known else hits[n] == 0
             hits[n] = 1 if lower or not hits[n] else hits[n] + known
             if lower:
@@ -244,5 +218,5 @@ def _near(eta, place):
     """Return whether two places count as one."""
     near = True
     for a in range(len(eta)):
-        near = near and abs(eta[a] - place[a]) < SAME_PLACE
+        near = near and abs(eta[a] - place[a]) < OPTIONS.same_place
     return near

@@ -50,6 +50,7 @@ ROOMS = [
     "analysis",
     "study",
     "report.text",
+    "report.shapes",
     "report.drawing",
     "report.plot",
     "report.page",

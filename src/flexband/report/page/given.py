@@ -173,6 +173,10 @@ def read_given(folder: Path) -> dict[str, Any]:
     except ValueError:
         older = "was written by an older version of flexband"
         raise InputError(f"{file} {older}; {RESTORED}") from None
+    if "shapes" not in (given.get("motion") or {"shapes": []}):
+        given["motion"] = None
+        older = "an older version of flexband recorded it. Run the study again to see it"
+        given["hidden"].append(f"The motion is not shown, since {older}.")
     for name, checksum in given["signed"].items():
         there = (folder / name).exists()
         if there and not StudyFolder(folder).has({name: checksum}):

@@ -34,7 +34,7 @@ from flexband.words import number_of
 SCRIPTS = (
     "arrays.js", "element.js", "colors.js", "numbers.js", "bands.js", "plots.js",
     "readings.js", "limit_axis.js", "charts.js",
-    "motion_symbols.js", "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
+    "motion_pen.js", "motion_scene.js", "motion.js", "paths.js", "p_boxes.js",
     *what_if.SCRIPTS,
     "start.js",
 )  # fmt: skip

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,16 +13,20 @@ import xarray as xr
 from flexband.errors import RunError, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import assembled
+from flexband.mechanics.kernels.forms import Vector
+from flexband.mechanics.loads.load import in_time
+from flexband.mechanics.loads.loads import Force
 from flexband.mechanics.response import DynamicResponse
-from flexband.mechanics.sensors.motion import Acceleration, Position, Velocity
+from flexband.mechanics.sensors.motion import Acceleration, Position, SensorModel, Velocity
 from flexband.mechanics.simulate import simulated
 from flexband.mechanics.static_response import StaticResponse
-from flexband.report.drawing.scene import Scene
 from flexband.report.page.arrays import packed
-from flexband.report.page.motion.bodies import body_item, outline
-from flexband.report.page.motion.joints import joint_item, reaction_item, supports
-from flexband.report.page.motion.loads import load_item
-from flexband.report.page.motion.tracks import Tracks
+from flexband.report.page.motion.record import recorded
+from flexband.report.shapes.joints import force_point
+from flexband.report.shapes.mechanism import extent, sketch_mechanism
+from flexband.report.shapes.scene import Scene, body_of
+from flexband.report.shapes.sketch import Outline
+from flexband.report.shapes.tracks import Tracks
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import are
@@ -38,6 +44,9 @@ LEVELS = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 
 """Largest values over the steps that they are rounded to."""
 
 SEED = 17
+
+PICTURE = (550.0, 320.0)
+"""Width and height of a mechanism in a page [pt], which numbers of teeth and coils are for."""
 
 
 def motion_data(
@@ -57,8 +66,8 @@ def motion_data(
     -------
     A tree that JSON can hold, or None, and sentences that tell what is missing and why.
     `times` [s], shape (times,); `position` [m], `direction` and `force` [N] of the nominal motion,
-    shape (tracks, 2, times); items of `bodies`, `joints`, `supports`, `loads` and `forces`, which
-    name tracks by their numbers; `traces`, the points of sensors; and `samples`: the `outlines` of
+    shape (tracks, 2, times); its `box` [m]; `names` of the parts; `shapes`, `forces` and `traces`,
+    the points of sensors, which name tracks by their numbers; and `samples`: the `outlines` of
     bodies by numbers of their own points, and their deviations from the nominal motion [m], shape
     (samples, points, 2, times).
     """
@@ -83,7 +92,8 @@ def _of_mechanism(
         if response.element_parts > 1:
             mechanism = mechanism.refined(response.element_parts)
         scene, tracks = Scene(mechanism, assembled(mechanism)), Tracks(mechanism)
-        items = _items(scene, tracks)
+        sketch = sketch_mechanism(scene, tracks)
+        forces, traces = _forces(mechanism, tracks), _traces(mechanism, tracks)
         times, outputs = _recorded(response, replace(mechanism, sensors=tracks.sensors))
     good = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
     if not good[0]:
@@ -91,9 +101,29 @@ def _of_mechanism(
     parts = tracks.split(outputs[good])
     lengths = np.hypot(*np.moveaxis(parts["direction"][0], 1, 0))[:, None]
     parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
-    nominal = {kind: _packed(kind, values[0]) for kind, values in parts.items()}
-    motion = {"times": packed(times), **nominal, **items}
-    motion["samples"] = _samples(items["bodies"], parts["position"])
+    position, direction = parts["position"][0], parts["direction"][0]
+    box = extent(sketch, position, direction)
+    unit = float(((box[1] - box[0]) / PICTURE).max()) or 1.0
+    along = {
+        name: ((position[slider] - position[guide]) * direction[turn]).sum(axis=0)
+        for name, (slider, guide, turn) in sketch.guides.items()
+    }
+    ranges = {name: (float(x.min()), float(x.max())) for name, x in along.items()}
+    shapes = sketch_mechanism(scene, tracks, unit, ranges=ranges).shapes
+    motion = {
+        "times": packed(times),
+        **{kind: _packed(kind, values[0]) for kind, values in parts.items()},
+        "box": box.tolist(),
+        "names": {
+            "bodies": list(mechanism.bodies),
+            "joints": list(mechanism.joints),
+            "loads": list(mechanism.loads),
+        },
+        **recorded(shapes),
+        "forces": forces,
+        "traces": traces,
+        "samples": _samples(sketch.outlines, parts["position"]),
+    }
     failed = int((~good).sum())
     few = f"{are(failed, 'sample')} not drawn, of {samples}, since their motion fails."
     return motion, [few] if failed else []
@@ -134,44 +164,47 @@ def _recorded(
     return motion["time"].values, motion.values.reshape(-1, *motion.shape[-2:])
 
 
-def _items(scene: Scene, tracks: Tracks) -> dict[str, Any]:
-    """Return everything that is drawn of the nominal motion."""
-    mechanism = scene.mechanism
-    loads = [load_item(scene, tracks, name) for name in mechanism.loads]
-    reactions = [reaction_item(scene, tracks, name) for name in mechanism.joints]
-    moving = Position, Velocity, Acceleration  # whose paths tell something, unlike that of an Angle
-    points = {
-        name: sensor.point
+def _forces(mechanism: Mechanism, tracks: Tracks) -> list[dict[str, Any]]:
+    """Return the arrows of reactions and of applied forces, with the numbers of their tracks."""
+    arrows = []
+    for name, joint in mechanism.joints.items():
+        force = tracks.reaction(name)
+        if force is not None and joint.points:
+            at = force_point(joint, tracks, name)
+            arrows.append({"kind": "reaction", "name": name, "at": at, "force": force})
+    for name, load in mechanism.loads.items():
+        if isinstance(load, Force):
+            at = tracks.point(load.point)
+            force = tracks.force(partial(_applied, load=load), ("load", name))
+            arrows.append({"kind": "force", "name": name, "at": at, "force": force})
+    return arrows
+
+
+def _applied(model: SensorModel, load: Force) -> Vector:
+    x, y = in_time("x", load.x), in_time("y", load.y)
+    return model.frame(load.point).direction(x, y) if load.following else (x, y)
+
+
+def _traces(mechanism: Mechanism, tracks: Tracks) -> list[dict[str, Any]]:
+    """Return the measured points whose paths tell something, unlike that of an Angle."""
+    return [
+        {"name": name, "at": tracks.point(sensor.point)}
         for name, sensor in mechanism.sensors.items()
-        if isinstance(sensor, moving)
-    }
-    return {
-        "bodies": [body_item(scene, tracks, name) for name in mechanism.bodies],
-        "joints": [joint_item(scene, tracks, name) for name in mechanism.joints],
-        "supports": [
-            support for name in mechanism.joints for support in supports(scene, tracks, name)
-        ],
-        "loads": [load for load in loads if load["kind"] != "force"],
-        "forces": [symbol for symbol in (*reactions, *loads) if symbol and "force" in symbol],
-        "traces": [
-            {"name": name, "at": tracks.point(point)}
-            for name, point in points.items()
-            if isinstance(point, str)
-        ],
-    }
+        if isinstance(sensor, Position | Velocity | Acceleration) and body_of(sensor.point)
+    ]
 
 
-def _samples(bodies: list[dict[str, Any]], positions: np.ndarray) -> dict[str, Any]:
+def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> dict[str, Any]:
     """Return outlines of bodies and their deviations from the nominal motion."""
-    outlines = [outline(body) for body in bodies]
-    points = list(dict.fromkeys(point for line in outlines for point in line["points"]))
-    for line in outlines:
-        line["points"] = [points.index(point) for point in line["points"]]
+    points = list(dict.fromkeys(point for outline in outlines for point in outline.points))
     apart = positions[1:, points] - positions[:1, points]
     most = max(1, MAX_NUMBERS // apart[:1].size) if apart.size else 0
     return {
         "points": points,
-        "outlines": outlines,
+        "outlines": [
+            {**line._asdict(), "points": [points.index(point) for point in line.points]}
+            for line in outlines
+        ],
         "deviation": _packed("deviation", apart[:most]),
     }
 

@@ -15,16 +15,14 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from flexband.report.shapes.shapes import (
-    Alternatives,
     FieldArrow,
-    Length,
     Line,
     Mark,
     Name,
-    Outlined,
+    Shape,
     Stroke,
 )
-from flexband.report.shapes.sketch import arrow
+from flexband.report.shapes.sketch import Sketch, arrow
 
 COLORS = {
     "": "none", "ink": "0.15", "paper": "white", "hole": "white", "pale": "0.9", "muted": "0.6",
@@ -82,6 +80,22 @@ class Canvas:
         """Return the vertices of a stroke [m], shape (vertices, 2)."""
         return stroke.places(self.position, self.direction, self.unit)
 
+    def draw(self, sketch: Sketch) -> None:
+        """Draw all shapes; names and lengths are written afterwards, by `words.write`."""
+        for line in sketch.lines:
+            self.draw_line(line)
+        for mark in sketch.marks:
+            self.draw_mark(mark)
+        for name in sketch.names:
+            self.draw_name(name)
+        for field_arrow in sketch.fields:  # last, since these may be anywhere
+            self.draw_field(field_arrow)
+        if self.dimensions:
+            self.measured += [
+                Dimension(self.places(stroke), f"{length:.4g} m", beside)
+                for stroke, length, beside in sketch.lengths
+            ]
+
     def draw_line(self, line: Line) -> None:
         """Draw lines as one artist, an area, or an arrow."""
         strokes = [self.places(stroke) for stroke in line.strokes]
@@ -126,7 +140,7 @@ class Canvas:
 
     def draw_mark(self, mark: Mark) -> None:
         """Draw markers as one artist."""
-        places = self.places(mark.stroke)
+        places = self.places(mark.strokes[0])
         if not self._is_apart(places, mark):
             return
         marker = {"disc": "o", "square": "s", "diamond": "D", "f": "$f$"}[mark.marker]
@@ -139,14 +153,14 @@ class Canvas:
         for place in places:
             self.add_ink(place + rim)
 
-    def _is_apart(self, places: np.ndarray, shape: Outlined) -> bool:
+    def _is_apart(self, places: np.ndarray, shape: Shape) -> bool:
         """Return whether places [m] are far enough from each other to draw a shape at each."""
         distances = np.hypot(*np.diff(places, axis=0).T)
         least = shape.spacing * self.unit * len(distances)
         return not shape.spacing or least <= distances.sum()
 
     def draw_name(self, name: Name) -> None:
-        """Add a name; without a place, a note. Both are written last, by `words.write`."""
+        """Add a name; without a place, a note."""
         if name.stroke is None:
             self.notes.append(name.text)
         elif self.names:
@@ -154,12 +168,6 @@ class Canvas:
             style |= {"style": "italic"} if name.italic else {}
             place = self.places(name.stroke).mean(axis=0)
             self.labels.append(Label(place, name.text, name.inside, style))
-
-    def draw_length(self, length: Length) -> None:
-        """Add a length, which is written last, by `words.write`."""
-        if self.dimensions:
-            points = self.places(length.stroke)
-            self.measured.append(Dimension(points, f"{length.length:.4g} m", length.beside))
 
     def draw_field(self, field: FieldArrow) -> None:
         """Draw an arrow in the emptiest corner, or a dot if its vector vanishes."""
@@ -174,15 +182,6 @@ class Canvas:
             self.axes.plot(*place, marker="o", markersize=4.0, color=COLORS["load"], gid=field.part)
         if self.names:
             self.labels.append(Label(place, field.name, False, {"color": COLORS["load"]}))
-
-    def draw_alternatives(self, alternatives: Alternatives) -> None:
-        """Draw shapes where they cover least."""
-        _, shapes = min(
-            alternatives.options,
-            key=lambda option: self.covered(self.places(option[0])[0], alternatives.reach),
-        )
-        for shape in shapes:
-            shape.draw(self)
 
     def covered(self, place: np.ndarray, reach: float) -> int:
         """Return how many points of ink are within `reach` points of a place [m]."""

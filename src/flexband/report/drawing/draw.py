@@ -61,8 +61,7 @@ def draw(
     canvas = Canvas(
         axes, box, unit, *tracks.at_start(scene.start), names=names, dimensions=dimensions
     )
-    for shape in sketch.shapes:
-        shape.draw(canvas)
+    canvas.draw(sketch)
     write(canvas)
     axes.update_datalim(box)  # keeps space for the names
     axes.margins(0.0)

@@ -90,7 +90,7 @@ def _add_link(sketch: Sketch, body: RigidBody, name: str, frame: LocalFrame) -> 
     sketch.name(name, at(*numbers) if plate else at(frame.origin), italic=True, inside=plate)
     if not plate:
         length = float(np.linalg.norm(corners[1] - corners[0]))
-        sketch.shapes.append(Length(at(*numbers), length))
+        sketch.lengths.append(Length(at(*numbers), length))
 
 
 def _disc_radius(sketch: Sketch, body: RigidBody, name: str) -> float | None:
@@ -132,6 +132,6 @@ def _(body: CentreLine, sketch: Sketch, name: str) -> None:
         sketch.mark(at(*axis[nodes]), size=3.5, width=0.0, color="flexible", fill="flexible",
                     layer=4.1, spacing=10.0)  # fmt: skip
     length = sketch.scene.start.number(body.length)
-    sketch.shapes.append(Length(at(*axis), length, beside=float(half.max())))
+    sketch.lengths.append(Length(at(*axis), length, beside=float(half.max())))
     sketch.outlines.append(Outline(axis[:: max(1, last // 12)]))
     sketch.name(name, at(sketch.tracks.point(f"{name}.center")), italic=True)

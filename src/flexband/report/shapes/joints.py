@@ -81,7 +81,7 @@ def _(joint: Distance, sketch: Sketch, name: str) -> None:
     ends = at(*sketch.points(joint.points))
     sketch.line(ends, width=1.2, part=f"joint {name!r}")
     sketch.mark(ends, size=5.0, fill="ink", layer=7.0)
-    sketch.shapes.append(Length(ends, sketch.scene.start.number(joint.length)))
+    sketch.lengths.append(Length(ends, sketch.scene.start.number(joint.length)))
     sketch.name(name, ends)
     _add_bearings(sketch, joint)
 
@@ -218,7 +218,7 @@ def _(joint: PrescribedTravel, sketch: Sketch, name: str) -> None:
     shaft = in_points(frame, [(0.0, 20.0 * sense), (36.0 * sense, 20.0 * sense)])
     sketch.line(at(first, second), **AXIS)
     sketch.mark(at(first), size=11.0, color="drive", layer=8.0)
-    sketch.shapes.append(arrow([shaft], color="drive", part=f"joint {name!r}"))
+    sketch.lines.append(arrow([shaft], color="drive", part=f"joint {name!r}"))
     sketch.name(name, shaft, color="drive")
 
 
@@ -230,7 +230,7 @@ def _(joint: PrescribedPath, sketch: Sketch, name: str) -> None:
     shaft = in_points(LocalFrame(place, fixed=(x, y)), [(0.0, 0.0), (36.0, 0.0)])
     if x or y:
         part = f"joint {name!r}"
-        sketch.shapes.append(arrow([shaft], color="drive", part=part, start_only=True))
+        sketch.lines.append(arrow([shaft], color="drive", part=part, start_only=True))
     sketch.name(name, shaft if x or y else at(place), color="drive")
 
 

@@ -12,12 +12,8 @@ from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Mome
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
 from flexband.report.shapes.scene import Scene, body_of
 from flexband.report.shapes.shapes import (
-    Alternatives,
     FieldArrow,
-    Line,
     LocalFrame,
-    Mark,
-    Name,
     Stroke,
     at,
     in_points,
@@ -39,7 +35,7 @@ def add_load(load: Load, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: Gravity, sketch: Sketch, name: str) -> None:
     field = sketch.scene.start.number(load.x), sketch.scene.start.number(load.y)
-    sketch.shapes.append(FieldArrow(name, f"load {name!r}", field))
+    sketch.fields.append(FieldArrow(name, f"load {name!r}", field))
 
 
 @add_load.register(Spring)
@@ -100,13 +96,13 @@ def _(load: Force, sketch: Sketch, name: str) -> None:
         force = force @ [scene.start.vector(section.normal), scene.start.vector(section.y)]
     x, y = force.tolist() if np.any(force) else (1.0, 0.0)
     frame = LocalFrame(sketch.tracks.point(load.point), fixed=(x, y))
-    options = []
-    for start, end in ((-ARROW - 5.0, -5.0), (5.0, ARROW + 5.0)):
-        shaft = in_points(frame, [(start, 0.0), (end, 0.0)])
-        drawn = arrow([shaft], color="load", part=f"load {name!r}", start_only=True)
-        middle = in_points(frame, [((start + end) / 2, 0.0)])
-        options.append((middle, [drawn, Name(name, middle, color="load")]))
-    sketch.shapes.append(Alternatives(options, ARROW / 3))
+    middle = sketch.freest(
+        [in_points(frame, [(side * (5.0 + ARROW / 2), 0.0)]) for side in (1, -1)]
+    )
+    shaft = Stroke([frame], middle.vertices + [[0, 0, -ARROW / 2, 0], [0, 0, ARROW / 2, 0]])
+    part = f"load {name!r}"
+    sketch.lines.append(arrow([shaft], color="load", part=part, start_only=True))
+    sketch.name(name, middle, color="load")
 
 
 @add_load.register
@@ -131,7 +127,7 @@ def _(load: DistributedLoad, sketch: Sketch, name: str) -> None:
         if share > 0.15:
             stroke = Stroke([frame], np.array([tail, head]))
             size = min(6.0, 20.0 * share)
-            sketch.shapes.append(arrow([stroke], color="load", width=1.0, head=size))
+            sketch.lines.append(arrow([stroke], color="load", width=1.0, head=size))
     edge = Stroke(frames, tails)
     sketch.line(edge, color="load", layer=8.0, part=f"load {name!r}")
     sketch.name(name, Stroke([frames[gaps // 2]], tails[gaps // 2][None]), color="load")
@@ -146,16 +142,14 @@ def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     if any(np.linalg.norm(other - first) > 30.0 * sketch.unit for other in others):
         between = LocalFrame(points[0], ends=(points[0], points[1]), shares=True)
         spots = [Stroke([between], np.array([[0.5, 0.0, 0.0, 0.0]]))]
-    options = []
-    for spot in spots:
-        ends = np.vstack([np.zeros(4), spot.vertices])
-        strokes = [Stroke([LocalFrame(point), *spot.frames], ends) for point in points]
-        line = Line(strokes=strokes, color="load", width=0.8, dash=(4, 3), layer=2.5)
-        disc = Mark(stroke=spot, size=12.0, color="load", fill="paper", layer=8.0,
-                    part=f"load {name!r}")  # fmt: skip
-        letter = Mark(stroke=spot, marker="f", color="load", fill="load", width=0.3, layer=8.1)
-        options.append((spot, [line, disc, letter, Name(name, spot, color="load")]))
-    sketch.shapes.append(Alternatives(options, 8.0))
+    spot = sketch.freest(spots)
+    for point in points:
+        ends = Stroke([LocalFrame(point), *spot.frames], np.vstack([np.zeros(4), spot.vertices]))
+        sketch.line(ends, color="load", width=0.8, dash=(4, 3), layer=2.5)
+    part = f"load {name!r}"
+    sketch.mark(spot, size=12.0, color="load", fill="paper", layer=8.0, part=part)
+    sketch.mark(spot, marker="f", color="load", fill="load", width=0.3, layer=8.1)
+    sketch.name(name, spot, color="load")
 
 
 def _sense(scene: Scene, moment: InTime) -> float:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from flexband.mechanics.loads.loads import Gravity
 from flexband.report.shapes.bodies import add_body
 from flexband.report.shapes.joints import add_joint
 from flexband.report.shapes.loads import add_load
@@ -30,9 +28,8 @@ def sketch_mechanism(
         add_body(body, sketch, name)
     for name, joint in mechanism.joints.items():
         add_joint(joint, sketch, name)
-    loads = mechanism.loads
-    for name in sorted(loads, key=lambda name: isinstance(loads[name], Gravity)):
-        add_load(loads[name], sketch, name)  # gravity comes last, since it may be anywhere
+    for name, load in mechanism.loads.items():
+        add_load(load, sketch, name)
     return sketch
 
 
@@ -44,11 +41,7 @@ def extent(sketch: Sketch, position: np.ndarray, direction: np.ndarray) -> np.nd
     position, direction : those of all numbers, shape (tracks, 2, ...).
     """
     places = [np.moveaxis(position, 1, -1).reshape(-1, 2)]
-    for shape in sketch.shapes:
-        for stroke in shape.extremes():
-            vertices = stroke.vertices[np.isfinite(stroke.vertices).all(axis=1)]
-            frames = stroke.frames if len(vertices) == len(stroke.vertices) else stroke.frames[:1]
-            part = replace(stroke, frames=frames, vertices=vertices)
-            places.append(np.moveaxis(part.places(position, direction), 1, -1).reshape(-1, 2))
+    for stroke in (stroke for line in sketch.lines for stroke in line.strokes):
+        places.append(np.moveaxis(stroke.places(position, direction), 1, -1).reshape(-1, 2))
     everything = np.concatenate(places)
-    return np.array([everything.min(axis=0), everything.max(axis=0)])
+    return np.array([np.nanmin(everything, axis=0), np.nanmax(everything, axis=0)])

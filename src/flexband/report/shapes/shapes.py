@@ -8,10 +8,9 @@ shapes can be placed at any instant.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -87,31 +86,8 @@ def in_points(frame: LocalFrame, shape: ArrayLike) -> Stroke:
     return Stroke([frame], np.hstack([np.zeros_like(points), points]))
 
 
-class Surface(Protocol):
-    """What shapes are drawn on."""
-
-    def draw_line(self, line: Line) -> None: ...
-    def draw_mark(self, mark: Mark) -> None: ...
-    def draw_name(self, name: Name) -> None: ...
-    def draw_length(self, length: Length) -> None: ...
-    def draw_field(self, field: FieldArrow) -> None: ...
-    def draw_alternatives(self, alternatives: Alternatives) -> None: ...
-
-
-class Shape(ABC):
-    """Anything that is drawn."""
-
-    @abstractmethod
-    def draw(self, surface: Surface) -> None:
-        """Draw it on a surface."""
-
-    def extremes(self) -> Sequence[Stroke]:
-        """Return strokes that a drawing must have space for, besides all positions."""
-        return ()
-
-
 @dataclass(frozen=True, kw_only=True)
-class Outlined(Shape):
+class Shape:
     """What has an edge and an area.
 
     Attributes
@@ -134,8 +110,8 @@ class Outlined(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line(Outlined):
-    """Lines along strokes; an area if it is `closed` or has a fill; an arrow if it has a `head`.
+class Line(Shape):
+    """Lines along strokes; an area if it is `closed`, an arrow if it has a `head`.
 
     Attributes
     ----------
@@ -145,34 +121,24 @@ class Line(Outlined):
     start_only : whether it is true at the start alone, and not drawn in motion.
     """
 
-    strokes: Sequence[Stroke]
+    strokes: Sequence[Stroke] = ()
     closed: bool = False
     dash: Sequence[float] = ()
     head: float = 0.0
     start_only: bool = False
 
-    def draw(self, surface: Surface) -> None:
-        surface.draw_line(self)
-
-    def extremes(self) -> Sequence[Stroke]:
-        return self.strokes
-
 
 @dataclass(frozen=True, kw_only=True)
-class Mark(Outlined):
+class Mark(Shape):
     """A "disc", a "square", a "diamond" or the letter "f" of a size [pt] at each vertex."""
 
-    stroke: Stroke
+    strokes: Sequence[Stroke]
     marker: str = "disc"
     size: float = 7.0
     width: float = 1.2
 
-    def draw(self, surface: Surface) -> None:
-        surface.draw_mark(self)
 
-
-@dataclass(frozen=True)
-class Name(Shape):
+class Name(NamedTuple):
     """A name near the middle of a stroke, or at it if it is `inside`; without one, a note."""
 
     text: str
@@ -181,46 +147,18 @@ class Name(Shape):
     italic: bool = False
     inside: bool = False
 
-    def draw(self, surface: Surface) -> None:
-        surface.draw_name(self)
 
-
-@dataclass(frozen=True)
-class Length(Shape):
+class Length(NamedTuple):
     """A length [m] to be written along a stroke, at least `beside` metres away from it."""
 
     stroke: Stroke
     length: float
     beside: float = 0.0
 
-    def draw(self, surface: Surface) -> None:
-        surface.draw_length(self)
 
-
-@dataclass(frozen=True)
-class FieldArrow(Shape):
+class FieldArrow(NamedTuple):
     """An arrow along a vector in global axes, wherever there is space."""
 
     name: str
     part: str
     vector: tuple[float, float]
-
-    def draw(self, surface: Surface) -> None:
-        surface.draw_field(self)
-
-
-@dataclass(frozen=True)
-class Alternatives(Shape):
-    """Shapes in several places, of which only those are drawn that cover least.
-
-    Attributes
-    ----------
-    options : each a place and the shapes there.
-    reach : how far [pt] the shapes cover what is around the place.
-    """
-
-    options: Sequence[tuple[Stroke, Sequence[Shape]]]
-    reach: float
-
-    def draw(self, surface: Surface) -> None:
-        surface.draw_alternatives(self)

@@ -13,11 +13,12 @@ from flexband.mechanics.joints.joint import PointName
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.shapes import (
     PEN_UP,
+    FieldArrow,
+    Length,
     Line,
     LocalFrame,
     Mark,
     Name,
-    Shape,
     Stroke,
     at,
     in_points,
@@ -52,7 +53,8 @@ class Sketch:
     ranges : joint -> lowest and highest place [m] of a slider along its guide during the motion; by
         default that at the start.
     gaps : least number of gaps between the points that the axis of a beam is drawn through.
-    shapes, outlines : what was collected.
+    lines, marks, names, lengths, fields : the shapes.
+    outlines : of bodies in other samples.
     guides : joint -> numbers of the positions of a slider and of its guide, and of its direction.
     """
 
@@ -61,25 +63,39 @@ class Sketch:
     unit: float
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     gaps: int = 24
-    shapes: list[Shape] = field(default_factory=list)
+    lines: list[Line] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+    names: list[Name] = field(default_factory=list)
+    lengths: list[Length] = field(default_factory=list)
+    fields: list[FieldArrow] = field(default_factory=list)
     outlines: list[Outline] = field(default_factory=list)
     guides: dict[str, tuple[int, int, int]] = field(default_factory=dict)
 
     def line(self, *strokes: Stroke, **style: Any) -> None:
         """Add lines."""
-        self.shapes.append(Line(strokes=strokes, **style))
+        self.lines.append(Line(strokes=strokes, **style))
 
     def mark(self, stroke: Stroke, **style: Any) -> None:
         """Add a mark at each vertex."""
-        self.shapes.append(Mark(stroke=stroke, **style))
+        self.marks.append(Mark(strokes=[stroke], **style))
 
     def name(self, text: str, stroke: Stroke | None, **style: Any) -> None:
         """Add a name near the middle of a stroke."""
-        self.shapes.append(Name(text, stroke, **style))
+        self.names.append(Name(text, stroke, **style))
 
     def points(self, points: Sequence[PointName]) -> list[int]:
         """Return the numbers of the positions of points."""
         return [self.tracks.point(point) for point in points]
+
+    def freest(self, places: Sequence[Stroke]) -> Stroke:
+        """Return the one of several places that is the farthest from the mechanism's points."""
+        placed = self.tracks.at_start(self.scene.start)
+
+        def distance(place: Stroke) -> float:
+            (middle,) = place.places(*placed, self.unit)
+            return float(np.linalg.norm(placed[0] - middle, axis=1).mean())
+
+        return max(places, key=distance)
 
     def unknown(self, points: Sequence[PointName], part: str, color: str = "ink") -> None:
         """Add a diamond at the first point, if there is one, and dashed lines to the others."""
@@ -122,7 +138,7 @@ class Sketch:
         """
         angles = start + sweep * np.linspace(0.0, 1.0, 40)
         arc = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        self.shapes.append(arrow([in_points(frame, arc)], color=color, part=part))
+        self.lines.append(arrow([in_points(frame, arc)], color=color, part=part))
         return in_points(frame, arc[20:21])
 
     def toothed(self, frame: LocalFrame, radius: float) -> Stroke:

@@ -109,7 +109,7 @@ def _of_mechanism(
         for name, (slider, guide, turn) in sketch.guides.items()
     }
     ranges = {name: (float(x.min()), float(x.max())) for name, x in along.items()}
-    shapes = sketch_mechanism(scene, tracks, unit, ranges=ranges).shapes
+    in_motion = sketch_mechanism(scene, tracks, unit, ranges=ranges)
     motion = {
         "times": packed(times),
         **{kind: _packed(kind, values[0]) for kind, values in parts.items()},
@@ -119,7 +119,7 @@ def _of_mechanism(
             "joints": list(mechanism.joints),
             "loads": list(mechanism.loads),
         },
-        **recorded(shapes),
+        **recorded(in_motion),
         "forces": forces,
         "traces": traces,
         "samples": _samples(sketch.outlines, parts["position"]),

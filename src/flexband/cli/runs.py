@@ -31,7 +31,7 @@ from flexband.error_text import error_text
 from flexband.errors import InputError, RunsNeeded
 from flexband.execution.names import BANDS, POINTS, REPORT, SURROGATE, VERIFICATION
 from flexband.progress import doing
-from flexband.report.page.given import read_given
+from flexband.report.page.page_file import read_given
 from flexband.report.progress import progress_bars
 from flexband.report.study_report import answer_of, remarks, report_study
 from flexband.report.text import tables

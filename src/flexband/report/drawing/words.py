@@ -13,17 +13,6 @@ from flexband.report.shapes.shapes import Line
 
 FONT_SIZE = 9.0
 CENTERED: dict[str, Any] = {"ha": "center", "va": "center"}
-LABEL_DISTANCES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
-"""Distances [pt] of a name from its place that are tried."""
-LABEL_DIRECTIONS = [np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi]
-LEADER_DISTANCE = 20.0
-"""Distance [pt] from which on a line connects a name with its place."""
-LABEL_PADDING = 3.0
-"""Free space [pt] around a name."""
-DISTANCE_COST, OVERLAP_COST = 0.1, 100.0
-"""Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink."""
-DIMENSION_DISTANCES = (20.0, 32.0, 44.0)
-"""Distances [pt] of a dimension from its line that are tried."""
 
 
 def write(canvas: Canvas) -> None:
@@ -47,6 +36,8 @@ def extent(text: str) -> np.ndarray:
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     """Draw a length beside its line; return False if the line is too short for the text."""
+    # Distances [pt] of a dimension from its line that are tried
+    dimension_distances = (20.0, 32.0, 44.0)
     points, text, beside = dimension
     width, height = extent(text)
     if np.linalg.norm(np.diff(points, axis=0), axis=1).sum() < (width + 12.0) * canvas.unit:
@@ -54,7 +45,7 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     slopes = np.gradient(points, axis=0)
     slopes /= np.linalg.norm(slopes, axis=1)[:, None]
     normals = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
-    offsets = [beside + away * canvas.unit for away in DIMENSION_DISTANCES]
+    offsets = [beside + away * canvas.unit for away in dimension_distances]
     lines = [points + side * offset * normals for offset in offsets for side in (1, -1)]
     ink = canvas.all_ink()[::3]
     best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
@@ -101,25 +92,37 @@ def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
 
 def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """Write a name where it covers least and add its centre and size [m] to the boxes."""
+    # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of
+    # covered ink
+    distance_cost, overlap_cost = 0.1, 100.0
+    # Free space [pt] around a name
+    label_padding = 3.0
+    # Distance [pt] from which on a line connects a name with its place
+    leader_distance = 20.0
+    label_directions = [
+        np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi
+    ]
+    # Distances [pt] of a name from its place that are tried
+    label_distances = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
     ink, size = canvas.all_ink(), extent(label.text) * canvas.unit
     low, high = canvas.box
 
     def cost(centre: np.ndarray) -> float:
-        half = size / 2 + LABEL_PADDING * canvas.unit
+        half = size / 2 + label_padding * canvas.unit
         covered = np.all(np.abs(ink - centre) < half, axis=1).sum()
         over = sum(np.all(np.abs(other - centre) < half + size / 2) for other, size in boxes)
         outside = np.any(centre - half < low) or np.any(centre + half > high)
-        return covered + OVERLAP_COST * (over + outside)
+        return covered + overlap_cost * (over + outside)
 
     spots = [(0.0, label.place)] if label.inside else []
     spots += [
         (distance, label.place + turn * (distance * canvas.unit + size / 2))
-        for distance in LABEL_DISTANCES
-        for turn in LABEL_DIRECTIONS
+        for distance in label_distances
+        for turn in label_directions
     ]
-    distance, centre = spots[int(np.argmin([cost(c) + DISTANCE_COST * d for d, c in spots]))]
+    distance, centre = spots[int(np.argmin([cost(c) + distance_cost * d for d, c in spots]))]
     boxes.append((centre, size))
-    if distance > LEADER_DISTANCE:
+    if distance > leader_distance:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)
         canvas.line(
             np.array([label.place, near]), Line(strokes=(), color="length", width=0.5, layer=2.0)

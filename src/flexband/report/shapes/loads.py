@@ -99,7 +99,7 @@ def _(load: Force, sketch: Sketch, name: str) -> None:
     middle = sketch.freest(
         [in_points(frame, [(side * (5.0 + ARROW / 2), 0.0)]) for side in (1, -1)]
     )
-    shaft = Stroke([frame], middle.vertices + [[0, 0, -ARROW / 2, 0], [0, 0, ARROW / 2, 0]])
+    shaft = Stroke([frame], middle.vertices + ARROW * np.array([[0, 0, -0.5, 0], [0, 0, 0.5, 0]]))
     part = f"load {name!r}"
     sketch.lines.append(arrow([shaft], color="load", part=part, start_only=True))
     sketch.name(name, middle, color="load")

@@ -198,6 +198,19 @@ def spring(
     -------
     The stroke, and how far [pt] its first symbol is to the left of the line.
     """
+    actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
+    dashpot = [
+        (-2, 0),
+        (-2, 4),
+        (-2, -4),
+        PEN_UP,
+        (-10, 6),
+        (8, 6),
+        (8, -6),
+        (-10, -6),
+        PEN_UP,
+        (8, 0),
+    ]
     half = min(0.33, 45.0 / length) if length > 0 else 0.33
     parts: list[list[tuple[float, float, float, float]]] = []
     if elastic:
@@ -207,7 +220,7 @@ def spring(
         y = [0.0, *np.resize([5.0, -5.0], teeth), 0.0]
         parts.append([(a, 0.0, 0.0, b) for a, b in zip(x, y, strict=True)])
     if damped or not elastic:
-        parts.append([(0.5, 0.0, *point) for point in (DASHPOT if damped else ACTUATOR)])
+        parts.append([(0.5, 0.0, *point) for point in (dashpot if damped else actuator)])
     lift = 9.0 * (len(parts) - 1)
     first, last = (0.5 - half, 0.0, 0.0), (0.5 + half, 0.0, 0.0)
     vertices = [(0.0, 0.0, 0.0, 0.0), (*first, 0.0)]
@@ -217,10 +230,6 @@ def spring(
                      (*last, 0.0)]  # fmt: skip
     vertices += [(np.nan,) * 4, (*last, 0.0), (1.0, 0.0, 0.0, 0.0)]
     return Stroke([frame], np.array(vertices)), lift
-
-
-DASHPOT = [(-2, 0), (-2, 4), (-2, -4), PEN_UP, (-10, 6), (8, 6), (8, -6), (-10, -6), PEN_UP, (8, 0)]
-ACTUATOR = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
 
 
 def torsion(frame: LocalFrame, *, elastic: bool, damped: bool) -> Stroke:

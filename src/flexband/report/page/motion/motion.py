@@ -31,22 +31,8 @@ from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import are
 
-FRAMES = 250
-"""Most instants that are kept of a motion."""
-
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
-
-MAX_NUMBERS = 250_000
-"""Of the positions of all samples; if there are more, samples are left out."""
-
-LEVELS = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 2_000}
-"""Largest values over the steps that they are rounded to."""
-
-SEED = 17
-
-PICTURE = (550.0, 320.0)
-"""Width and height of a mechanism in a page [pt], which numbers of teeth and coils are for."""
 
 
 def motion_data(
@@ -87,6 +73,9 @@ def motion_data(
 def _of_mechanism(
     response: DynamicResponse | StaticResponse, space: Space, samples: int
 ) -> tuple[dict[str, Any], list[str]]:
+    # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
+    # for
+    picture = (550.0, 320.0)
     with without_warnings():
         mechanism = response.builder(**space.arguments_at(*_points(space, samples)))
         if response.element_parts > 1:
@@ -103,7 +92,7 @@ def _of_mechanism(
     parts["direction"] = parts["direction"] / np.where(lengths > 0, lengths, 1.0)
     position, direction = parts["position"][0], parts["direction"][0]
     box = extent(sketch, position, direction)
-    unit = float(((box[1] - box[0]) / PICTURE).max()) or 1.0
+    unit = float(((box[1] - box[0]) / picture).max()) or 1.0
     along = {
         name: ((position[slider] - position[guide]) * direction[turn]).sum(axis=0)
         for name, (slider, guide, turn) in sketch.guides.items()
@@ -131,7 +120,8 @@ def _of_mechanism(
 
 def _points(space: Space, samples: int) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ and η of the nominal motion and of samples, the first half of them at corners."""
-    xi, eta = nested_points(samples, space.interval_dimension, space.families, SEED)
+    seed = 17
+    xi, eta = nested_points(samples, space.interval_dimension, space.families, seed)
     eta[: (samples + 1) // 2] = np.sign(eta[: (samples + 1) // 2])
     nominal = space.nominal()
     return np.concatenate([nominal[0], xi]), np.concatenate([nominal[1], eta])
@@ -141,12 +131,14 @@ def _recorded(
     response: DynamicResponse | StaticResponse, mechanism: Mechanism
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times [s] and outputs (samples, outputs, times), NaN for samples that fail."""
+    # Most instants that are kept of a motion
+    frames = 250
     if isinstance(response, StaticResponse):
         at_rest = response.outputs(mechanism, {})
         values = at_rest.values.reshape(-1, at_rest.shape[-1], 1)
         return np.array([response.time]), values
     outputs = round(response.duration / response.output_step)
-    every = -(-outputs // FRAMES)
+    every = -(-outputs // frames)
     between = every * response.output_step
     try:
         motion: xr.DataArray = simulated(
@@ -196,9 +188,11 @@ def _traces(mechanism: Mechanism, tracks: Tracks) -> list[dict[str, Any]]:
 
 def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> dict[str, Any]:
     """Return outlines of bodies and their deviations from the nominal motion."""
+    # Of the positions of all samples; if there are more, samples are left out
+    max_numbers = 250_000
     points = list(dict.fromkeys(point for outline in outlines for point in outline.points))
     apart = positions[1:, points] - positions[:1, points]
-    most = max(1, MAX_NUMBERS // apart[:1].size) if apart.size else 0
+    most = max(1, max_numbers // apart[:1].size) if apart.size else 0
     return {
         "points": points,
         "outlines": [
@@ -211,4 +205,6 @@ def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> dict[str, An
 
 def _packed(kind: str, values: np.ndarray) -> dict[str, Any]:
     """Return an array packed in steps as fine as its kind needs."""
-    return packed(values, float(np.abs(values).max(initial=0.0)) / LEVELS[kind] or 1.0)
+    # Largest values over the steps that they are rounded to
+    levels = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 2_000}
+    return packed(values, float(np.abs(values).max(initial=0.0)) / levels[kind] or 1.0)

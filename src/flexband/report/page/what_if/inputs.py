@@ -17,9 +17,6 @@ from flexband.uncertainty.inputs.space import Space
 RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""
 
-MIN_FIELD = 0.01
-"""Least scatter of a field, which cannot be replaced by a number, in parts of that of the study."""
-
 
 def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
@@ -83,6 +80,9 @@ def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
     `python`, in which {0} and {1} stand
     for the `ends` a + b s at the scale s, and `fixed` for s = 0.
     """
+    # Least scatter of a field, which cannot be replaced by a number, in parts of that of
+    # the study
+    min_field = 0.01
     if input_.intervals:
         return None
     ends, least = [], 0.0
@@ -98,7 +98,7 @@ def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
             fixed, python = fixed + size, "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
         case RandomField(distribution="normal", std=float() | int() as std):
-            of, size, fixed, least = "std", float(std), None, MIN_FIELD
+            of, size, fixed, least = "std", float(std), None, min_field
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.results import ERRORS
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.plot.figures import drawable_outputs
+from flexband.report.plot.series import series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -30,7 +29,7 @@ def chart_data(
     nominal: xr.DataArray | None = None,
     contributions: xr.Dataset | None = None,
     limits: xr.Dataset | None = None,
-) -> dict[str, Any] | None:
+) -> JsonRecord | None:
     """Return what charts.js draws, or None if outputs are no functions of one increasing number.
 
     Parameters
@@ -67,19 +66,19 @@ def _output(
     nominal: xr.DataArray | None,
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
-) -> dict[str, Any]:
+) -> JsonRecord:
     """Return the data of the chart of one output."""
     # Width of an error bar, as a part of the nominal range, below which its deviation is
     # shown
     narrow = 0.05
     output_bands = select(bands, name)
-    bar = output_bands["error_bar"].transpose("bound", ...).values
+    bar = series(bands["error_bar"], name)[1]
     width = float(np.max(bar[1] - bar[0], initial=0.0))
     quantum = DIGITS * width or None
-    chart: dict[str, Any] = {
+    chart: JsonRecord = {
         "name": name or "response",
         "unit": str(output_bands["unit"].values) if "unit" in output_bands.coords else "",
-        "mean": packed(output_bands["mean"].transpose("bound", ...).values, quantum),
+        "mean": packed(series(bands["mean"], name)[1], quantum),
         "error_bar": packed(bar, quantum),
         "rings": bool("carriers" in output_bands and np.any(output_bands["carriers"].values > 0)),
     }
@@ -96,7 +95,7 @@ def _output(
             output_bands["error_bar_at"].transpose("input", "bound", ...).values
         )
     if nominal is not None:
-        values = select(nominal, name).values
+        values = series(nominal, name)[1]
         chart["nominal"] = packed(values, quantum)
         chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
@@ -107,14 +106,14 @@ def _output(
                 output_contributions["contribution"].transpose("name", ...).values,
                 100 * DIGITS * width or None,
             ),
-            "width": packed(output_contributions["width"].values, 100 * DIGITS * width or None),
+            "width": packed(series(contributions["width"], name)[1], 100 * DIGITS * width or None),
         }
     if limits is not None:
         chart["limits"] = _limits(limits, output_bands, name)
     return chart
 
 
-def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
+def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
     """Return k of the error bars μ ± kσ that limits were checked with, and least margins: where."""
     if limits is None:
         return None
@@ -129,7 +128,7 @@ def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
     return {"sigmas": float(limits.attrs["sigmas"]), **least}
 
 
-def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[dict[str, Any]]:
+def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[JsonRecord]:
     """Return the limits of an output: name, side, and curve."""
     curves = []
     for k in range(limits.sizes["limit"]):

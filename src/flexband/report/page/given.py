@@ -17,6 +17,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.draw import draw
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
@@ -35,7 +36,7 @@ def given_by(
     file: Path | None,
     *,
     seconds: float = 0.0,
-) -> dict[str, Any]:
+) -> JsonRecord:
     """Return what a report shows of a study's code.
 
     Parameters
@@ -56,7 +57,7 @@ def given_by(
     # the engine is compiled, a run takes less than the mean
     slow, very_slow = 3.0, 60.0
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    data: dict[str, Any] = {
+    data: JsonRecord = {
         "question": _docstring(file),
         "inputs": inputs_table(inputs, study.units),
         "units": study.units,
@@ -87,7 +88,7 @@ def given_by(
     return data
 
 
-def _add(data: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -> None:
+def _add(data: JsonRecord, name: str, what: str, make: Callable[[], Any]) -> None:
     """Add a part of the report, or a remark that it cannot be shown."""
     try:
         data[name] = make()

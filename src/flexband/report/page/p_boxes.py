@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_box import VALUES, p_box
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -58,7 +56,7 @@ def p_boxes(
     return xr.Dataset(data, {"place": places}, {"samples": samples})
 
 
-def p_box_data(boxes: xr.Dataset | None) -> dict[str, Any] | None:
+def p_box_data(boxes: xr.Dataset | None) -> JsonRecord | None:
     """Return what p_boxes.js draws."""
     if boxes is None:
         return None

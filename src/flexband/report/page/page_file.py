@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from flexband.errors import InputError
 from flexband.execution.names import PAGE
 from flexband.files import read_json, write_json
+from flexband.report.page.arrays import JsonRecord
 from flexband.study.folder import StudyFolder
 from flexband.study.results.netcdf import RESTORED
 from flexband.study.results.reliability import Doubt
 
 
-def write_given(folder: Path, given: dict[str, Any]) -> None:
+def write_given(folder: Path, given: JsonRecord) -> None:
     """Write page.json into the folder of a study.
 
     `given["doubts"]` are of class `Doubt`; `given["signed"]` are the checksums of the results that
@@ -23,7 +23,7 @@ def write_given(folder: Path, given: dict[str, Any]) -> None:
     write_json(folder / PAGE, {**given, "doubts": doubts})
 
 
-def read_given(folder: Path) -> dict[str, Any]:
+def read_given(folder: Path) -> JsonRecord:
     """Return what page.json has, nothing if there is none.
 
     Raises

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.path import path
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -41,7 +39,7 @@ def widest_path(
     return path(surrogate, x, y, sigmas=sigmas, directions=directions)
 
 
-def path_data(tube: xr.Dataset | None) -> dict[str, Any] | None:
+def path_data(tube: xr.Dataset | None) -> JsonRecord | None:
     """Return what paths.js draws of a result of `path`."""
     # To which part of the largest radius of a region its vertices are rounded
     digits = 1e-4

@@ -4,32 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import RunError, without_warnings
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import assembled
-from flexband.mechanics.kernels.forms import Vector
-from flexband.mechanics.loads.load import in_time
-from flexband.mechanics.loads.loads import Force
 from flexband.mechanics.response import DynamicResponse
-from flexband.mechanics.sensors.motion import Acceleration, Position, SensorModel, Velocity
 from flexband.mechanics.simulate import simulated
 from flexband.mechanics.static_response import StaticResponse
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
+from flexband.report.page.motion.forces import force_arrows, traces_of
 from flexband.report.page.motion.record import recorded
-from flexband.report.shapes.joints import force_point
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
-from flexband.report.shapes.scene import Scene, body_of
+from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.sketch import Outline
 from flexband.report.shapes.tracks import Tracks
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import are
+
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.mechanism import Mechanism
 
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
@@ -37,7 +34,7 @@ SAMPLES = 23
 
 def motion_data(
     response: object, space: Space, *, samples: int = SAMPLES
-) -> tuple[dict[str, Any] | None, list[str]]:
+) -> tuple[JsonRecord | None, list[str]]:
     """Simulate a mechanism and return what an animation of it draws.
 
     Parameters
@@ -72,7 +69,7 @@ def motion_data(
 
 def _of_mechanism(
     response: DynamicResponse | StaticResponse, space: Space, samples: int
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[JsonRecord, list[str]]:
     # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
     # for
     picture = (550.0, 320.0)
@@ -82,7 +79,7 @@ def _of_mechanism(
             mechanism = mechanism.refined(response.element_parts)
         scene, tracks = Scene(mechanism, assembled(mechanism)), Tracks(mechanism)
         sketch = sketch_mechanism(scene, tracks)
-        forces, traces = _forces(mechanism, tracks), _traces(mechanism, tracks)
+        forces, traces = force_arrows(mechanism, tracks), traces_of(mechanism, tracks)
         times, outputs = _recorded(response, replace(mechanism, sensors=tracks.sensors))
     good = np.asarray(np.isfinite(outputs).all(axis=(1, 2)))
     if not good[0]:
@@ -156,37 +153,7 @@ def _recorded(
     return motion["time"].values, motion.values.reshape(-1, *motion.shape[-2:])
 
 
-def _forces(mechanism: Mechanism, tracks: Tracks) -> list[dict[str, Any]]:
-    """Return the arrows of reactions and of applied forces, with the numbers of their tracks."""
-    arrows = []
-    for name, joint in mechanism.joints.items():
-        force = tracks.reaction(name)
-        if force is not None and joint.points:
-            at = force_point(joint, tracks, name)
-            arrows.append({"kind": "reaction", "name": name, "at": at, "force": force})
-    for name, load in mechanism.loads.items():
-        if isinstance(load, Force):
-            at = tracks.point(load.point)
-            force = tracks.force(partial(_applied, load=load), ("load", name))
-            arrows.append({"kind": "force", "name": name, "at": at, "force": force})
-    return arrows
-
-
-def _applied(model: SensorModel, load: Force) -> Vector:
-    x, y = in_time("x", load.x), in_time("y", load.y)
-    return model.frame(load.point).direction(x, y) if load.following else (x, y)
-
-
-def _traces(mechanism: Mechanism, tracks: Tracks) -> list[dict[str, Any]]:
-    """Return the measured points whose paths tell something, unlike that of an Angle."""
-    return [
-        {"name": name, "at": tracks.point(sensor.point)}
-        for name, sensor in mechanism.sensors.items()
-        if isinstance(sensor, Position | Velocity | Acceleration) and body_of(sensor.point)
-    ]
-
-
-def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> dict[str, Any]:
+def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> JsonRecord:
     """Return outlines of bodies and their deviations from the nominal motion."""
     # Of the positions of all samples; if there are more, samples are left out
     max_numbers = 250_000
@@ -203,7 +170,7 @@ def _samples(outlines: Sequence[Outline], positions: np.ndarray) -> dict[str, An
     }
 
 
-def _packed(kind: str, values: np.ndarray) -> dict[str, Any]:
+def _packed(kind: str, values: np.ndarray) -> JsonRecord:
     """Return an array packed in steps as fine as its kind needs."""
     # Largest values over the steps that they are rounded to
     levels = {"position": 30_000, "direction": 1_000, "force": 10_000, "deviation": 2_000}

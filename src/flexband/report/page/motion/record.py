@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
 
 import numpy as np
 
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.shapes.shapes import LocalFrame, Shape, Stroke
 from flexband.report.shapes.sketch import Sketch
 
 
-def recorded(sketch: Sketch) -> dict[str, Any]:
+def recorded(sketch: Sketch) -> JsonRecord:
     """Return `shapes` in the order in which they are drawn, and the `vertices` of all, packed.
 
     A shape has a `kind`, "line", "mark", "name" or "field", the attributes that are not the default
@@ -20,7 +19,7 @@ def recorded(sketch: Sketch) -> dict[str, Any]:
     """
     vertices: list[np.ndarray] = [np.zeros((0, 4))]
 
-    def strokes(*given: Stroke) -> list[dict[str, Any]]:
+    def strokes(*given: Stroke) -> list[JsonRecord]:
         records = []
         for stroke in given:
             frames = [_frame(frame) for frame in stroke.frames]
@@ -30,7 +29,7 @@ def recorded(sketch: Sketch) -> dict[str, Any]:
         return records
 
     lines = [line for line in sketch.lines if not line.start_only]
-    shapes: list[dict[str, Any]] = [
+    shapes: list[JsonRecord] = [
         {"kind": kind, **_changed(shape), "strokes": strokes(*shape.strokes)}
         for kind, group in (("line", lines), ("mark", sketch.marks))
         for shape in group
@@ -45,7 +44,7 @@ def recorded(sketch: Sketch) -> dict[str, Any]:
     return {"shapes": shapes, "vertices": packed(np.concatenate(vertices))}
 
 
-def _changed(shape: Shape) -> dict[str, Any]:
+def _changed(shape: Shape) -> JsonRecord:
     """Return attributes with other values than their defaults, and those that marks need."""
     always = ("layer", "width", "marker", "size")
     return {
@@ -55,7 +54,7 @@ def _changed(shape: Shape) -> dict[str, Any]:
     }
 
 
-def _frame(frame: LocalFrame) -> dict[str, Any]:
+def _frame(frame: LocalFrame) -> JsonRecord:
     """Return a frame without what is not used."""
     values = {k: v for k, v in vars(frame).items() if v is not None and v is not False}
     if "turn" in values or "ends" in values or frame.fixed == (1.0, 0.0):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -18,7 +17,7 @@ RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""
 
 
-def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
+def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
     intervals, remarks, first = [], [], 0
     for name, input_ in space.of_kind(random=False).items():
@@ -32,9 +31,7 @@ def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     return intervals, remarks
 
 
-def scatters_of(
-    space: Space, inputs: str, *, resolved: bool
-) -> tuple[list[dict[str, Any]], list[str]]:
+def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
     """Return the random inputs whose scatter can be scaled, and why others cannot.
 
     Parameters
@@ -71,7 +68,7 @@ def _kind(input_: Input) -> str:
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
-def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
+def _scatter(input_: Input, old: str) -> JsonRecord | None:
     """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
 
     Returns

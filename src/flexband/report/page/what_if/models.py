@@ -9,11 +9,10 @@ would have too many points, by the smooth moments themselves, and the scatter ca
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -27,7 +26,7 @@ IN_PAIRS = (3, 5)
 """Points per axis for pairs of axes in such a rule: first tried, and where these are too few."""
 
 
-def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
+def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     """Return an expansion as a tree of numbers, lists and packed arrays.
 
     Parameters
@@ -43,7 +42,7 @@ def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
     return tree | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
 
 
-def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
+def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     parts, columns = expansion.parts, expansion.columns
     terms = PartTerms.of(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
@@ -109,7 +108,7 @@ def _turned_back(phase: np.ndarray) -> np.ndarray:
     return phase - 2 * np.pi * np.rint(phase / (2 * np.pi))
 
 
-def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
+def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
     """Return Φ, Ψ, the terms Φ_i Ψ_j and their coefficients, shape (terms, rows, times)."""
     families, orders = expansion.families, expansion.random_orders
     return {
@@ -123,7 +122,7 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _rounded(coefficients: np.ndarray) -> dict[str, Any]:
+def _rounded(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
     # Coefficients are rounded to multiples of it, in parts of the width of an output's
     # bands
@@ -149,6 +148,6 @@ def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, n
     return scattered(scattered_points, orders > 0)
 
 
-def _scan(points: np.ndarray, beside: np.ndarray) -> dict[str, Any]:
+def _scan(points: np.ndarray, beside: np.ndarray) -> JsonRecord:
     """Return the points η of a scan, and the numbers of the points next to each."""
     return {"scan": packed(points), "beside": packed(beside, 1.0)}

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.selection import surrogates_of
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -36,7 +36,7 @@ def what_if(
     units: Mapping[str, str] | None = None,
     *,
     max_coefficients: int = 1_500_000,
-) -> tuple[dict[str, Any] | None, list[str]]:
+) -> tuple[JsonRecord | None, list[str]]:
     """Return the data of the panel, or None where there can be none.
 
     Parameters
@@ -92,7 +92,7 @@ def _coefficients(expansion: Expansion) -> int:
     return expansion.arrays()["coefficients"].size
 
 
-def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
+def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:
     """Return the outputs, and how wide their bands are."""
     # Bands that are narrower, in parts of their values, are constant but for rounding
     min_width = 1e-9

@@ -52,6 +52,7 @@ ROOMS = [
     "analysis",
     "study",
     "report.text",
+    "report.shapes",
     "report.drawing",
     "report.plot",
     "report.page",

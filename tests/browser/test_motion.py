@@ -19,7 +19,6 @@ SCRIPTS = (
     "colors",
     "numbers",
     "motion_pen",
-    "motion_symbols",
     "motion_scene",
     "motion",
 )
@@ -242,14 +241,17 @@ def test_names_never_overlap(file, opened):
 def test_marks_at_nodes_are_drawn_if_they_are_apart(page, kind):
     """A beam of 300 pixels: 4 elements have marks, 128 would be a hatching."""
     counted = """([kind, elements]) => {
-        const { pen } = flexband.motion, nodes = 2;
-        const far = 300 / pen.scale, count = nodes * elements;
-        const axis = Array.from({ length: count + 1 }, (_, k) => [(far * k) / count, 0]);
+        const { pen, scene } = flexband.motion, far = 300 / pen.scale;
+        const nodes = Array.from({ length: elements + 1 }, (_, k) => [(far * k) / elements, 0]);
+        const { spacing } = scene.data.shapes.find((own) => own.spacing); // of the rod's nodes
+        const shape = kind === "beam"
+          ? { kind: "line", spacing, strokes: nodes.map((node) => [node, node]) }
+          : { kind: "mark", spacing, strokes: [nodes] };
         let marks = 0;
-        const fake = { unit: pen.unit, length: (points) => pen.length(points), area() {},
-          line: (points) => { marks += points.length === 2; }, dot: () => { marks += 1; } };
-        if (kind === "beam") flexband.symbols.beam(fake, axis, axis.map(() => 0.01), nodes);
-        else flexband.symbols.cable(fake, axis, nodes);
+        const count = () => { marks += 1; };
+        const fake = { length: (points) => pen.length(points), line: count, mark: count };
+        const placed = Object.assign(Object.create(scene), { places: (_, places) => places });
+        placed.drawShape(fake, shape, 0, false);
         return marks; }"""
     assert page.evaluate(counted, [kind, 4]) == 5
     assert page.evaluate(counted, [kind, 128]) == 0

@@ -37,7 +37,7 @@ def report(
     Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
     functions take about a second each; they are kept in p_boxes.nc.
     """
-    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.page.study import write_report  # noqa: PLC0415
 
     given = read_given(folder)

@@ -10,7 +10,7 @@ from flexband.cli.messages import print_json, print_remark, print_table, print_t
 from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.report.page.given import read_given
+from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text

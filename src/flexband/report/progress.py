@@ -17,9 +17,6 @@ from flexband.words import number_of
 PERIOD = 10.0
 """Time [s] between two lines where there is no terminal."""
 
-MEASURED = 5.0
-"""Time [s] after the first batch, which may compile, from which on the time left is told."""
-
 
 @contextmanager
 def progress_bars() -> Iterator[Callable[[str], Progress]]:
@@ -158,9 +155,12 @@ class _Lines(ProgressListener):
 
     def left(self, now: float, done: int, total: int) -> str:
         """Return the time left in words, once it is known from more than the first batch."""
+        # Time [s] after the first batch, which may compile, from which on the time left
+        # is told
+        measured = 5.0
         begin, before = self.measured or (now, done)
         several = isinstance(total, Budget) and total.each
-        if several or done == before or now < begin + MEASURED:
+        if several or done == before or now < begin + measured:
             return ""
         seconds = (now - begin) / (done - before) * (total - done)
         return f", {'at most' if isinstance(total, Budget) else 'about'} {duration(seconds)} left"

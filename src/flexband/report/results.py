@@ -19,11 +19,6 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 
-BANDS = "Interval mean and interval error bar"
-
-LONGEST_NAME = 100
-"""Bytes of a file name, without its suffix."""
-
 
 def write_comparison_report(
     folder: Path,
@@ -40,6 +35,7 @@ def write_comparison_report(
     orders : k and q for which the bands of PCCI and improved PCCI are drawn, together with those of
         the reference and of adaptive PCCI.
     """
+    bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
     along = field_axes(study.response, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
@@ -54,7 +50,7 @@ def write_comparison_report(
         for k, q in dict.fromkeys(orders):
             compared = (results[0].method, PCCI(k, q), ImprovedPCCI(k, q), AdaptivePCCI())
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
-            caption = f"{BANDS} of {name}, k = {k}, q = {q}"
+            caption = f"{bands} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)
             drawn.append(Drawing(caption, draw))
         caption = f"Relative errors of {name} against runs"
@@ -74,8 +70,10 @@ def _of_fields(fields: Mapping[str, Field], along: Mapping[str, str]) -> list[Dr
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:
     """Return a name as that of a file, other than those taken, which are in lower case."""
+    # Bytes of a file name, without its suffix
+    longest_name = 100
     words = "".join(c if c.isalnum() else " " for c in name).split()
-    start = "_".join(words).encode()[:LONGEST_NAME].decode(errors="ignore") or "response"
+    start = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
     numbered = (f"{start}_{k}" for k in count(2))
     return next(
         candidate for candidate in chain([start], numbered) if candidate.casefold() not in taken

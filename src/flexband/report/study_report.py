@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from flexband.files import try_write
-from flexband.report.page.given import given_by, write_given
+from flexband.report.page.given import given_by
 from flexband.report.page.inputs import inputs_table
+from flexband.report.page.page_file import write_given
 from flexband.report.page.paths import widest_path
-from flexband.report.page.study import uncertain_ones, verdict, write_report
+from flexband.report.page.study import write_report
+from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.text import tables
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import answer_file, read_answer
@@ -18,9 +20,6 @@ from flexband.study.results.result import StudyResult
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-AUTOMATIC = "automatic"
-"""Attribute of a path.nc that no one asked for."""
 
 
 def report_study(study: Study, result: StudyResult, title: str, file: Path | None) -> Path:
@@ -81,10 +80,12 @@ def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
 
 def _write_path(result: StudyResult) -> None:
     """Write the path of the most uncertain point, unless another one was asked for."""
+    # Attribute of a path.nc that no one asked for
+    automatic = "automatic"
     before = read_answer(result.folder, "path")
-    if before is not None and AUTOMATIC not in before.attrs:
+    if before is not None and automatic not in before.attrs:
         return
     path = widest_path(result.surrogate, result.bands, result.bands.attrs["sigmas"])
     if path is not None:
-        path.attrs[AUTOMATIC] = "the most uncertain point"
+        path.attrs[automatic] = "the most uncertain point"
         try_write(lambda: write_netcdf(path, answer_file(result.folder, "path")))

@@ -6,9 +6,6 @@ import codecs
 import io
 import sys
 
-PLAIN = {"…": "...", "–": "-", "−": "-", "×": "x", "μ": "mu", "σ": "sigma", "ξ": "xi", "η": "eta"}
-"""What is printed in place of a character that a terminal does not know; otherwise "?"."""
-
 
 def print_anywhere() -> None:
     """Let standard output and error replace characters that they cannot encode."""
@@ -19,7 +16,18 @@ def print_anywhere() -> None:
 
 
 def _replaced(error: UnicodeError) -> tuple[str, int]:
+    # What is printed in place of a character that a terminal does not know; otherwise "?"
+    plain = {
+        "…": "...",
+        "–": "-",
+        "−": "-",
+        "×": "x",
+        "μ": "mu",
+        "σ": "sigma",
+        "ξ": "xi",
+        "η": "eta",
+    }
     if not isinstance(error, UnicodeEncodeError):
         raise error
     unknown = error.object[error.start : error.end]
-    return "".join(PLAIN.get(character, "?") for character in unknown), error.end
+    return "".join(plain.get(character, "?") for character in unknown), error.end

@@ -13,7 +13,7 @@ import flexband as fb
 from flexband.mechanics.joints.joint import PairJoint
 from flexband.mechanics.kernels.forms import subtract
 from flexband.mechanics.loads.load import Entries
-from flexband.report.drawing.scene import hull
+from flexband.report.shapes.scene import hull
 from tests.mechanics.models import slider_crank
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}

@@ -6,7 +6,7 @@ import xarray as xr
 import flexband as fb
 from flexband.report.page.definitions import definitions
 from flexband.report.page.matters import what_matters
-from flexband.report.page.study import verdict
+from flexband.report.page.verdict import verdict
 from flexband.report.text import tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 

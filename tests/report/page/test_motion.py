@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.files import write_json
 from flexband.report.page.given import given_by
 from flexband.report.page.motion.motion import motion_data
 from flexband.report.page.motion.studies import study_motion
+from flexband.report.page.page_file import read_given
 from flexband.uncertainty.inputs.space import Space
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
@@ -75,6 +77,33 @@ def read(sensor, times, **inputs):
     return motion.sel(time=times).values
 
 
+def shape_of(motion, part):
+    """Return the shape that stands for a part."""
+    (shape,) = [shape for shape in motion["shapes"] if shape.get("part") == part]
+    return shape
+
+
+def frames(motion, part):
+    """Return the frames of the shape that stands for a part."""
+    return [frame for stroke in shape_of(motion, part)["strokes"] for frame in stroke["frames"]]
+
+
+def points(motion, part):
+    """Return the numbers of the positions that the shape of a part goes through."""
+    return [frame["origin"] for frame in frames(motion, part)]
+
+
+def beam_of(motion, name):
+    """Return the axis of a beam, in numbers of positions, its nodes, and half its heights [m]."""
+    sides = points(motion, f"body {name!r}")
+    axis = sides[: len(sides) // 2]
+    (marks,) = [s for s in motion["shapes"] if s.get("color") == "flexible" and "spacing" in s]
+    nodes = [frame["origin"] for stroke in marks["strokes"] for frame in stroke["frames"]]
+    (stroke,) = shape_of(motion, f"body {name!r}")["strokes"]
+    half = unpacked(motion["vertices"])[stroke["first"] : stroke["first"] + len(axis), 1]
+    return axis, nodes, half
+
+
 def named(kind, name):
     (item,) = [item for item in tree()[kind] if item["name"] == name]
     return item
@@ -85,7 +114,7 @@ def test_points_move_as_in_a_simulation():
     np.testing.assert_allclose(times, np.arange(0, OUTPUTS + 1, 2) * STEP, atol=1e-12)
     size = np.abs(position).max()
     for body, corner, point in (("rocker", 0, "rocker.start"), ("rocker", 1, "rocker.end")):
-        number = named("bodies", body)["corners"][corner]
+        number = points(tree(), f"body {body!r}")[corner]
         exact = read(fb.Position(point), times)
         np.testing.assert_allclose(position[number], exact, atol=size / 30_000)
     (trace,) = tree()["traces"]
@@ -94,11 +123,11 @@ def test_points_move_as_in_a_simulation():
 
 
 def test_ends_of_a_bent_beam_are_where_its_joints_are():
-    axis, nodes = named("bodies", "coupler")["axis"], named("bodies", "coupler")["nodes"]
+    axis, nodes, half = beam_of(tree(), "coupler")
     assert len(axis) == 25
-    assert nodes == 8
-    crank, rocker = (named("bodies", name)["corners"] for name in ("crank", "rocker"))
-    joints = {name: named("joints", name)["at"] for name in "BC"}
+    assert nodes == axis[::8]
+    crank, rocker = (points(tree(), f"body {name!r}") for name in ("crank", "rocker"))
+    joints = {name: points(tree(), f"joint {name!r}") for name in "BC"}
     position = unpacked(tree()["position"])
     quantum = tree()["position"]["quantum"]
     for own, others in ((axis[0], joints["B"] + crank[1:]), (axis[-1], joints["C"] + rocker[1:])):
@@ -106,7 +135,7 @@ def test_ends_of_a_bent_beam_are_where_its_joints_are():
             np.testing.assert_allclose(position[other], position[own], atol=1.01 * quantum)
     chord = np.linspace(position[axis[0]], position[axis[-1]], 25)
     assert np.abs(position[axis] - chord).max() > 100 * quantum  # it is drawn bent
-    np.testing.assert_allclose(named("bodies", "coupler")["half"], 0.01)
+    np.testing.assert_allclose(half, 0.01)
 
 
 def test_arrows_are_reactions_and_applied_forces():
@@ -117,9 +146,9 @@ def test_arrows_are_reactions_and_applied_forces():
         np.testing.assert_allclose(
             forces[item["force"]], read(fb.Reaction(name), times), atol=1.01 * quantum
         )
-        assert item["at"] == named("joints", name)["at"][0]
+        assert [item["at"]] == points(tree(), f"joint {name!r}")
     assert "motor" not in [item["name"] for item in tree()["forces"]]
-    start, end = (position[k] for k in named("bodies", "rocker")["corners"])
+    start, end = (position[k] for k in points(tree(), "body 'rocker'"))
     along = end - start
     across = np.stack([-along[1], along[0]])
     exact = 5.0 * times * along + 2.0 * across
@@ -132,9 +161,7 @@ def test_samples_are_motions_of_other_inputs():
     deviation = unpacked(samples["deviation"])
     assert deviation.shape == (23, len(samples["points"]), 2, len(times))
     (beam,) = [own for own in samples["outlines"] if len(own["points"]) > 2]
-    end = [samples["points"][k] for k in beam["points"]].index(
-        named("bodies", "coupler")["axis"][-1]
-    )
+    end = [samples["points"][k] for k in beam["points"]].index(beam_of(tree(), "coupler")[0][-1])
     tip = deviation[:, beam["points"][end]]
     short, long = (
         read(fb.Position("coupler.end"), times, length=length)
@@ -171,15 +198,16 @@ def test_gears_racks_and_guides():
     found, told = motion_data(response, Space({}), samples=0)
     assert found is not None, told
     position, direction = unpacked(found["position"]), unpacked(found["direction"])
-    joints = {item["name"]: item for item in found["joints"]}
-    turns = [direction[own["turn"]] for own in joints["teeth"]["circles"]]
+    turns = [direction[own["turn"]] for own in frames(found, "joint 'teeth'")]
     angles = [np.arctan2(y, x) for x, y in turns]
     np.testing.assert_allclose(angles[0], 2.0 * unpacked(found["times"]), atol=2e-3)
     np.testing.assert_allclose(angles[1], -1.0 * unpacked(found["times"]), atol=2e-3)
-    ends = position[joints["rack"]["line"]]
+    ends = position[list(frames(found, "joint 'rack'")[0]["ends"])]
     np.testing.assert_allclose(ends[:, 1], -0.1, atol=1e-4)
     np.testing.assert_allclose(ends[:, 0, -1] - ends[:, 0, 0], 0.02, atol=1e-4)
-    np.testing.assert_allclose(direction[joints["guide"]["axis"]].T, [[1.0, 0.0]] * 11, atol=1e-3)
+    np.testing.assert_allclose(
+        direction[frames(found, "joint 'guide'")[0]["turn"]].T, [[1.0, 0.0]] * 11, atol=1e-3
+    )
     (contact,) = [item for item in found["forces"] if item["name"] == "teeth"]
     np.testing.assert_allclose(position[contact["at"]].T, [[0.1, 0.0]] * 11, atol=1e-4)
 
@@ -231,7 +259,7 @@ def test_a_mechanism_at_rest_has_one_instant():
     found, told = motion_data(fb.static_response(hanging), space)
     assert told == []
     assert found is not None
-    number = found["bodies"][0]["center"]
+    (number,) = points(found, "body 'm'")
     assert found["times"]["shape"] == [1]
     assert -1.099 < unpacked(found["position"])[number, 1, 0] < -1.09
     assert np.ptp(unpacked(found["samples"]["deviation"])[:, 0, 1, 0]) == pytest.approx(0.02, 0.1)
@@ -270,11 +298,12 @@ def test_the_motion_of_a_study_has_its_discretization_and_first_options():
     found, told = study_motion(study, surrogate, samples=4)
     assert found is not None
     assert told == ["The animation is that of height = 0.02."]
-    assert found["bodies"][0]["half"][0] == 0.01
+    axis, nodes, half = beam_of(found, "beam")
+    assert half[0] == pytest.approx(0.01, rel=1e-7)
     first = surrogate.surrogates["0.02"]
     elements = int(first.diagnostics.attrs["discretization"].rpartition(" ")[2])
-    assert (len(found["bodies"][0]["axis"]) - 1) / found["bodies"][0]["nodes"] == elements
-    nominal = unpacked(found["position"])[found["bodies"][0]["axis"][-1]]
+    assert len(nodes) - 1 == elements
+    nominal = unpacked(found["position"])[axis[-1]]
     mean = first.bands()["mean"].sel(output="tip_Y")
     lower, upper = mean.values
     slack = 1e-3 + (upper - lower)
@@ -303,3 +332,11 @@ def test_a_study_whose_runs_take_long_shows_the_nominal_motion_alone():
         None,
         ["The motion is not shown, since a run takes 75 s on average."],
     )
+
+
+def test_a_motion_that_an_older_version_recorded_is_not_shown(tmp_path):
+    older = {"doubts": [], "signed": {}, "hidden": [], "motion": {"times": [], "bodies": []}}
+    write_json(tmp_path / "page.json", older)
+    given = read_given(tmp_path)
+    assert given["motion"] is None
+    assert "older version" in given["hidden"][0]

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.report.page.what_if import panel
 from flexband.report.page.what_if.panel import what_if
 
 TIME = np.linspace(0.0, 1.0, 5)
@@ -85,6 +84,5 @@ def test_responses_and_inputs_without_a_panel():
     assert "makes no surrogate" in why[0]
 
 
-def test_a_surrogate_that_is_too_large_for_a_page(surrogate, monkeypatch):
-    monkeypatch.setattr(panel, "MAX_COEFFICIENTS", 10)
-    assert what_if(surrogate, surrogate.bands())[0] is None
+def test_a_surrogate_that_is_too_large_for_a_page(surrogate):
+    assert what_if(surrogate, surrogate.bands(), max_coefficients=10)[0] is None

@@ -193,7 +193,7 @@ def saved_result(folder: Path) -> SavedResult:
 
     A remark says if the result of the study was not reliable.
     """
-    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 

@@ -1,22 +1,35 @@
-"""The canvas that mechanisms are drawn on.
+"""The canvas that mechanisms are drawn on: axes of Matplotlib.
 
-Places are in metres, sizes of symbols in points (1/72 inch), so that watches and cranes have
-symbols of the same size. The canvas records as ink where it is covered, so that names can be
-written where there is little ink.
+Places are in metres, sizes of symbols in points (1/72 inch). The canvas records as ink where it is
+covered, so that names can be written where there is little ink.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-DARK, PALE, GREY = "0.15", "0.9", "0.6"
-PEN_UP = (np.nan, np.nan)
-INK_SPACING = 2.0
-"""Distance [pt] between points of ink."""
+from flexband.report.shapes.shapes import (
+    FieldArrow,
+    Line,
+    Mark,
+    Name,
+    Shape,
+    Stroke,
+)
+from flexband.report.shapes.sketch import Sketch, arrow
+
+COLORS = {
+    "": "none", "ink": "0.15", "paper": "white", "hole": "white", "pale": "0.9", "muted": "0.6",
+    "flexible": "#1f78b4", "filled": "#c6dbef", "load": "#d95f02", "drive": "#1b7837",
+    "length": "0.4",
+}  # fmt: skip
+"""Colours of Matplotlib by their names in shapes."""
 
 
 class Label(NamedTuple):
@@ -25,7 +38,7 @@ class Label(NamedTuple):
     place: np.ndarray
     text: str
     inside: bool
-    style: dict[str, Any]
+    style: dict[str, str]
 
 
 class Dimension(NamedTuple):
@@ -36,81 +49,139 @@ class Dimension(NamedTuple):
     beside: float
 
 
+@dataclass
 class Canvas:
-    """Axes with a scale, and the ink on them.
+    """Axes with a scale, and the ink on them: a surface for shapes.
 
-    Parameters
+    Attributes
     ----------
     axes : axes to draw on.
     box : two opposite corners of the drawing [m], shape (2, 2).
     unit : metres per point.
+    position, direction : those that the shapes are placed by, shape (tracks, 2).
     names, dimensions : whether these are written.
+    ink : points [m] that are covered.
+    labels, measured, notes : what is to be written.
     """
 
-    def __init__(self, axes: Axes, box: np.ndarray, unit: float, *, names: bool, dimensions: bool):
-        self.axes, self.unit, self.box = axes, unit, box
-        self.names, self.dimensions = names, dimensions
-        self.ink: list[np.ndarray] = []
-        self.labels: list[Label] = []
-        self.measured: list[Dimension] = []
-        self.notes: list[str] = []
+    axes: Axes
+    box: np.ndarray
+    unit: float
+    position: np.ndarray
+    direction: np.ndarray
+    names: bool
+    dimensions: bool
+    ink: list[np.ndarray] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+    measured: list[Dimension] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def places(self, stroke: Stroke) -> np.ndarray:
+        """Return the vertices of a stroke [m], shape (vertices, 2)."""
+        return stroke.places(self.position, self.direction, self.unit)
+
+    def draw(self, sketch: Sketch) -> None:
+        """Draw all shapes; names and lengths are written afterwards, by `words.write`."""
+        for line in sketch.lines:
+            self.draw_line(line)
+        for mark in sketch.marks:
+            self.draw_mark(mark)
+        for name in sketch.names:
+            self.draw_name(name)
+        for field_arrow in sketch.fields:  # last, since these may be anywhere
+            self.draw_field(field_arrow)
+        if self.dimensions:
+            self.measured += [
+                Dimension(self.places(stroke), f"{length:.4g} m", beside)
+                for stroke, length, beside in sketch.lengths
+            ]
+
+    def draw_line(self, line: Line) -> None:
+        """Draw lines as one artist, an area, or an arrow."""
+        strokes = [self.places(stroke) for stroke in line.strokes]
+        if line.head:
+            self.arrow(strokes[0], line)
+        elif line.closed:
+            self.area(strokes[0], line)
+        elif self._is_apart(np.array([stroke.mean(axis=0) for stroke in strokes]), line):
+            gaps = [part for stroke in strokes for part in (np.full((1, 2), np.nan), stroke)]
+            self.line(np.concatenate(gaps[1:]), line)
+
+    def line(self, points: np.ndarray, style: Line) -> None:
+        """Draw a line through points [m]; NaN interrupts the line."""
+        self.axes.plot(*points.T, color=COLORS[style.color], linewidth=style.width,
+                       linestyle=_dashes(style), zorder=style.layer,
+                       gid=style.part or None)  # fmt: skip
+        self.add_ink(points)
+
+    def area(self, points: np.ndarray, style: Line) -> None:
+        """Fill a polygon [m]."""
+        self.axes.fill(*points.T, facecolor=COLORS[style.fill], edgecolor=COLORS[style.color],
+                       linewidth=style.width, linestyle=_dashes(style), alpha=style.alpha,
+                       joinstyle="round", capstyle="round", snap=False, zorder=style.layer,
+                       gid=style.part or None)  # fmt: skip
+        self.add_ink(np.concatenate([points, points[:1]]), style.width)
+
+    def arrow(self, points: np.ndarray, style: Line) -> None:
+        """Draw an arrow along points [m]."""
+        tip, head = points[-1], style.head
+        shaft = points[np.hypot(*(points - tip).T) > 0.9 * head * self.unit]
+        if not len(shaft):
+            shaft = 2 * tip[None] - self.local(tip, tip - points[0], [[head, 0.0]])
+        corners = [(0, 0), (-head, head / 3.2), (-head, -head / 3.2)]
+        triangle = self.local(tip, tip - shaft[-1], corners)
+        self.line(np.concatenate([shaft, triangle[1:].mean(axis=0)[None]]), style)
+        self.area(triangle, replace(style, part="", fill=style.color, width=0.0))
 
     def local(self, origin: ArrayLike, direction: ArrayLike, shape: ArrayLike) -> np.ndarray:
         """Return points [m] from their coordinates [pt] along a direction and to its left."""
         x, y = np.asarray(direction, dtype=float) / np.hypot(*np.asarray(direction, dtype=float))
         return np.asarray(origin) + self.unit * np.asarray(shape, dtype=float) @ [[x, y], [-y, x]]
 
-    def line(self, points: ArrayLike, **style: Any) -> None:
-        """Draw a line through points [m]; NaN interrupts the line."""
-        points = np.asarray(points, dtype=float)
-        self.axes.plot(*points.T, **{"color": DARK, "linewidth": 1.0} | style)
-        self.add_ink(points)
-
-    def area(self, points: ArrayLike, **style: Any) -> None:
-        """Fill a polygon [m]."""
-        points = np.asarray(points, dtype=float)
-        edge = {"edgecolor": DARK, "joinstyle": "round", "snap": False}
-        self.axes.fill(*points.T, **edge | style)
-        self.add_ink(np.concatenate([points, points[:1]]), style.get("linewidth", 1.0))
-
-    def mark(self, place: np.ndarray, marker: Any, size: float, **style: Any) -> None:
-        """Draw a marker of a size [pt]."""
-        white = {"color": DARK, "markerfacecolor": "white", "markeredgewidth": 1.2}
-        self.axes.plot(*place[:, None], marker=marker, markersize=size, **white | style)
+    def draw_mark(self, mark: Mark) -> None:
+        """Draw markers as one artist."""
+        places = self.places(mark.strokes[0])
+        if not self._is_apart(places, mark):
+            return
+        marker = {"disc": "o", "square": "s", "diamond": "D", "f": "$f$"}[mark.marker]
+        self.axes.plot(*places.T, linestyle="none", marker=marker, markersize=mark.size,
+                       color=COLORS[mark.color], markerfacecolor=COLORS[mark.fill],
+                       markeredgewidth=mark.width, zorder=mark.layer,
+                       gid=mark.part or None)  # fmt: skip
         turn = np.linspace(0, 2 * np.pi, 12)
-        self.add_ink(place + self.unit * size / 2 * np.stack([np.cos(turn), np.sin(turn)], 1))
+        rim = self.unit * mark.size / 2 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        for place in places:
+            self.add_ink(place + rim)
 
-    def arrow(self, points: ArrayLike, head: float = 8.0, **style: Any) -> None:
-        """Draw an arrow along points [m] with a head of a length [pt]."""
-        points = np.asarray(points, dtype=float)
-        tip = points[-1]
-        shaft = points[np.hypot(*(points - tip).T) > 0.9 * head * self.unit]
-        if not len(shaft):
-            shaft = 2 * tip[None] - self.local(tip, tip - points[0], [[head, 0.0]])
-        corners = [(0, 0), (-head, head / 3.2), (-head, -head / 3.2)]
-        triangle = self.local(tip, tip - shaft[-1], corners)
-        self.line(np.concatenate([shaft, triangle[1:].mean(axis=0)[None]]), **style)
-        style = {k: v for k, v in style.items() if k in ("color", "zorder")}
-        self.area(triangle, linewidth=0.0, **{"color": DARK} | style)
+    def _is_apart(self, places: np.ndarray, shape: Shape) -> bool:
+        """Return whether places [m] are far enough from each other to draw a shape at each."""
+        distances = np.hypot(*np.diff(places, axis=0).T)
+        least = shape.spacing * self.unit * len(distances)
+        return not shape.spacing or least <= distances.sum()
 
-    def label(
-        self, place: np.ndarray | None, text: str, *, inside: bool = False, **style: Any
-    ) -> None:
-        """Add a name near a place [m], or at the place if `inside`; without a place, a note.
-
-        Names, lengths and notes are written last, by `words.write`.
-        """
-        if place is None:
-            self.notes.append(text)
+    def draw_name(self, name: Name) -> None:
+        """Add a name; without a place, a note."""
+        if name.stroke is None:
+            self.notes.append(name.text)
         elif self.names:
-            self.labels.append(Label(place, text, inside, style))
+            style = {"color": COLORS[name.color]} if name.color != "ink" else {}
+            style |= {"style": "italic"} if name.italic else {}
+            place = self.places(name.stroke).mean(axis=0)
+            self.labels.append(Label(place, name.text, name.inside, style))
 
-    def dimension(
-        self, points: np.ndarray, length: float | np.floating, *, beside: float = 0.0
-    ) -> None:
-        """Add the length [m] of a line [m], written at least `beside` metres away from it."""
-        if self.dimensions:
-            self.measured.append(Dimension(points, f"{length:.4g} m", beside))
+    def draw_field(self, field: FieldArrow) -> None:
+        """Draw an arrow in the emptiest corner, or a dot if its vector vanishes."""
+        inset, half = 27.0 * self.unit, 18.0
+        (left, bottom), (right, top) = self.box[0] + inset, self.box[1] - inset
+        corners = [np.array(corner) for corner in product((right, left), (top, bottom))]
+        place = min(corners, key=lambda corner: self.covered(corner, 2 * half))
+        if np.any(field.vector):
+            shaft = self.local(place, field.vector, [(-half, 0), (half, 0)])
+            self.arrow(shaft, arrow((), color="load", part=field.part))
+        else:
+            self.axes.plot(*place, marker="o", markersize=4.0, color=COLORS["load"], gid=field.part)
+        if self.names:
+            self.labels.append(Label(place, field.name, False, {"color": COLORS["load"]}))
 
     def covered(self, place: np.ndarray, reach: float) -> int:
         """Return how many points of ink are within `reach` points of a place [m]."""
@@ -123,14 +194,19 @@ class Canvas:
     def add_ink(self, points: np.ndarray, width: float = 1.0) -> None:
         """Add a stroke through points [m] of a width [pt]; of a wide stroke, its edges."""
         shifts = width / 2 * self.unit * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
-        count = 4 if width > INK_SPACING else 1
+        count = 4 if width > 2.0 else 1
         self.ink += [self.dense(points) + shift for shift in shifts[:count]]
 
     def dense(self, points: np.ndarray) -> np.ndarray:
-        """Return points `INK_SPACING` apart along a line, without its gaps."""
-        steps = np.hypot(*np.diff(points, axis=0).T) / self.unit / INK_SPACING
+        """Return points 2 pt apart along a line, without its gaps."""
+        steps = np.hypot(*np.diff(points, axis=0).T) / self.unit / 2.0
         counts = np.maximum(np.nan_to_num(steps).astype(int), 1)
         pieces = zip(points, points[1:], counts, strict=False)
         parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in pieces]
         dense = np.concatenate([*parts, points[-1:]])
         return dense[np.isfinite(dense).all(axis=1)]
+
+
+def _dashes(style: Line) -> str | tuple[int, list[float]]:
+    """Return the dashes of a line as Matplotlib takes them, in parts of its width."""
+    return (0, [length / style.width for length in style.dash]) if style.dash else "-"

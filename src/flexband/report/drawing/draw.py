@@ -9,23 +9,11 @@ from matplotlib.figure import Figure
 from flexband.errors import AssemblyError, check_flag, check_instance, warn
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration, assembled, given
-from flexband.mechanics.joints.gears import Rack
-from flexband.mechanics.loads.loads import Gravity
-from flexband.report.drawing.bodies import draw_body
-from flexband.report.drawing.canvas import GREY, Canvas
-from flexband.report.drawing.joints import draw_joint
-from flexband.report.drawing.loads import draw_load
-from flexband.report.drawing.scene import Scene
-from flexband.report.drawing.symbols import circle
+from flexband.report.drawing.canvas import COLORS, Canvas
 from flexband.report.drawing.words import write
-
-MAX_FIGURE, MIN_AXES = np.array([8.0, 6.0]), np.array([2.5, 1.8])
-"""Largest size of a figure, smallest size of its axes [in]."""
-LEFT_BOTTOM, RIGHT_TOP = np.array([0.75, 0.55]), np.array([0.15, 0.15])
-"""Space around the axes for their numbers [in]."""
-MAX_MARGIN = 60.0
-"""Largest distance of the mechanism from the edges of the axes [pt]."""
-POINTS_PER_INCH = 72.0
+from flexband.report.shapes.mechanism import extent, sketch_mechanism
+from flexband.report.shapes.scene import Scene
+from flexband.report.shapes.tracks import Tracks
 
 
 def draw(
@@ -66,21 +54,20 @@ def draw(
     check_flag("names", names)
     if axes is not None:
         check_instance("axes", axes, Axes, "axes of matplotlib")
-    scene = Scene(mechanism, _start(mechanism, sample))
-    canvas = _canvas(scene, axes, names=names, dimensions=dimensions)
-    for name in mechanism.bodies:
-        draw_body(scene, canvas, name)
-    for name in mechanism.joints:
-        draw_joint(scene, canvas, name)
-    loads = mechanism.loads
-    for name in sorted(loads, key=lambda name: isinstance(loads[name], Gravity)):
-        draw_load(scene, canvas, name)  # gravity comes last, since it may be anywhere
+    scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
+    first = sketch_mechanism(scene, tracks)
+    box, unit, axes = _layout(extent(first, *tracks.at_start(scene.start)), axes)
+    sketch = sketch_mechanism(scene, tracks, unit, gaps=48)
+    canvas = Canvas(
+        axes, box, unit, *tracks.at_start(scene.start), names=names, dimensions=dimensions
+    )
+    canvas.draw(sketch)
     write(canvas)
-    canvas.axes.update_datalim(canvas.box)  # keeps space for the names
-    canvas.axes.margins(0.0)
-    canvas.axes.autoscale_view()
-    canvas.axes.set_aspect("equal", adjustable="datalim")
-    return canvas.axes.figure.figure
+    axes.update_datalim(box)  # keeps space for the names
+    axes.margins(0.0)
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
+    return axes.figure.figure
 
 
 def _start(mechanism: Mechanism, sample: int) -> Configuration:
@@ -91,40 +78,32 @@ def _start(mechanism: Mechanism, sample: int) -> Configuration:
         return given(mechanism, sample)
 
 
-def _canvas(scene: Scene, axes: Axes | None, *, names: bool, dimensions: bool) -> Canvas:
-    """Return a canvas that the mechanism fits on."""
-    lowest, highest = _extent(scene)
+def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[np.ndarray, float, Axes]:
+    """Return the corners of the drawing [m], its metres per point, and axes for it.
+
+    Without axes, those of a new figure are as large as the drawing needs, in the limits of `draw`.
+    """
+    lowest, highest = extremes
     new, axes = axes is None, axes or Figure().add_subplot()
     figure = axes.figure.figure
     axes.set(xlabel="X [m]", ylabel="Y [m]")
-    axes.spines[:].set_color(GREY)
-    axes.tick_params(color=GREY, labelsize=8)
+    axes.spines[:].set_color(COLORS["muted"])
+    axes.tick_params(color=COLORS["muted"], labelsize=8)
+    points_per_inch = 72.0
+    before, after = np.array([0.75, 0.55]), np.array([0.15, 0.15])  # [in], for the axes' numbers
     if new:
-        space = POINTS_PER_INCH * (MAX_FIGURE - LEFT_BOTTOM - RIGHT_TOP)
+        space = points_per_inch * (np.array([8.0, 6.0]) - before - after)
     else:
         figure.draw_without_rendering()  # computes the layout
-        space = np.array(axes.get_window_extent().size) * POINTS_PER_INCH / figure.dpi
-    margin = min(MAX_MARGIN, 0.2 * space.min())
-    unit = ((highest - lowest) / (space - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
+        space = np.array(axes.get_window_extent().size) * points_per_inch / figure.dpi
+    margin = min(60.0, 0.2 * space.min())
+    unit = ((highest - lowest) / (space - 2 * margin)).max() or 1.0 / points_per_inch
     if new:
-        space = np.maximum((highest - lowest) / unit + 2 * margin, MIN_AXES * POINTS_PER_INCH)
-        size = space / POINTS_PER_INCH
-        width, height = LEFT_BOTTOM + size + RIGHT_TOP
+        smallest = points_per_inch * np.array([2.5, 1.8])
+        space = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
+        size = space / points_per_inch
+        width, height = before + size + after
         figure.set_size_inches(width, height)
-        axes.set_position((*(LEFT_BOTTOM / (width, height)), *(size / (width, height))))
+        axes.set_position((*(before / (width, height)), *(size / (width, height))))
     middle, half = (lowest + highest) / 2, unit * space / 2
-    box = np.array([middle - half, middle + half])
-    return Canvas(axes, box, unit, names=names, dimensions=dimensions)
-
-
-def _extent(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest coordinates of the mechanism [m]."""
-    mechanism = scene.mechanism
-    shapes = [scene.outline(name) for name in mechanism.bodies]
-    for part in (*mechanism.joints.values(), *mechanism.loads.values()):
-        shapes += [scene.at(point)[None] for point in part.points]
-        shapes += [circle(*pitch) for pitch in scene.pitch_circles(part)]
-        if isinstance(part, Rack):
-            shapes += [np.array(scene.rack_line(part))]
-    points = np.concatenate(shapes)
-    return points.min(axis=0), points.max(axis=0)
+    return np.array([middle - half, middle + half]), unit, axes

@@ -8,28 +8,17 @@ import numpy as np
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
-from flexband.report.drawing.canvas import Canvas, Dimension, Label
+from flexband.report.drawing.canvas import COLORS, Canvas, Dimension, Label
+from flexband.report.shapes.shapes import Line
 
 FONT_SIZE = 9.0
 CENTERED: dict[str, Any] = {"ha": "center", "va": "center"}
-LENGTH_COLOR = "0.4"
-LABEL_DISTANCES = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
-"""Distances [pt] of a name from its place that are tried."""
-LABEL_DIRECTIONS = [np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi]
-LEADER_DISTANCE = 20.0
-"""Distance [pt] from which on a line connects a name with its place."""
-LABEL_PADDING = 3.0
-"""Free space [pt] around a name."""
-DISTANCE_COST, OVERLAP_COST = 0.1, 100.0
-"""Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink."""
-DIMENSION_DISTANCES = (20.0, 32.0, 44.0)
-"""Distances [pt] of a dimension from its line that are tried."""
 
 
 def write(canvas: Canvas) -> None:
     """Write dimensions, names and notes; the longest names come first."""
     short = [d for d in canvas.measured if not _write_dimension(canvas, d)]
-    style = {"color": LENGTH_COLOR}
+    style = {"color": COLORS["length"]}
     labels = canvas.labels + [Label(d.points.mean(axis=0), d.text, False, style) for d in short]
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
     for label in sorted(_merged(canvas, labels), key=lambda label: -len(label.text)):
@@ -47,6 +36,8 @@ def extent(text: str) -> np.ndarray:
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     """Draw a length beside its line; return False if the line is too short for the text."""
+    # Distances [pt] of a dimension from its line that are tried
+    dimension_distances = (20.0, 32.0, 44.0)
     points, text, beside = dimension
     width, height = extent(text)
     if np.linalg.norm(np.diff(points, axis=0), axis=1).sum() < (width + 12.0) * canvas.unit:
@@ -54,21 +45,21 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     slopes = np.gradient(points, axis=0)
     slopes /= np.linalg.norm(slopes, axis=1)[:, None]
     normals = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
-    offsets = [beside + away * canvas.unit for away in DIMENSION_DISTANCES]
+    offsets = [beside + away * canvas.unit for away in dimension_distances]
     lines = [points + side * offset * normals for offset in offsets for side in (1, -1)]
     ink = canvas.all_ink()[::3]
     best = lines[int(np.argmin([_near(canvas, ink, line) + k for k, line in enumerate(lines)]))]
-    thin = {"color": LENGTH_COLOR, "linewidth": 0.6, "zorder": 1.5}
+    thin = Line(strokes=(), color="length", width=0.6, layer=1.5, head=6.0)
     first, second = np.array_split(_refined(best), 2)
     for half in (first[::-1], second):
-        canvas.arrow(half, head=6.0, **thin)
+        canvas.arrow(half, thin)
     for a, b in ((points[0], best[0]), (points[-1], best[-1])):
         reach = float(np.linalg.norm(b - a)) / canvas.unit
-        canvas.line(canvas.local(a, b - a, [(6.0, 0.0), (reach + 3.0, 0.0)]), **thin)
+        canvas.line(canvas.local(a, b - a, [(6.0, 0.0), (reach + 3.0, 0.0)]), thin)
     (x, y), along = second[0], second[1] - first[-1]
     angle = (np.degrees(np.arctan2(along[1], along[0])) + 89.9) % 180.0 - 89.9  # never upside down
     white = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
-    canvas.axes.text(x, y, text, fontsize=FONT_SIZE - 1.0, color=LENGTH_COLOR, zorder=9.0,
+    canvas.axes.text(x, y, text, fontsize=FONT_SIZE - 1.0, color=COLORS["length"], zorder=9.0,
                      rotation=angle, rotation_mode="anchor", bbox=white, **CENTERED)  # fmt: skip
     for side in (-0.5, 0.0, 0.5):
         ends = [(-width / 2, side * height), (width / 2, side * height)]
@@ -101,26 +92,40 @@ def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
 
 def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """Write a name where it covers least and add its centre and size [m] to the boxes."""
+    # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of
+    # covered ink
+    distance_cost, overlap_cost = 0.1, 100.0
+    # Free space [pt] around a name
+    label_padding = 3.0
+    # Distance [pt] from which on a line connects a name with its place
+    leader_distance = 20.0
+    label_directions = [
+        np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi
+    ]
+    # Distances [pt] of a name from its place that are tried
+    label_distances = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
     ink, size = canvas.all_ink(), extent(label.text) * canvas.unit
     low, high = canvas.box
 
     def cost(centre: np.ndarray) -> float:
-        half = size / 2 + LABEL_PADDING * canvas.unit
+        half = size / 2 + label_padding * canvas.unit
         covered = np.all(np.abs(ink - centre) < half, axis=1).sum()
         over = sum(np.all(np.abs(other - centre) < half + size / 2) for other, size in boxes)
         outside = np.any(centre - half < low) or np.any(centre + half > high)
-        return covered + OVERLAP_COST * (over + outside)
+        return covered + overlap_cost * (over + outside)
 
     spots = [(0.0, label.place)] if label.inside else []
     spots += [
         (distance, label.place + turn * (distance * canvas.unit + size / 2))
-        for distance in LABEL_DISTANCES
-        for turn in LABEL_DIRECTIONS
+        for distance in label_distances
+        for turn in label_directions
     ]
-    distance, centre = spots[int(np.argmin([cost(c) + DISTANCE_COST * d for d, c in spots]))]
+    distance, centre = spots[int(np.argmin([cost(c) + distance_cost * d for d, c in spots]))]
     boxes.append((centre, size))
-    if distance > LEADER_DISTANCE:
+    if distance > leader_distance:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)
-        canvas.line([label.place, near], color=LENGTH_COLOR, linewidth=0.5)
+        canvas.line(
+            np.array([label.place, near]), Line(strokes=(), color="length", width=0.5, layer=2.0)
+        )
     style: dict[str, Any] = CENTERED | {"fontsize": FONT_SIZE, "zorder": 10.0} | label.style
     canvas.axes.text(centre[0], centre[1], label.text, **style)

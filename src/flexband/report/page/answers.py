@@ -26,33 +26,6 @@ TITLES = {
 }
 """Answers by the names of their files."""
 
-CAPTIONS = {
-    "allocation": "Above: each tolerance as a part of the largest one that is allowed. Below: the "
-    "margins of the limits that these tolerances leave; a limit is kept where its margin is above "
-    "zero. Margins too small to be seen are drawn again from close by",
-    "sobol": "Part of the variance that each random input takes part in: the lowest and the "
-    "highest for all values of the interval inputs",
-    "quantiles": "Lowest and highest quantiles of each output for all values of the interval "
-    "inputs; the legend names their probabilities",
-    "p_box": "Probability{} up to the one on the axis: the lowest and the highest for all values "
-    "of the interval inputs",
-    "range": "Lowest and highest values of each output for all values of the interval inputs and "
-    "the stated part of the random ones",
-    "derived": "Error bar of the quantity: the lowest μ − kσ and the highest μ + kσ for all values "
-    "of the interval inputs",
-}
-"""Of the pictures of answers."""
-
-MARGINS = (
-    "How far {} stays inside each limit, for all values of the interval inputs: the limit is kept "
-    "where this margin is above zero. A least margin that is too small to be seen beside the "
-    "others is drawn again from close by, with dots at the output times"
-)
-
-LIKELY = (
-    "Below: how likely each limit is left at a time, for the worst values of the interval inputs"
-)
-
 
 class Answer(NamedTuple):
     """A part of a report."""
@@ -68,11 +41,20 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
 
     Answers of earlier results, and those that are not as written, are left out, and named.
     """
+    likely = (
+        "Below: how likely each limit is left at a time, for the worst values of the interval "
+        "inputs"
+    )
+    margins = (
+        "How far {} stays inside each limit, for all values of the interval inputs: the limit is "
+        "kept where this margin is above zero. A least margin that is too small to be seen beside "
+        "the others is drawn again from close by, with dots at the output times"
+    )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability"))
     limits, probability = usable.get("limits"), usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
-    sentences = [MARGINS.format(bar), *[LIKELY] * is_likely(probability), ""]
+    sentences = [margins.format(bar), *[likely] * is_likely(probability), ""]
     if limits is not None and (
         pictures := _pictures(folder, "limits", ". ".join(sentences).strip())
     ):
@@ -103,7 +85,23 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
 
 def _caption(name: str, answer: xr.Dataset) -> str:
     """Return what the picture of an answer shows, and what it was computed from."""
-    caption = CAPTIONS.get(name, TITLES[name])
+    # Of the pictures of answers
+    captions = {
+        "allocation": "Above: each tolerance as a part of the largest one that is allowed. Below: "
+        "the margins of the limits that these tolerances leave; a limit is kept where its margin "
+        "is above zero. Margins too small to be seen are drawn again from close by",
+        "sobol": "Part of the variance that each random input takes part in: the lowest and the "
+        "highest for all values of the interval inputs",
+        "quantiles": "Lowest and highest quantiles of each output for all values of the interval "
+        "inputs; the legend names their probabilities",
+        "p_box": "Probability{} up to the one on the axis: the lowest and the highest for all "
+        "values of the interval inputs",
+        "range": "Lowest and highest values of each output for all values of the interval inputs "
+        "and the stated part of the random ones",
+        "derived": "Error bar of the quantity: the lowest μ − kσ and the highest μ + kσ for all "
+        "values of the interval inputs",
+    }
+    caption = captions.get(name, TITLES[name])
     if name == "p_box":
         at = {k: c for k, c in answer.coords.items() if not c.ndim and k not in ("unit", "output")}
         where = "".join(

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+JsonRecord = dict[str, Any]
+"""What JSON can hold: texts, numbers, lists, packed arrays and other records, by name."""
 
-def packed(values: ArrayLike, quantum: float | None = None) -> dict[str, Any]:
+
+def packed(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
     """Return an array as a record that JSON can hold.
 
     Parameters

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.results import ERRORS
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.plot.figures import drawable_outputs
-from flexband.report.text.tables import deviations, outputs_of, select
+from flexband.report.plot.series import series
+from flexband.report.text.numbers import number
+from flexband.report.text.tables import Table, deviations, outputs_of, select
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIGITS = 2e-6
 """To which part of the largest width of an error bar numbers are rounded."""
 
-NARROW = 0.05
-"""Width of an error bar, as a part of the nominal range, below which its deviation is shown."""
 
 PARTS = {
     "error_bar_expansion_error": "expansion",
@@ -29,7 +29,7 @@ def chart_data(
     nominal: xr.DataArray | None = None,
     contributions: xr.Dataset | None = None,
     limits: xr.Dataset | None = None,
-) -> dict[str, Any] | None:
+) -> JsonRecord | None:
     """Return what charts.js draws, or None if outputs are no functions of one increasing number.
 
     Parameters
@@ -66,16 +66,19 @@ def _output(
     nominal: xr.DataArray | None,
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
-) -> dict[str, Any]:
+) -> JsonRecord:
     """Return the data of the chart of one output."""
+    # Width of an error bar, as a part of the nominal range, below which its deviation is
+    # shown
+    narrow = 0.05
     output_bands = select(bands, name)
-    bar = output_bands["error_bar"].transpose("bound", ...).values
+    bar = series(bands["error_bar"], name)[1]
     width = float(np.max(bar[1] - bar[0], initial=0.0))
     quantum = DIGITS * width or None
-    chart: dict[str, Any] = {
+    chart: JsonRecord = {
         "name": name or "response",
         "unit": str(output_bands["unit"].values) if "unit" in output_bands.coords else "",
-        "mean": packed(output_bands["mean"].transpose("bound", ...).values, quantum),
+        "mean": packed(series(bands["mean"], name)[1], quantum),
         "error_bar": packed(bar, quantum),
         "rings": bool("carriers" in output_bands and np.any(output_bands["carriers"].values > 0)),
     }
@@ -92,9 +95,9 @@ def _output(
             output_bands["error_bar_at"].transpose("input", "bound", ...).values
         )
     if nominal is not None:
-        values = select(nominal, name).values
+        values = series(nominal, name)[1]
         chart["nominal"] = packed(values, quantum)
-        chart["narrow"] = bool(width < NARROW * np.ptp(values))
+        chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
         output_contributions = select(contributions, name)
         chart["contributions"] = {
@@ -103,14 +106,14 @@ def _output(
                 output_contributions["contribution"].transpose("name", ...).values,
                 100 * DIGITS * width or None,
             ),
-            "width": packed(output_contributions["width"].values, 100 * DIGITS * width or None),
+            "width": packed(series(contributions["width"], name)[1], 100 * DIGITS * width or None),
         }
     if limits is not None:
         chart["limits"] = _limits(limits, output_bands, name)
     return chart
 
 
-def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
+def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
     """Return k of the error bars μ ± kσ that limits were checked with, and least margins: where."""
     if limits is None:
         return None
@@ -125,7 +128,7 @@ def _margins(limits: xr.Dataset | None) -> dict[str, Any] | None:
     return {"sigmas": float(limits.attrs["sigmas"]), **least}
 
 
-def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[dict[str, Any]]:
+def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[JsonRecord]:
     """Return the limits of an output: name, side, and curve."""
     curves = []
     for k in range(limits.sizes["limit"]):
@@ -140,3 +143,42 @@ def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[dic
                     {"name": str(limit["limit"].values), "side": side, "values": packed(curve)}
                 )
     return curves
+
+
+def nominal_of(surrogate: Surrogate | SurrogateOfChoices | None) -> xr.DataArray | None:
+    """Return the response of a surrogate with all inputs nominal, without its samples."""
+    if not isinstance(surrogate, Surrogate):
+        return None
+    values = surrogate.standard(*surrogate.space.nominal())
+    return (
+        xr.DataArray(values, dims=surrogate.labels.dims)
+        .isel(sample=0)
+        .assign_coords(
+            {k: c.variable for k, c in surrogate.labels.coords.items() if "sample" not in c.dims}
+        )
+    )
+
+
+def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]:
+    """Return a table of numbers for every output, at some of its times."""
+    titled_tables = []
+    for name in outputs_of(bands["mean"]):
+        output_bands = select(bands, name)
+        (free,) = (d for d in output_bands["mean"].dims if d != "bound")
+        some = output_bands.isel(
+            {free: np.unique(np.linspace(0, output_bands.sizes[free] - 1, max_rows).astype(int))}
+        )
+        error = next((some[k].values for k in ERRORS if k in some), None)
+        columns = [some[free].values]
+        columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]
+        header = [str(free), "lowest mean", "highest mean", "bar from", "to"]
+        if error is not None:
+            columns, header = [*columns, error], [*header, "expected error"]
+        scales = [0.0, *[float(abs(output_bands["error_bar"]).max())] * 4, 0.0]
+        rows = [
+            [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]
+            for row in zip(*columns, strict=True)
+        ]
+        unit = f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
+        titled_tables.append((f"{name or 'response'}{unit}", (header, rows)))
+    return titled_tables

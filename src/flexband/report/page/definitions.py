@@ -7,41 +7,6 @@ import xarray as xr
 from flexband.report.plot.figures import bounds
 from flexband.report.text import tables
 
-TERMS = {
-    "nominal": "the response with every interval at its midpoint and every random input at its "
-    "mean; at its median if it is a LogNormal or has heavy tails",
-    "expected error": "how far the ends of an error bar are expected to be off; in per cent: in "
-    "parts of the width of the bar, over time in parts of its mean; below a chart: at the cursor; "
-    "in what if and in ranges: the largest. It is found by runs that were not fitted, and by runs "
-    "with half the step and twice the elements",
-    "confirmed": "whether new runs, most of them at the combinations of the intervals at which "
-    "the bounds are attained, are missed by no more than expected, as far as so few runs can tell",
-    "matters": "by how much the error bar is narrower with the input at its nominal value, as a "
-    "part of its width, over time as a part of its mean width",
-    "interval": "all that is known of the input is that it is between two numbers",
-    "random field": "a property that is random and varies with the position",
-}
-
-NOT_RANDOM = frozenset(("constant", "interval", "interval field", "size", "compensator", "choice"))
-"""Kinds of inputs."""
-
-MOMENTS = {
-    "μ and σ": "mean and standard deviation over the random inputs, at values of the interval "
-    "inputs",
-}
-
-MARGIN = (
-    "how far μ ± {} stays inside a limit, for all values of the interval inputs; below zero it is "
-    "left. Between the output times it may be less"
-)
-
-CHANCES = {
-    "probability": "how likely the limit is left at any time of the motion, over the random "
-    "inputs; the lower and the upper one are over all values of the interval inputs",
-    "95 % confidence": "the interval that holds a probability, which is found by samples of the "
-    "surrogate; what the surrogate misses is not in it",
-}
-
 
 def definitions(
     bands: xr.Dataset,
@@ -55,15 +20,48 @@ def definitions(
     ----------
     inputs : their table, with the kind in the second column.
     """
+    chances = {
+        "probability": "how likely the limit is left at any time of the motion, over the random "
+        "inputs; the lower and the upper one are over all values of the interval inputs",
+        "95 % confidence": "the interval that holds a probability, which is found by samples of "
+        "the surrogate; what the surrogate misses is not in it",
+    }
+    margin = (
+        "how far μ ± {} stays inside a limit, for all values of the interval inputs; below zero "
+        "it is left. Between the output times it may be less"
+    )
+    moments = {
+        "μ and σ": "mean and standard deviation over the random inputs, at values of the interval "
+        "inputs",
+    }
+    # Kinds of inputs
+    not_random = frozenset(
+        ("constant", "interval", "interval field", "size", "compensator", "choice")
+    )
+    terms = {
+        "nominal": "the response with every interval at its midpoint and every random input at its "
+        "mean; at its median if it is a LogNormal or has heavy tails",
+        "expected error": "how far the ends of an error bar are expected to be off; in per cent: "
+        "in parts of the width of the bar, over time in parts of its mean; below a chart: at the "
+        "cursor; in what if and in ranges: the largest. It is found by runs that were not fitted, "
+        "and by runs with half the step and twice the elements",
+        "confirmed": "whether new runs, most of them at the combinations of the intervals at "
+        "which the bounds are attained, are missed by no more than expected, as far as so few "
+        "runs can tell",
+        "matters": "by how much the error bar is narrower with the input at its nominal value, as "
+        "a part of its width, over time as a part of its mean width",
+        "interval": "all that is known of the input is that it is between two numbers",
+        "random field": "a property that is random and varies with the position",
+    }
     pairs = (text.split(": ", 1) for text in bounds(bands).values())
     kinds = {row[1] for row in inputs[1]}
     left_out = {kind for kind in ("interval", "random field") if kind not in kinds}
     meanings = {term.lower(): meaning for term, meaning in pairs}
-    if kinds - NOT_RANDOM:
-        meanings |= MOMENTS
-    meanings |= {term: meaning for term, meaning in TERMS.items() if term not in left_out}
+    if kinds - not_random:
+        meanings |= moments
+    meanings |= {term: meaning for term, meaning in terms.items() if term not in left_out}
     if limits is not None:
-        meanings["margin"] = MARGIN.format(tables.deviations(limits))
+        meanings["margin"] = margin.format(tables.deviations(limits))
     if probability is not None:
-        meanings |= CHANCES
+        meanings |= chances
     return list(meanings.items())

@@ -12,30 +12,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from flexband.errors import InputError, warn, without_warnings
-from flexband.execution.names import FileName
-from flexband.files import read_json, write_json
+from flexband.errors import warn, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.drawing.draw import draw
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.report.plot.figures import fields_figure
-from flexband.study.folder import StudyFolder
-from flexband.study.results.netcdf import RESTORED
-from flexband.study.results.reliability import Doubt
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
-
-SLOW, VERY_SLOW = 3.0, 60.0
-"""Mean times [s] of a run from which on the motion is shown without samples of the inputs, and not
-at all: the mechanism is simulated again for it. In a study in which the engine is compiled, a run
-takes less than the mean."""
 
 
 def given_by(
@@ -45,7 +36,7 @@ def given_by(
     file: Path | None,
     *,
     seconds: float = 0.0,
-) -> dict[str, Any]:
+) -> JsonRecord:
     """Return what a report shows of a study's code.
 
     Parameters
@@ -61,8 +52,12 @@ def given_by(
     `drawing`, the address of an image, and `description`, of a mechanism at the nominal values;
     `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
     """
+    # Mean times [s] of a run from which on the motion is shown without samples of the
+    # inputs, and not at all: the mechanism is simulated again for it. In a study in which
+    # the engine is compiled, a run takes less than the mean
+    slow, very_slow = 3.0, 60.0
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    data: dict[str, Any] = {
+    data: JsonRecord = {
         "question": _docstring(file),
         "inputs": inputs_table(inputs, study.units),
         "units": study.units,
@@ -83,8 +78,8 @@ def given_by(
         _add(data, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
         _add(data, "description", "The mechanism", lambda: _in_words(mechanism()))
         takes = f"since a run takes {seconds:.2g} s on average."
-        if seconds < VERY_SLOW:
-            samples = SAMPLES if seconds < SLOW else 0
+        if seconds < very_slow:
+            samples = SAMPLES if seconds < slow else 0
             data["motion"], remarks = study_motion(study, surrogate, samples=samples)
             nominal = f"The motion is the nominal one, without samples of the inputs, {takes}"
             data["hidden"] += [*remarks, *[nominal] * (data["motion"] is not None and not samples)]
@@ -93,7 +88,7 @@ def given_by(
     return data
 
 
-def _add(data: dict[str, Any], name: str, what: str, make: Callable[[], Any]) -> None:
+def _add(data: JsonRecord, name: str, what: str, make: Callable[[], Any]) -> None:
     """Add a part of the report, or a remark that it cannot be shown."""
     try:
         data[name] = make()
@@ -141,40 +136,3 @@ def _docstring(file: Path | None) -> str:
         return " ".join((ast.get_docstring(ast.parse(text)) or "").split())
     except (OSError, ValueError, SyntaxError):
         return ""
-
-
-def write_given(folder: Path, given: dict[str, Any]) -> None:
-    """Write page.json into the folder of a study.
-
-    `given["doubts"]` are of class `Doubt`; `given["signed"]` are the checksums of the results that
-    it belongs to, by the files' names.
-    """
-    doubts = [doubt.as_json() for doubt in given["doubts"]]
-    write_json(folder / FileName.PAGE, {**given, "doubts": doubts})
-
-
-def read_given(folder: Path) -> dict[str, Any]:
-    """Return what page.json has, nothing if there is none.
-
-    Raises
-    ------
-    InputError
-        If it, or one of the results that it belongs to, is not as written.
-    """
-    file = folder / FileName.PAGE
-    try:
-        given = read_json(file)
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError):
-        raise InputError(f"{file} is not as written; {RESTORED}") from None
-    try:
-        given["doubts"] = [Doubt.from_json(content) for content in given["doubts"]]
-    except ValueError:
-        older = "was written by an older version of flexband"
-        raise InputError(f"{file} {older}; {RESTORED}") from None
-    for name, checksum in given["signed"].items():
-        there = (folder / name).exists()
-        if there and not StudyFolder(folder).has({name: checksum}):
-            raise InputError(f"{folder / name} is not as written; {RESTORED}")
-    return given

@@ -20,9 +20,6 @@ from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
-MAX_OUTPUTS = 3
-"""Of which a table tells how much an input matters for them."""
-
 NODES = 32
 """Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
@@ -71,8 +68,10 @@ def over_time(contributions: xr.Dataset) -> bool:
 
 def _matters(share: xr.DataArray) -> str:
     """Return the shares of the outputs that the input matters for, the largest first."""
+    # Of which a table tells how much an input matters for them
+    max_outputs = 3
     shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
-    largest = sorted(shares, key=lambda k: -shares[k])[:MAX_OUTPUTS]
+    largest = sorted(shares, key=lambda k: -shares[k])[:max_outputs]
     texts = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
     return ", ".join(t for t, k in zip(texts, largest, strict=True) if shares[k] > 5e-4) or "0 %"
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_box import VALUES, p_box
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-SAMPLES = 1024
-"""Of the random inputs."""
 
 
 def p_boxes(
@@ -33,6 +28,8 @@ def p_boxes(
     `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
     `sampling_error` (output, place), the largest; the coordinate `place` is the time.
     """
+    # Of the random inputs
+    samples = 1024
     first_surrogate = next(iter(getattr(surrogate, "surrogates", {"": surrogate}).values()))
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if not first_surrogate.space.random_dimension or len(free) != 1:
@@ -45,7 +42,7 @@ def p_boxes(
     rows = []
     for name in outputs_of(bands["mean"]):
         output = {"output": name} if "output" in bands["mean"].dims else {}
-        boxes = [p_box(surrogate, at={**output, dim: x}, samples=SAMPLES) for x in places]
+        boxes = [p_box(surrogate, at={**output, dim: x}, samples=samples) for x in places]
         rows.append([_row(box) for box in boxes])
     value, distribution, error = (
         np.array([[row[k] for row in output_rows] for output_rows in rows]) for k in range(3)
@@ -56,10 +53,10 @@ def p_boxes(
         "distribution": ((*dims, "bound", "number"), distribution),
         "sampling_error": (dims, error),
     }
-    return xr.Dataset(data, {"place": places}, {"samples": SAMPLES})
+    return xr.Dataset(data, {"place": places}, {"samples": samples})
 
 
-def p_box_data(boxes: xr.Dataset | None) -> dict[str, Any] | None:
+def p_box_data(boxes: xr.Dataset | None) -> JsonRecord | None:
     """Return what p_boxes.js draws."""
     if boxes is None:
         return None

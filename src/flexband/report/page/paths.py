@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.path import path
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-DIRECTIONS = 16
-
-MAX_REGIONS = 400
-"""That are drawn."""
-
-DIGITS = 1e-4
-"""To which part of the largest radius of a region its vertices are rounded."""
 
 
 def widest_path(
@@ -29,6 +19,7 @@ def widest_path(
 
     None if no pair of outputs is NAME_X and NAME_Y, in metres, over time.
     """
+    directions = 16
     names, dims = outputs_of(bands["mean"]), set(bands["mean"].dims)
     if surrogate is None or "unit" not in bands.coords or dims != {"bound", "output", "time"}:
         return None
@@ -45,18 +36,22 @@ def widest_path(
     if not widths:
         return None
     x, y = max(widths, key=lambda pair: widths[pair])
-    return path(surrogate, x, y, sigmas=sigmas, directions=DIRECTIONS)
+    return path(surrogate, x, y, sigmas=sigmas, directions=directions)
 
 
-def path_data(tube: xr.Dataset | None) -> dict[str, Any] | None:
+def path_data(tube: xr.Dataset | None) -> JsonRecord | None:
     """Return what paths.js draws of a result of `path`."""
+    # To which part of the largest radius of a region its vertices are rounded
+    digits = 1e-4
+    # That are drawn
+    max_regions = 400
     if tube is None or tube["radius"].ndim != 1:
         return None
     (free,) = tube["radius"].dims
-    step = max(1, -(-tube.sizes[free] // MAX_REGIONS))
+    step = max(1, -(-tube.sizes[free] // max_regions))
     some = {free: slice(None, None, step)}
     radius = float(tube["radius"].max())
-    quantum = DIGITS * radius or None
+    quantum = digits * radius or None
     vertices = np.stack(
         [tube[name].isel(some).transpose(free, "vertex").values for name in "xy"], axis=1
     )

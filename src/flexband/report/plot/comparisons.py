@@ -17,7 +17,6 @@ from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.tables import select
 from flexband.study.comparison import Comparison
 
-MARKERS = "osD^v<>"
 NAMES = {"mean": "interval mean", "error_bar": "interval error bar"}
 
 
@@ -90,6 +89,7 @@ def errors(
     InputError
         If `results` are none of `compare`, or have no such output or variable.
     """
+    markers = "osD^v<>"
     if not isinstance(results, list | tuple) or not all(isinstance(r, Comparison) for r in results):
         raise InputError(f"results must be those of compare; got {shown(results)}")
     compared: list[Any] = [result for result in results if result.errors]
@@ -102,7 +102,7 @@ def errors(
         if not labelled or count > 1.25 * labelled[-1]:  # labels must not overlap
             labelled.append(count)
     names = dict.fromkeys(result.method.name for result in compared)
-    looks = zip(names, cycle(LINES[1:] + LINES[:1]), cycle(MARKERS), strict=False)
+    looks = zip(names, cycle(LINES[1:] + LINES[:1]), cycle(markers), strict=False)
     for name, look, marker in looks:
         group = [result for result in compared if result.method.name == name]
         error = np.array([float(select(result.errors[variable], output)) for result in group])

@@ -15,7 +15,6 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 
-REALIZATIONS = 8
 ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or time [s]"}
 """What a field is a function of -> name of the axis."""
 
@@ -39,11 +38,12 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     InputError
         If `field` is none, or has no domain, or `along` is neither.
     """
+    realizations = 8
     check_instance("field", field, Field, "a field")
     check_option("along", along, ALONG)
     check_instance("name", name, str, "a text")
     x = np.linspace(*field.located, 501)
-    drawn = field.realizations(x, REALIZATIONS)
+    drawn = field.realizations(x, realizations)
     middle, text, lines = field.nominal(x), "limits", []
     if isinstance(field, RandomField):
         deviation = field.deviation(x)

@@ -23,15 +23,6 @@ from flexband.report.plot.series import (
 from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.numbers import number
 
-SEEN = 0.03
-"""Part of the range of margins from which on the least one can be told from zero in a figure."""
-
-HEADROOM = 8.0
-"""Multiples of the least margin, or of its expected error, that are shown around it."""
-
-MIN_NEAR = 2
-"""Output times before and after the least margin, at least, that are shown around it."""
-
 
 def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None) -> Axes:
     """Draw how far each limit is kept; below zero it is not.
@@ -75,9 +66,12 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
 
 def too_small_to_see(limits: xr.Dataset) -> bool:
     """Return whether the least margin over time cannot be told from zero beside the others."""
+    # Part of the range of margins from which on the least one can be told from zero in a
+    # figure
+    seen = 0.03
     margin = limits["margin"].transpose("limit", ...).values
     values = margin[np.isfinite(margin)]
-    return margin.ndim == 2 and values.size > 0 and _scale(limits) < SEEN * np.ptp(values)
+    return margin.ndim == 2 and values.size > 0 and _scale(limits) < seen * np.ptp(values)
 
 
 def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
@@ -132,10 +126,14 @@ def _scale(limits: xr.Dataset) -> float:
 
 def _closest(ax: Axes, limits: xr.Dataset, values: np.ndarray, unit: str) -> None:
     """Limit the axes to where the margin of the limit with the least one is about as small."""
+    # Output times before and after the least margin, at least, that are shown around it
+    min_near = 2
+    # Multiples of the least margin, or of its expected error, that are shown around it
+    headroom = 8.0
     (limit, place), scale = _place(values), _scale(limits)
     x = limits[limits["margin"].transpose("limit", ...).dims[-1]].values
-    near = values[limit, max(place - MIN_NEAR, 0) : place + MIN_NEAR + 1]
-    top = max(values[limit, place] + HEADROOM * scale, 1.1 * float(np.nanmax(near)))
+    near = values[limit, max(place - min_near, 0) : place + min_near + 1]
+    top = max(values[limit, place] + headroom * scale, 1.1 * float(np.nanmax(near)))
     far = np.flatnonzero(~(values[limit] <= top))
     before, after = far[far < place], far[far > place]
     first = before[-1] if before.size else 0

@@ -13,9 +13,6 @@ from flexband.report.drawing.draw import draw
 from flexband.report.plot.series import literal, with_unit
 from flexband.report.plot.style import LIGHT, LINES, MIDDLE, axes_of
 
-MAX_DRAWN = 400
-"""Regions in a figure."""
-
 
 def mechanism(
     mechanism: Mechanism,
@@ -65,10 +62,12 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     InputError
         If `found` is no result of `path`.
     """
+    # Regions in a figure
+    max_drawn = 400
     if not isinstance(found, xr.Dataset) or not {"x", "y", "x_nominal", "y_nominal"} <= set(found):
         raise InputError(f"found must be a result of path; got {shown(found)}")
     vertices = np.stack([found[name].transpose("vertex", ...).values.T for name in "xy"], axis=-1)
-    some = vertices[:: max(1, len(vertices) // MAX_DRAWN)]
+    some = vertices[:: max(1, len(vertices) // max_drawn)]
     ax = axes_of(ax)
     ax.add_collection(
         PolyCollection(list(some), facecolor=LIGHT, edgecolor=MIDDLE, linewidth=0.4, alpha=0.6)

@@ -53,7 +53,9 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
 
 
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and the values of shape (..., x) of one output.
+    """Return x and the values of shape (..., x) of one output, those of bounds first.
+
+    This is what figures and charts draw.
 
     Raises
     ------
@@ -61,6 +63,8 @@ def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
         If the output depends on more than one variable.
     """
     output_data = select(data, output)
+    if "bound" in output_data.dims:
+        output_data = output_data.transpose("bound", ...)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
     if output_data.ndim > 1 + ("bound" in output_data.dims):
         raise InputError(

@@ -11,9 +11,6 @@ from matplotlib.axes import Axes
 
 from flexband.errors import check_instance, check_integer, check_positive
 
-WIDTHS = {1: 3.4, 2: 7.0}
-"""Of a figure of so many columns of a journal's page [in]."""
-
 LIGHT, MIDDLE, DARK = "#d3e4f3", "#5b9bd0", "#10416f"
 """Of the error bar, the mean, and its edges: their lightness falls in this order."""
 
@@ -27,29 +24,6 @@ LINES: list[dict[str, Any]] = [
     {"color": "#56b4e9", "linewidth": 0.9, "linestyle": (0, (3, 1, 1, 1))},
 ]
 """Of several series (Okabe and Ito, 2008), each with its own dashes."""
-
-PRINT: dict[Any, Any] = {
-    "font.family": "STIXGeneral",
-    "mathtext.fontset": "stix",
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.formatter.limits": (-3, 4),
-    "axes.formatter.use_mathtext": True,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "lines.linewidth": 0.9,
-    "lines.markersize": 3.0,
-    "legend.fontsize": 7.0,
-    "legend.frameon": False,
-    "hatch.linewidth": 0.4,
-    "figure.constrained_layout.use": True,
-    "figure.dpi": 150.0,
-    "savefig.dpi": 300.0,
-    "pdf.fonttype": 42,  # letters stay letters
-}
 
 
 def style(columns: int = 1, *, height: float | None = None) -> AbstractContextManager[None]:
@@ -65,9 +39,33 @@ def style(columns: int = 1, *, height: float | None = None) -> AbstractContextMa
     InputError
         If there are neither one nor two columns, or the height is not positive.
     """
+    for_print: dict[Any, Any] = {
+        "font.family": "STIXGeneral",
+        "mathtext.fontset": "stix",
+        "font.size": 8.0,
+        "axes.titlesize": 8.0,
+        "axes.formatter.limits": (-3, 4),
+        "axes.formatter.use_mathtext": True,
+        "axes.linewidth": 0.6,
+        "xtick.major.width": 0.6,
+        "ytick.major.width": 0.6,
+        "xtick.direction": "in",
+        "ytick.direction": "in",
+        "lines.linewidth": 0.9,
+        "lines.markersize": 3.0,
+        "legend.fontsize": 7.0,
+        "legend.frameon": False,
+        "hatch.linewidth": 0.4,
+        "figure.constrained_layout.use": True,
+        "figure.dpi": 150.0,
+        "savefig.dpi": 300.0,
+        "pdf.fonttype": 42,  # letters stay letters
+    }
+    # Of a figure of so many columns of a journal's page [in]
+    widths = {1: 3.4, 2: 7.0}
     check_integer("columns", columns, 1, 2)
-    tall = 0.62 * WIDTHS[1] if height is None else float(check_positive("height", height, rank=0))
-    return rc_context({**PRINT, "figure.figsize": (WIDTHS[columns], tall)})
+    tall = 0.62 * widths[1] if height is None else float(check_positive("height", height, rank=0))
+    return rc_context({**for_print, "figure.figsize": (widths[columns], tall)})
 
 
 def axes_of(ax: Axes | None) -> Axes:

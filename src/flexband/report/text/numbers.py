@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-NOISE = 1e-12
-"""Below this part of the largest value of a series, numbers are rounding errors."""
-
 
 def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
     """Return a number as text: 0.0123 and 12300, but 7.67e-5 and 2.8e9.
@@ -16,8 +13,10 @@ def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
     ----------
     scale : largest value of what the number belongs to; its rounding errors are "0".
     """
+    # Below this part of the largest value of a series, numbers are rounding errors
+    noise = 1e-12
     value = float(value)
-    if abs(value) <= NOISE * scale or not math.isfinite(value):
+    if abs(value) <= noise * scale or not math.isfinite(value):
         return "0" if math.isfinite(value) else f"{value:g}"
     head, power = f"{value:.{digits - 1}e}".split("e")
     if -4 <= int(power) < 6:

@@ -27,8 +27,6 @@ from flexband.words import number_of
 Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
 
-FAR = 0.01
-"""Part of its range by which an output may leave it between the times without a remark."""
 
 TOLD = 0.01
 """Part of the largest width of an error bar that the digits of its ends tell."""
@@ -36,16 +34,6 @@ TOLD = 0.01
 CONSTANT = "constant"
 """In place of the width of an output that is constant, or nothing but rounding errors."""
 
-MORE = "allow more runs (--max-runs)"
-"""What helps where a method does not tell."""
-
-AND_YET = "yes, not trusted"
-"""Of an output whose expected error new runs confirm, although it is too large for trust."""
-
-APART = 1.25
-"""Factor between an error in parts of an output's own width and of that it is judged by, beyond
-which the former is told. Where both widths are the output's, they differ by a little, since the
-latter is found at fewer times."""
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -117,12 +105,14 @@ def _confirmed(
     name: str, output_bands: xr.Dataset, checked: xr.Dataset | None, *, constant: bool
 ) -> list[str]:
     """Return the cell that tells whether new runs confirm the bands of an output; none without."""
+    # Of an output whose expected error new runs confirm, although it is too large for trust
+    and_yet = "yes, not trusted"
     if checked is None or "confirmed" not in checked:
         return []
     if not select(checked["confirmed"], name).values.all():
         return ["NO"]
     trusted = "trusted" not in output_bands or output_bands["trusted"].values.all()
-    return ["" if constant else "yes" if trusted else AND_YET]
+    return ["" if constant else "yes" if trusted else and_yet]
 
 
 def _unit(output_bands: xr.Dataset) -> str:
@@ -160,12 +150,16 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
 
     Both are means over time, if there are times.
     """
+    # Factor between an error in parts of an output's own width and of that it is judged by,
+    # beyond which the former is told. Where both widths are the output's, they differ by a
+    # little, since the latter is found at fewer times
+    apart = 1.25
     judged = judged_errors(bands)
     if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
         return judged
     errors = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
     pairs = zip(judged.items(), map(float, errors.ravel()), strict=True)
-    return {name: error if error > APART * share else share for (name, share), error in pairs}
+    return {name: error if error > apart * share else share for (name, share), error in pairs}
 
 
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
@@ -320,6 +314,8 @@ def remarks(
 
 def between_remarks(bands: xr.Dataset) -> list[str]:
     """Return which outputs leave their bands' range between the times in all runs looked at."""
+    # Part of its range by which an output may leave it between the times without a remark
+    far = 0.01
     if "above_between" not in bands:
         return []
     lines, last = [], bands["above_between"].dims[-1]
@@ -333,7 +329,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
             least = output_bands[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least
-            if reach.max() <= end.max() + FAR * largest:
+            if reach.max() <= end.max() + far * largest:
                 continue
             at = number(bands[last].values[np.unravel_index(reach.argmax(), reach.shape)[-1]])
             way = "up" if sign > 0 else "down"
@@ -352,6 +348,8 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
 
     If the discretization was left to the method, each of them has one half of the tolerance.
     """
+    # What helps where a method does not tell
+    more = "allow more runs (--max-runs)"
     attrs, lines = bands.attrs, []
     error, finer, tolerance = (
         attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
@@ -369,7 +367,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
             "(--tolerance)"
         ]
     if exceeded and error > share:
-        lines.append(f"{unmet} NOT met: {attrs.get('advice', MORE)}")
+        lines.append(f"{unmet} NOT met: {attrs.get('advice', more)}")
         lines.append(f"Most is missed {attrs['largest_miss']}")
     if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:

@@ -183,11 +183,11 @@ flexband.MotionPlayer = class {
     this.slider.setAttribute("aria-valuetext", time);
     this.output.textContent = time;
     const { data, samples, apart } = this.scene;
-    const names = (items) => items.map((own) => own.name).join(", ") || "none";
+    const names = (items) => items.join(", ") || "none";
     const spread = samples ? ` The samples, ${samples} in number, deviate from it by at most ${flexband.shownLength(apart[this.frame])}.` : "";
     this.canvas.setAttribute("aria-label",
-      `Drawing of the mechanism at ${time}. Bodies: ${names(data.bodies)}. Joints: ${names(data.joints)}.` +
-      ` Loads: ${names(data.loads)}.${spread}`);
+      `Drawing of the mechanism at ${time}. Bodies: ${names(data.names.bodies)}. Joints: ${names(data.names.joints)}.` +
+      ` Loads: ${names(data.names.loads)}.${spread}`);
     this.now.textContent = samples ? ` Largest deviation now: ${flexband.shownLength(apart[this.frame])}.` : "";
   }
 

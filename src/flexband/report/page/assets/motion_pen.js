@@ -144,7 +144,7 @@ flexband.Pen = class {
   area(points, { fill = "pale", edge = "ink", width = 1, alpha = 1, dash = [] } = {}) {
     this.trace(points, true);
     if (fill) this.fill(fill, alpha);
-    if (width) this.stroke({ color: edge, width, dash });
+    if (width) this.stroke({ color: edge, width, dash, cap: "round" });
   }
 
   /** Draw a circle of a radius [m]. */
@@ -161,11 +161,13 @@ flexband.Pen = class {
     this.circle(center, (size / 2) * this.unit, { fill, color, width, alpha });
   }
 
-  /** Draw a square of a size [pt]. */
-  square(center, size, fill = "ink") {
-    const half = size / 2;
+  /** Draw a disc, a square, a diamond or the letter f of a size [pt]. */
+  mark(center, { marker, size, fill = null, color = "ink", width }) {
+    const half = size / 2, direction = marker === "diamond" ? [1, 1] : [1, 0];
     const corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    this.area(this.local(center, [1, 0], corners), { fill, width: 1.2 });
+    if (marker === "disc") this.dot(center, size, { fill, color, width });
+    else if (marker === "f") this.text(center, "f", { color, italic: true });
+    else this.area(this.local(center, direction, corners), { fill, edge: color, width });
   }
 
   /** Draw an arrow along places with a head of a length [pt]. */

@@ -12,7 +12,7 @@ flexband.MotionScene = class {
   }
 
   /** Return all places of the nominal motion. */
-  places() {
+  visited() {
     const { shape } = this.data.position;
     return Array.from({ length: shape[0] * this.count }, (_, k) => this.at(Math.floor(k / this.count), k % this.count));
   }
@@ -34,25 +34,11 @@ flexband.MotionScene = class {
     return [values[first], values[first + this.count]];
   }
 
-  /** Find what is the same at all instants: the box, ranges of guides, the largest force. */
+  /** Find what is the same at all instants: the box, the largest force, the largest deviations. */
   prepare() {
-    const { position, forces, samples, bodies, joints, loads } = this.data;
-    const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
-    const reach = (place, radius = 0) => {
-      for (const axis of [0, 1]) {
-        low[axis] = Math.min(low[axis], place[axis] - radius);
-        high[axis] = Math.max(high[axis], place[axis] + radius);
-      }
-    };
-    const round = [...bodies.filter((b) => b.radius), ...joints.flatMap((j) => j.circles || [])];
-    for (let frame = 0; frame < this.count; frame++) {
-      for (let k = 0; k < position.shape[0]; k++) reach(this.at(k, frame));
-      for (const own of round) reach(this.at(own.center, frame), Math.abs(own.radius));
-    }
-    this.box = [low, high];
+    const { box, forces, samples } = this.data, [low, high] = box;
+    this.box = box;
     this.size = Math.hypot(high[0] - low[0], high[1] - low[1]) || 1;
-    this.ranges = new Map(joints.filter((j) => j.axis !== undefined).map((j) => [j, this.range(j)]));
-    this.rests = new Map(loads.filter((l) => l.kind === "spring").map((l) => [l, this.length(l)]));
     this.largestForce = 0;
     for (const own of forces) {
       for (let frame = 0; frame < this.count; frame++) {
@@ -75,45 +61,52 @@ flexband.MotionScene = class {
     this.largestApart = this.apart.reduce((a, b) => Math.max(a, b), 0);
   }
 
-  /** Return the range [m] of a slider along its guide. */
-  range(joint) {
-    let [low, high] = [Infinity, -Infinity];
-    for (let frame = 0; frame < this.count; frame++) {
-      const axis = this.vector("direction", joint.axis, frame);
-      const [x, y] = flexband.symbols.subtract(this.at(joint.at[0], frame), this.at(joint.at[1], frame));
-      const along = x * axis[0] + y * axis[1];
-      [low, high] = [Math.min(low, along), Math.max(high, along)];
-    }
-    return [low, high];
-  }
-
-  length(load) {
-    return Math.hypot(...flexband.symbols.subtract(this.at(load.at[1], 0), this.at(load.at[0], 0)));
+  /** Return the places of a stroke [m], null where the pen is lifted; see shapes.py. */
+  places(pen, { frames, first, count }, instant) {
+    const axes = frames.map((frame) => {
+      let vector = frame.fixed || [1, 0];
+      if (frame.turn !== undefined) vector = this.vector("direction", frame.turn, instant);
+      else if (frame.ends) {
+        const [start, end] = frame.ends.map((number) => this.at(number, instant));
+        vector = [end[0] - start[0], end[1] - start[1]];
+      }
+      const length = Math.hypot(...vector), size = length || 1;
+      return { origin: this.at(frame.origin, instant), scale: frame.shares ? length : 1,
+        x: vector[0] / size, y: vector[1] / size };
+    });
+    const { values } = this.data.vertices;
+    return Array.from({ length: count }, (_, k) => {
+      const [a, b, right, above] = values.subarray(4 * (first + k), 4 * (first + k + 1));
+      if (Number.isNaN(a + right)) return null;
+      const { origin, scale, x, y } = axes[axes.length > 1 ? k : 0];
+      const along = scale * a + pen.unit * right, up = scale * b + pen.unit * above;
+      return [origin[0] + along * x - up * y, origin[1] + along * y + up * x];
+    });
   }
 
   /** Draw an instant. Options: factor of deviations; samples, forces, names: whether they are drawn. */
   draw(pen, frame, options) {
-    const { bodies, joints, supports, loads, forces, traces } = this.data;
-    const { symbols } = flexband;
+    const { forces, shapes, traces } = this.data;
     if (options.samples) this.drawSamples(pen, frame, options.factor);
     for (const trace of traces) this.drawTrace(pen, trace, frame);
-    for (const own of joints) this.drawUnder(pen, own, frame);
-    for (const own of supports) {
-      const place = this.at(own.at, frame);
-      if (own.kind === "bearing") symbols.pedestal(pen, place, own.up);
-      else symbols.hatch(pen, place, own.up, Math.max(16, own.half / pen.unit + 6));
-    }
-    for (const own of bodies) this.drawBody(pen, own, frame);
-    for (const own of joints) this.drawJoint(pen, own, frame);
-    for (const own of loads) this.drawLoad(pen, own, frame);
-    for (const own of bodies) {
-      if (own.turn !== undefined) {
-        symbols.centerOfMass(pen, this.at(own.center, frame), this.vector("direction", own.turn, frame));
-      }
-    }
-    for (const own of joints) this.drawPins(pen, own, frame, options.samples ? null : "paper");
+    for (const shape of shapes) this.drawShape(pen, shape, frame, options.samples);
     if (options.forces) for (const own of forces) this.drawForce(pen, own, frame);
     if (options.names) this.drawNames(pen, frame);
+  }
+
+  /** Draw a line or a mark; pins are transparent in front of samples. */
+  drawShape(pen, shape, frame, transparent) {
+    if (shape.kind === "name") return;
+    if (shape.kind === "field") return this.drawField(pen, shape.vector);
+    const strokes = shape.strokes.map((stroke) => this.places(pen, stroke, frame));
+    const hole = transparent ? null : "paper", fill = shape.fill === "hole" ? hole : shape.fill || null;
+    if (shape.spacing && !flexband.areApart(pen, shape.kind === "mark" ? strokes[0] : strokes.map((s) => s[0]), shape.spacing)) return;
+    for (const points of strokes) {
+      if (shape.kind === "mark") for (const place of points) pen.mark(place, { ...shape, fill });
+      else if (shape.head) pen.arrow(points, shape);
+      else if (shape.closed) pen.area(points, { ...shape, fill, edge: shape.color });
+      else pen.line(points, shape);
+    }
   }
 
   drawSamples(pen, frame, factor) {
@@ -141,92 +134,11 @@ flexband.MotionScene = class {
     pen.line(path.slice(0, frame + 1), { color: "muted", width: 1.4 });
   }
 
-  drawBody(pen, own, frame) {
-    const { symbols } = flexband, at = (k) => this.at(k, frame);
-    if (own.kind === "beam") symbols.beam(pen, own.axis.map(at), own.half, own.nodes);
-    else if (own.kind === "cable") symbols.cable(pen, own.axis.map(at), own.nodes);
-    else if (own.kind === "link") {
-      const stays = own.stays.map(at);
-      if (stays.length) pen.line([stays[0], at(own.center), stays[1]], { color: "muted", width: 0.9 });
-      symbols.link(pen, own.corners.map(at));
-    } else if (own.kind === "disc") {
-      pen.circle(at(own.center), own.radius, { fill: "pale", width: 0.9, dash: [4, 2] });
-      pen.line([at(own.center), at(own.rim)], { width: 0.9 });
-    } else if (own.kind === "mass") pen.dot(at(own.center), 11, { fill: "ink" });
-    else if (own.kind === "unknown") symbols.unknown(pen, [at(own.center)]);
-  }
-
-  /** Draw what is behind the bodies: gears, lines of guides, drives' rings. */
-  drawUnder(pen, own, frame) {
-    const { symbols } = flexband, places = own.at.map((k) => this.at(k, frame));
-    for (const { center, radius, turn } of own.circles || []) {
-      symbols.gear(pen, this.at(center, frame), radius, this.vector("direction", turn, frame));
-    }
-    if (own.kind === "rack") {
-      symbols.rack(pen, ...own.line.map((k) => this.at(k, frame)), own.circles[0].radius);
-    }
-    if (own.axis !== undefined) {
-      pen.line(places, { color: "muted", width: 0.7, dash: [9, 3, 2, 3] });
-    }
-  }
-
-  drawJoint(pen, own, frame) {
-    const { symbols } = flexband, places = own.at.map((k) => this.at(k, frame));
-    if (own.kind === "rod") pen.line(places, { width: 1.2 });
-    else if (own.kind === "slide" || own.kind === "slot") {
-      const axis = this.vector("direction", own.axis, frame), [low, high] = this.ranges.get(own);
-      const middle = [0, 1].map((k) => places[1][k] + ((low + high) / 2) * axis[k]);
-      const half = (high - low) / 2 / pen.unit + 26;
-      symbols.rails(pen, middle, axis, half, { ground: own.ground, block: own.kind === "slide", place: places[0] });
-    } else if (own.kind === "rotation") {
-      const [x, y] = this.vector("direction", own.turn, frame);
-      const start = Math.atan2(y, x) + 0.35 * own.sense;
-      symbols.turning(pen, places[0], start, 1.7 * own.sense, 24, { color: "drive", width: 1.6 });
-    } else if (own.kind === "travel" || own.kind === "path") {
-      pen.dot(places[0], 11, { fill: null, color: "drive" });
-    } else if (own.kind === "unknown") symbols.unknown(pen, places);
-  }
-
-  drawPins(pen, own, frame, fill) {
-    const at = (k) => this.at(k, frame);
-    if (own.kind === "pin") pen.dot(at(own.at[0]), 7, { fill });
-    else if (own.kind === "weld") pen.square(at(own.at[0]), 6);
-    else if (own.kind === "rod") own.at.forEach((k) => pen.dot(at(k), 5, { fill: "ink" }));
-  }
-
-  drawLoad(pen, own, frame) {
-    const { symbols } = flexband, places = own.at.map((k) => this.at(k, frame));
-    const style = { color: "load", width: 1.6 };
-    if (own.kind === "spring") {
-      own.walls.forEach((wall, k) => {
-        const outward = symbols.subtract(places[1 - k], places[k]);
-        if (wall && Math.hypot(...outward)) symbols.hatch(pen, places[k], outward, 12);
-      });
-      symbols.spring(pen, ...places, { ...own, rest: this.rests.get(own) });
-    } else if (own.kind === "torsion") {
-      symbols.torsion(pen, places[0], own);
-      const start = Math.PI * (0.5 - 0.75 * own.sense);
-      if (own.sense) symbols.turning(pen, places[0], start, 1.5 * Math.PI * own.sense, 24, style);
-    } else if (own.kind === "moment") {
-      const start = Math.PI * (-0.5 - 0.25 * own.sense);
-      symbols.turning(pen, places[0], start, 1.5 * Math.PI * own.sense, 15, style);
-    } else if (own.kind === "distributed") {
-      own.shares.forEach(([x, y], k) => {
-        const size = Math.hypot(x, y), head = Math.min(6, 20 * size);
-        const tail = pen.local(places[k], [x, y], [[-29 * size, 0]])[0];
-        if (size > 0.15) pen.arrow([tail, places[k]], { ...style, head, width: 1 });
-      });
-    } else if (own.kind === "gravity") this.drawGravity(pen, own.field);
-    else if (own.kind === "law") {
-      symbols.unknown(pen, places, "load");
-    } else symbols.unknown(pen, places, "load");
-  }
-
-  /** Draw the field of gravity in a corner, the upper right one if it is free. */
-  drawGravity(pen, field) {
+  /** Draw the vector of a field in a corner, the upper right one if it is free. */
+  drawField(pen, field) {
     if (!Math.hypot(...field)) return;
     const shown = `${pen.width} ${pen.height} ${pen.zoom} ${pen.middle}`;
-    if (this.shown !== shown) [this.shown, this.corner] = [shown, pen.freeCorner(this.places())];
+    if (this.shown !== shown) [this.shown, this.corner] = [shown, pen.freeCorner(this.visited())];
     const corner = pen.place(this.corner);
     pen.arrow(pen.local(corner, field, [[-16, 0], [16, 0]]), { color: "load", width: 1.6 });
     pen.text(corner, "g", { color: "load", shift: [-10, 0] });
@@ -241,17 +153,17 @@ flexband.MotionScene = class {
   }
 
   drawNames(pen, frame) {
-    for (const own of this.data.bodies) {
-      const number = own.axis ? own.axis[Math.floor(own.axis.length / 2)] : own.center;
-      pen.name(this.at(number, frame), own.name, { italic: true, shift: [0, 15] });
-    }
     const seen = new Set();
-    for (const own of this.data.joints) {
-      const drive = ["rotation", "travel", "path"].includes(own.kind);
-      const key = `${own.at[0]} ${drive}`, place = this.at(own.at[0], frame);
-      const shift = drive ? [-14, 27] : [seen.has(key) ? -14 : 12, -14];
-      seen.add(key);
-      pen.name(place, own.name, { color: drive ? "drive" : "ink", shift });
+    for (const { text, color, italic, strokes } of this.data.shapes.filter((own) => own.kind === "name")) {
+      const places = this.places(pen, strokes[0], frame);
+      const place = [0, 1].map((axis) => places.reduce((sum, own) => sum + own[axis], 0) / places.length);
+      const key = `${color} ${pen.pixel(place).map(Math.round)}`;
+      const beside = [seen.has(key) ? -14 : 12, -14];
+      if (!italic) seen.add(key);
+      pen.name(place, text, { color, italic, shift: italic ? [0, 15] : beside });
     }
   }
 };
+
+/** Return whether places are at least so many points apart, on average. */
+flexband.areApart = (pen, places, least) => pen.length(places) >= least * (places.length - 1);

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from flexband.analysis.verification.verify import as_expanded
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.motion.motion import SAMPLES, motion_data
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice, first_case
@@ -20,7 +19,7 @@ def study_motion(
     surrogate: Surrogate | SurrogateOfChoices | None = None,
     *,
     samples: int = SAMPLES,
-) -> tuple[dict[str, Any] | None, list[str]]:
+) -> tuple[JsonRecord | None, list[str]]:
     """Return `motion_data` of a study, with every choice at its first option.
 
     Parameters

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from flexband.report.page.arrays import JsonRecord
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
@@ -17,11 +16,8 @@ from flexband.uncertainty.inputs.space import Space
 RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""
 
-MIN_FIELD = 0.01
-"""Least scatter of a field, which cannot be replaced by a number, in parts of that of the study."""
 
-
-def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
+def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
     intervals, remarks, first = [], [], 0
     for name, input_ in space.of_kind(random=False).items():
@@ -35,9 +31,7 @@ def intervals_of(space: Space) -> tuple[list[dict[str, Any]], list[str]]:
     return intervals, remarks
 
 
-def scatters_of(
-    space: Space, inputs: str, *, resolved: bool
-) -> tuple[list[dict[str, Any]], list[str]]:
+def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
     """Return the random inputs whose scatter can be scaled, and why others cannot.
 
     Parameters
@@ -74,7 +68,7 @@ def _kind(input_: Input) -> str:
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
-def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
+def _scatter(input_: Input, old: str) -> JsonRecord | None:
     """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
 
     Returns
@@ -83,6 +77,9 @@ def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
     `python`, in which {0} and {1} stand
     for the `ends` a + b s at the scale s, and `fixed` for s = 0.
     """
+    # Least scatter of a field, which cannot be replaced by a number, in parts of that of
+    # the study
+    min_field = 0.01
     if input_.intervals:
         return None
     ends, least = [], 0.0
@@ -98,7 +95,7 @@ def _scatter(input_: Input, old: str) -> dict[str, Any] | None:
             fixed, python = fixed + size, "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
         case RandomField(distribution="normal", std=float() | int() as std):
-            of, size, fixed, least = "std", float(std), None, MIN_FIELD
+            of, size, fixed, least = "std", float(std), None, min_field
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None

@@ -9,11 +9,10 @@ would have too many points, by the smooth moments themselves, and the scatter ca
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from flexband.report.page.arrays import packed
+from flexband.report.page.arrays import JsonRecord, packed
 from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -25,25 +24,11 @@ from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.terms import PartTerms
 
-QUANTUM = 1e-8
-"""Coefficients are rounded to multiples of it, in parts of the width of an output's bands."""
-
-SCAN_DENSITIES, MAX_SCAN_POINTS, SCATTERED_POINTS = (2.0, 1.5, 1.0), 4000, 2048
-"""Points of a scan for phases relative to those of `scan_points`, the first ones that are not too
-many; and points of a scan in more variables than a grid can have."""
-
-MAX_EVALUATIONS = 3e7
-"""Most points times η times times at which a page may compute an output for a new scatter: 3 s."""
-
-TOLERANCE, CHECKED = 3e-7, 10
-"""Largest error of moments by a rule along axes, in parts of the width of the bands, and at how
-many times and η it is checked."""
-
 IN_PAIRS = (3, 5)
 """Points per axis for pairs of axes in such a rule: first tried, and where these are too few."""
 
 
-def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
+def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     """Return an expansion as a tree of numbers, lists and packed arrays.
 
     Parameters
@@ -59,7 +44,7 @@ def model(expansion: Expansion, scale: np.ndarray) -> dict[str, Any]:
     return tree | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
 
 
-def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> dict[str, Any]:
+def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     parts, columns = expansion.parts, expansion.columns
     terms = PartTerms.of(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
@@ -96,20 +81,26 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
 
     Those along axes are taken if they give the moments of the surrogate at some of the times and η.
     """
+    # Largest error of moments by a rule along axes, in parts of the width of the bands, and
+    # at how many times and η it is checked
+    tolerance, checked = 3e-7, 10
+    # Most points times η times times at which a page may compute an output for a new
+    # scatter: 3 s
+    max_evaluations = 3e7
     families = terms.over_random()
     if (rule := resolving_rule(*families)) is not None:
         return rule
     every = [
-        slice(0, None, max(1, -(-len(array) // CHECKED))) for array in (terms.coefficients, eta)
+        slice(0, None, max(1, -(-len(array) // checked))) for array in (terms.coefficients, eta)
     ]
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
     known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
     for in_pairs in IN_PAIRS:
         points, weights = axis_rule(*families, in_pairs)
-        if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > MAX_EVALUATIONS:
+        if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > max_evaluations:
             return None
         table = few.table(eta[every[1]], (points, weights))
-        if np.all(np.abs(mean_and_std(table, terms.moments) - known) < TOLERANCE * scale):
+        if np.all(np.abs(mean_and_std(table, terms.moments) - known) < tolerance * scale):
             return points, weights
     return None
 
@@ -119,7 +110,7 @@ def _turned_back(phase: np.ndarray) -> np.ndarray:
     return phase - 2 * np.pi * np.rint(phase / (2 * np.pi))
 
 
-def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
+def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
     """Return Φ, Ψ, the terms Φ_i Ψ_j and their coefficients, shape (terms, rows, times)."""
     families, orders = expansion.families, expansion.random_orders
     return {
@@ -133,10 +124,13 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _rounded(coefficients: np.ndarray) -> dict[str, Any]:
+def _rounded(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
+    # Coefficients are rounded to multiples of it, in parts of the width of an output's
+    # bands
+    quantum = 1e-8
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
-    return {name: packed(values, QUANTUM) for name, values in parts.items()}
+    return {name: packed(values, quantum) for name, values in parts.items()}
 
 
 def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,14 +139,17 @@ def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, n
     σ of little scatter has a kink wherever the slope of the wave vanishes, so that its maxima are
     half as far apart as those of the wave.
     """
-    for density in SCAN_DENSITIES:
+    # Points of a scan for phases relative to those of `scan_points`, the first ones that
+    # are not too many; and points of a scan in more variables than a grid can have
+    scan_densities, max_scan_points, scattered_points = (2.0, 1.5, 1.0), 4000, 2048
+    for density in scan_densities:
         waves = np.where(reach > SEARCH.scanned_reach, 3 * reach + 2 * np.cbrt(reach), 0.0)
         counts = np.where(orders > 0, np.ceil(density * (2 * orders + waves)) + 2, 1)
-        if counts.prod() <= MAX_SCAN_POINTS:
+        if counts.prod() <= max_scan_points:
             return tensor_grid(counts.astype(int).tolist())
-    return scattered(SCATTERED_POINTS, orders > 0)
+    return scattered(scattered_points, orders > 0)
 
 
-def _scan(points: np.ndarray, beside: np.ndarray) -> dict[str, Any]:
+def _scan(points: np.ndarray, beside: np.ndarray) -> JsonRecord:
     """Return the points η of a scan, and the numbers of the points next to each."""
     return {"scan": packed(points), "beside": packed(beside, 1.0)}

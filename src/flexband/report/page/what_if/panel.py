@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.selection import surrogates_of
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -29,16 +29,14 @@ SCRIPTS = (
 )
 """The scripts of the panel, in the order in which a page has them."""
 
-MAX_COEFFICIENTS = 1_500_000
-"""Of a surrogate in a page: some 4 MB."""
-
-MIN_WIDTH = 1e-9
-"""Bands that are narrower, in parts of their values, are constant but for rounding."""
-
 
 def what_if(
-    surrogate: Any, bands: xr.Dataset, units: Mapping[str, str] | None = None
-) -> tuple[dict[str, Any] | None, list[str]]:
+    surrogate: Surrogate | SurrogateOfChoices | None,
+    bands: xr.Dataset,
+    units: Mapping[str, str] | None = None,
+    *,
+    max_coefficients: int = 1_500_000,
+) -> tuple[JsonRecord | None, list[str]]:
     """Return the data of the panel, or None where there can be none.
 
     Parameters
@@ -46,12 +44,13 @@ def what_if(
     surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
     bands : those of the surrogate.
     units : of inputs, by name.
+    max_coefficients : of a surrogate in a page, by default some 4 MB.
 
     Returns
     -------
     A tree that JSON can hold, with packed arrays, and sentences that tell why there is none.
     """
-    if not isinstance(surrogate, Surrogate | SurrogateOfChoices):
+    if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
     space, expansions = (
@@ -60,7 +59,7 @@ def what_if(
     )
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
-    if sum(_coefficients(expansion) for expansion in expansions) > MAX_COEFFICIENTS:
+    if sum(_coefficients(expansion) for expansion in expansions) > max_coefficients:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
     outputs = _outputs(every[0].labels, bands)
     scale = np.array(outputs["scale"])
@@ -93,13 +92,15 @@ def _coefficients(expansion: Expansion) -> int:
     return expansion.arrays()["coefficients"].size
 
 
-def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> dict[str, Any]:
+def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:
     """Return the outputs, and how wide their bands are."""
+    # Bands that are narrower, in parts of their values, are constant but for rounding
+    min_width = 1e-9
     times = labels.shape[-1]
     lower, upper = (v.reshape(-1, times) for v in bands["error_bar"].values)
     width, size = (upper - lower).max(axis=1), np.maximum(abs(lower), abs(upper)).max(axis=1)
-    width = np.where(width > MIN_WIDTH * size, width, 0.0)
-    scale = np.where(width > 0, width, np.where(size > 0, MIN_WIDTH * size, 1.0))
+    width = np.where(width > min_width * size, width, 0.0)
+    scale = np.where(width > 0, width, np.where(size > 0, min_width * size, 1.0))
     names, units, error = names_of_outputs(labels), [""] * len(width), None
     if "unit" in labels.coords:
         first = bands["error_bar"].isel({"bound": 0, labels.dims[-1]: 0})

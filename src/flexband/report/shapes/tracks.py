@@ -1,16 +1,17 @@
-"""Vectors of a mechanism that are recorded over time, for its animation."""
+"""Vectors of a mechanism that shapes are placed by, at its start or over time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Vector
+from flexband.mechanics.configuration import Configuration
+from flexband.mechanics.joints.joint import PointName, along
+from flexband.mechanics.kernels.forms import Form, Vector
 from flexband.mechanics.sensors.forces import Reaction
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
@@ -43,36 +44,47 @@ class Tracks:
     def point(self, point: PointName) -> int:
         """Return the number of the position of a point."""
         self.mechanism.frame(point)  # refuses points that do not exist
-        key = point if isinstance(point, str) else None
-        return self.position(lambda model: model.frame(point).position, key)
+        return self.position(lambda model: model.frame(point).position, _key(point))
 
-    def position(self, vector: Callable[[SensorModel], Vector], key: Hashable = None) -> int:
+    def position(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
         """Return the number of a position; one of the same key is recorded once."""
         return self._number("position", vector, key)
 
-    def direction(self, vector: Callable[[SensorModel], Vector], key: Hashable = None) -> int:
+    def direction(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
         """Return the number of a direction, whose length does not matter."""
         return self._number("direction", vector, key)
 
     def turn(self, point: PointName) -> int:
         """Return the number of the normal of the section at a point, which turns with a body."""
-        key = point if isinstance(point, str) else None
-        return self.direction(lambda model: model.frame(point).normal, key)
+        return self.direction(lambda model: model.frame(point).normal, _key(point))
 
-    def force(self, vector: Callable[[SensorModel], Vector]) -> int:
-        """Return the number of a force."""
-        return self._number("force", vector, None)
+    def axis(self, point: PointName, axis: tuple[float, float]) -> int:
+        """Return the number of a direction that is given in the frame of a point."""
+        key = ("axis", _key(point), *axis)
+        return self.direction(lambda model: along(model.frame(point), axis), key)
+
+    def at_start(self, start: Configuration) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions [m] and directions at the start, each of shape (tracks, 2)."""
+        tables = [
+            np.reshape([start.vector(track.vector(self.mechanism)) for track in tracks.values()],
+                       (-1, 2))
+            for tracks in (self._tracks["position"], self._tracks["direction"])
+        ]  # fmt: skip
+        return tables[0], tables[1]
+
+    def force(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
+        """Return the number of a force [N]."""
+        return self._number("force", vector, key)
 
     def reaction(self, joint: str) -> int | None:
         """Return the number of the force that a joint exerts on its first body, if there is one."""
         constraint, multipliers = self.mechanism.joint(joint)
         if constraint.force(self.mechanism.frame, multipliers) is None:
             return None
-        return self.force(lambda model: _pair(Reaction(joint).rows(model)))
+        return self.force(lambda model: _pair(Reaction(joint).rows(model)), ("reaction", joint))
 
     def _number(self, kind: str, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
         tracks = self._tracks[kind]
-        key = len(tracks) if key is None else key
         tracks.setdefault(key, Track(vector))
         return list(tracks).index(key)
 
@@ -98,6 +110,13 @@ class Tracks:
         return dict(zip(KINDS, parts, strict=True))
 
 
-def _pair(rows) -> Vector:
+def _key(point: PointName) -> Hashable:
+    """Return what is equal for the same points."""
+    if isinstance(point, str):
+        return point if "." in point else f"{point}.center"
+    return tuple(np.asarray(coordinate).tobytes() for coordinate in point)
+
+
+def _pair(rows: Sequence[Form]) -> Vector:
     x, y = rows
     return x, y

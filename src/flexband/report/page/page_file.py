@@ -1,0 +1,54 @@
+"""page.json: what a report shows of a study's code, so that it can be written without that code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexband.errors import InputError
+from flexband.execution.names import FileName
+from flexband.files import read_json, write_json
+from flexband.report.page.arrays import JsonRecord
+from flexband.study.folder import StudyFolder
+from flexband.study.results.netcdf import RESTORED
+from flexband.study.results.reliability import Doubt
+
+
+def write_given(folder: Path, given: JsonRecord) -> None:
+    """Write page.json into the folder of a study.
+
+    `given["doubts"]` are of class `Doubt`; `given["signed"]` are the checksums of the results that
+    it belongs to, by the files' names.
+    """
+    doubts = [doubt.as_json() for doubt in given["doubts"]]
+    write_json(folder / FileName.PAGE, {**given, "doubts": doubts})
+
+
+def read_given(folder: Path) -> JsonRecord:
+    """Return what page.json has, nothing if there is none.
+
+    Raises
+    ------
+    InputError
+        If it, or one of the results that it belongs to, is not as written.
+    """
+    file = folder / FileName.PAGE
+    try:
+        given = read_json(file)
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError):
+        raise InputError(f"{file} is not as written; {RESTORED}") from None
+    try:
+        given["doubts"] = [Doubt.from_json(content) for content in given["doubts"]]
+    except ValueError:
+        older = "was written by an older version of flexband"
+        raise InputError(f"{file} {older}; {RESTORED}") from None
+    if "shapes" not in (given.get("motion") or {"shapes": []}):
+        given["motion"] = None
+        older = "an older version of flexband recorded it. Run the study again to see it"
+        given["hidden"].append(f"The motion is not shown, since {older}.")
+    for name, checksum in given["signed"].items():
+        there = (folder / name).exists()
+        if there and not StudyFolder(folder).has({name: checksum}):
+            raise InputError(f"{folder / name} is not as written; {RESTORED}")
+    return given

@@ -1,0 +1,72 @@
+"""The first lines of a report: doubts, errors, which limits are kept, and what matters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.margins import told_between
+from flexband.analysis.probability.texts import chance
+from flexband.report.page.matters import what_matters
+from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
+from flexband.report.text.numbers import number
+from flexband.study.results.reliability import Doubt, DoubtKind
+
+
+def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
+    """Return the contributions of inputs that are uncertain, and not chosen; None if none is."""
+    chosen = {row[0] for row in inputs[1] if row[1] in ("size", "compensator")}
+    if contributions is None:
+        return None
+    keep = [name not in chosen for name in contributions["name"].values.astype(str)]
+    return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
+
+
+def verdict(
+    given: Mapping[str, Any],
+    bands: xr.Dataset,
+    checked: xr.Dataset | None,
+    contributions: xr.Dataset | None,
+    limits: xr.Dataset | None,
+    probability: xr.Dataset | None = None,
+) -> list[str]:
+    """Return what the first lines of the report say."""
+    doubts: Sequence[Doubt] = given["doubts"]
+    lines = [f"Doubtful: {doubt_text(doubt)}." for doubt in doubts]
+    lines.append(tables.error_in_words(bands))
+    if checked is not None:
+        lines.append(f"{tables.told_by_new_runs(bands, checked, doubtful=bool(doubts))}.")
+    unsure = "; this is NOT reliable." if any(doubt.unreliable for doubt in doubts) else "."
+    if limits is not None:
+        single_limits = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
+        lines += [limit_in_words(limit) + unsure for limit in single_limits]
+    if why := given.get("unchecked"):
+        lines.append(f"The limits are not checked: {why}.")
+    if probability is not None:
+        last = probability.isel(limit=-1)  # of leaving any limit
+        if any(doubt.kind is DoubtKind.TOLERANCE_NOT_MET for doubt in doubts):
+            unsure = "; this is NOT reliable."
+        lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
+    if contributions is not None:
+        lines.append(what_matters(contributions, limits))
+    return lines
+
+
+def limit_in_words(limit: xr.Dataset) -> str:
+    """Return whether a limit is kept, and where its margin is least, without a full stop."""
+    unit = f" {limit['unit'].values}" if "unit" in limit.coords else ""
+    margin = f"least margin {number(limit['least_margin'])}{unit}"
+    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f":
+        free = str(limit["margin"].dims[-1])
+        unit = " s" if free == "time" else ""
+        margin += f" at {free} {number(limit['least_margin_at'])}{unit}"
+        if between := told_between(limit):
+            margin += f"; {between} {number(limit['margin_between_after'])}{unit}"
+            margin += " (a smaller output_step shows it)"
+    kept = {"kept": "is kept", "not kept": "is NOT kept"}
+    words = kept.get(str(limit["verdict"].values), "is not certainly kept")
+    return f"The limit {limit['limit'].values} {words} by μ ± {tables.deviations(limit)}: {margin}"

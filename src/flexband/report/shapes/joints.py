@@ -1,0 +1,256 @@
+"""Shapes of joints and drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
+from flexband.mechanics.joints.gears import Gear, Rack
+from flexband.mechanics.joints.joint import Joint, PairJoint, PointName, along
+from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
+from flexband.mechanics.sensors.motion import SensorModel
+from flexband.report.shapes.scene import body_of
+from flexband.report.shapes.shapes import Length, LocalFrame, Stroke, at, in_points
+from flexband.report.shapes.sketch import (
+    TOOTH,
+    TOOTH_SPACING,
+    Sketch,
+    arrow,
+    circle,
+    in_metres,
+)
+from flexband.report.shapes.tracks import Tracks
+
+
+@singledispatch
+def gear_radii(joint: Joint) -> Sequence[tuple[PointName, ArrayLike]]:
+    """Return points whose bodies the joint draws, and the radii [m] of their gears, or zero."""
+    return []
+
+
+@gear_radii.register
+def _(joint: Prismatic) -> Sequence[tuple[PointName, ArrayLike]]:
+    return [(joint.first, 0.0)]
+
+
+@gear_radii.register
+def _(joint: Gear) -> Sequence[tuple[PointName, ArrayLike]]:
+    return list(zip(joint.points, joint.radii, strict=True))
+
+
+@gear_radii.register
+def _(joint: Rack) -> Sequence[tuple[PointName, ArrayLike]]:
+    return [(joint.first, joint.radius)]
+
+
+@singledispatch
+def add_joint(joint: Joint, sketch: Sketch, name: str) -> None:
+    """Add a joint with its name; a joint of unknown type is a diamond."""
+    sketch.unknown(joint.points, f"joint {name!r}")
+    sketch.name(name, at(sketch.tracks.point(joint.points[0])) if joint.points else None)
+
+
+@add_joint.register
+def _(joint: Revolute, sketch: Sketch, name: str) -> None:
+    place = at(sketch.tracks.point(joint.first))
+    sketch.mark(place, fill="hole", layer=7.0, part=f"joint {name!r}")
+    sketch.name(name, place)
+    _add_bearings(sketch, joint)
+
+
+@add_joint.register
+def _(joint: Weld, sketch: Sketch, name: str) -> None:
+    place = at(sketch.tracks.point(joint.first))
+    sketch.mark(place, marker="square", size=6.0, fill="ink", layer=7.0, part=f"joint {name!r}")
+    sketch.name(name, place)
+    for point in _ground_points(joint):
+        body = next(filter(None, map(body_of, joint.points)))
+        half = float(sketch.scene.half_height(body, np.linspace(0.0, 1.0, 25)).max())
+        frame = LocalFrame(sketch.tracks.point(point), fixed=_outward(sketch, joint, point))
+        points, metres = (6.0, half) if half > 10.0 * sketch.unit else (16.0, 0.0)
+        sketch.wall(frame, points, metres)
+
+
+@add_joint.register
+def _(joint: Distance, sketch: Sketch, name: str) -> None:
+    ends = at(*sketch.points(joint.points))
+    sketch.line(ends, width=1.2, part=f"joint {name!r}")
+    sketch.mark(ends, size=5.0, fill="ink", layer=7.0)
+    sketch.lengths.append(Length(ends, sketch.scene.start.number(joint.length)))
+    sketch.name(name, ends)
+    _add_bearings(sketch, joint)
+
+
+@add_joint.register
+def _(joint: Slot, sketch: Sketch, name: str) -> None:
+    place = at(_add_guide(sketch, joint, name).origin)
+    sketch.mark(place, fill="hole", layer=7.0, part=f"joint {name!r}")
+    sketch.name(name, place)
+
+
+@add_joint.register
+def _(joint: Prismatic, sketch: Sketch, name: str) -> None:
+    frame = _add_guide(sketch, joint, name)
+    corners = [(-13, -7), (13, -7), (13, 7), (-13, 7)]
+    sketch.line(in_points(frame, corners), closed=True, fill="pale", layer=5.5,
+                part=f"joint {name!r}")  # fmt: skip
+    sketch.name(name, at(frame.origin))
+
+
+def _add_guide(sketch: Sketch, joint: Slot | Prismatic, name: str) -> LocalFrame:
+    """Add the rails that a slider moves between; return the frame of the slider."""
+    first, second = sketch.points(joint.points)
+    turn = sketch.tracks.axis(joint.second, joint.axis)
+    sketch.line(at(first, second), **AXIS)
+    sketch.guides[name] = first, second, turn
+    axis = sketch.scene.start.vector(along(sketch.scene.mechanism.frame(joint.second), joint.axis))
+    place = float((sketch.scene.at(joint.first) - sketch.scene.at(joint.second)) @ axis)
+    low, high = sketch.ranges.get(name, (place, place))
+    rail = LocalFrame(second, turn=turn)
+    for side in (-1.0, 1.0):
+        start, end = (low, 0.0, -26.0, 7.0 * side), (high, 0.0, 26.0, 7.0 * side)
+        if body_of(joint.second):
+            sketch.line(Stroke([rail], np.array([start, end])), layer=5.0)
+        else:
+            ends = (start, end) if side < 0 else (end, start)
+            sketch.hatch(rail, *ends, (-4.0 * -side, 4.0 * side))
+    return LocalFrame(first, turn=turn)
+
+
+AXIS = {"color": "muted", "width": 0.7, "dash": (9, 3, 2, 3), "layer": 1.0}
+"""The line of a guide."""
+
+
+@add_joint.register
+def _(joint: Gear, sketch: Sketch, name: str) -> None:
+    numbers = [sketch.scene.start.number(radius) for radius in joint.radii]
+    _add_gears(sketch, list(zip(joint.points, numbers, strict=True)), f"joint {name!r}")
+    sketch.name(name, at(force_point(joint, sketch.tracks, name)))
+
+
+@singledispatch
+def force_point(joint: Joint, tracks: Tracks, name: str) -> int:
+    """Return the number of the place where the force of a joint acts."""
+    return tracks.point(joint.points[0])
+
+
+@force_point.register
+def _(gear: Gear, tracks: Tracks, name: str) -> int:
+    """Return the number of the place where two gears touch."""
+
+    def vector(model: SensorModel) -> Vector:
+        (first, second), place = gear.radii, model.frame(gear.first).position
+        centres = subtract(model.frame(gear.second).position, place)
+        return add(place, scale(first / (first + second), centres))
+
+    return tracks.position(vector, ("contact", name))
+
+
+@add_joint.register
+def _(joint: Rack, sketch: Sketch, name: str) -> None:
+    """Add the pitch circle of a pinion and a rack with teeth on the far side."""
+    scene, part = sketch.scene, f"joint {name!r}"
+    radius = scene.start.number(joint.radius)
+    _add_gears(sketch, [(joint.first, abs(radius))], f"pinion of {part}")
+    line = scene.rack_line(joint)
+    ends = _on_rack(sketch, joint, line[0], name), _on_rack(sketch, joint, line[1], name)
+    length = float(np.linalg.norm(line[1] - line[0])) / sketch.unit
+    vertices = [(0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)]
+    for x in np.arange(TOOTH_SPACING / 2, length, TOOTH_SPACING) / length:
+        vertices += [(np.nan,) * 4, (x, 0.0, 0.0, 0.0), (x, 0.0, 0.0, -np.sign(radius) * TOOTH)]
+    frame = LocalFrame(ends[0], ends=ends, shares=True)
+    sketch.line(Stroke([frame], np.array(vertices)), width=0.9, layer=2.6, part=part)
+    sketch.name(name, at(ends[1]))
+
+
+def _on_rack(sketch: Sketch, rack: Rack, end: np.ndarray, name: str) -> int:
+    """Return the number of the point of a rack's body that is at `end` [m] at the start."""
+    frame = sketch.scene.mechanism.frame(rack.second)
+    offset = end - sketch.scene.at(rack.second)
+    x, y = (float(offset @ sketch.scene.start.vector(axis)) for axis in (frame.normal, frame.y))
+    return sketch.tracks.position(
+        lambda model: model.frame(rack.second).moved(x, y).position, ("rack", name, x, y)
+    )
+
+
+def _add_gears(sketch: Sketch, gears: list[tuple[PointName, float]], part: str) -> None:
+    """Add pitch circles with teeth; those of rings have negative radii."""
+    strokes = []
+    for point, radius in gears:
+        frame = LocalFrame(sketch.tracks.point(point), turn=sketch.tracks.turn(point))
+        strokes.append(sketch.toothed(frame, radius))
+        if radius > 0:
+            sketch.line(in_metres(frame, circle(radius, 180)[:-1]), closed=True, fill="pale",
+                        alpha=0.5, width=0.0, layer=1.2)  # fmt: skip
+            sketch.line(in_metres(frame, [(0, 0), (radius, 0)]), width=0.9, layer=2.6)
+    sketch.line(*strokes, width=0.9, layer=2.6, part=part)
+
+
+@add_joint.register
+def _(joint: PrescribedRotation, sketch: Sketch, name: str) -> None:
+    sense = sketch.scene.first_sense(joint.angle)
+    pivot = sketch.tracks.point(_pivot(sketch, joint.first))
+    frame = LocalFrame(pivot, turn=sketch.tracks.turn(joint.first))
+    middle = sketch.turning(frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}")
+    sketch.name(name, middle, color="drive")
+
+
+def _pivot(sketch: Sketch, point: PointName) -> PointName:
+    """Return the point where the body of a point is pinned to the ground, or else the point."""
+    for joint in sketch.scene.mechanism.joints.values():
+        if isinstance(joint, Revolute):
+            bodies = [body_of(end) for end in joint.points]
+            if set(bodies) == {body_of(point), ""}:
+                return joint.first if bodies[0] else joint.second
+    return point
+
+
+@add_joint.register
+def _(joint: PrescribedTravel, sketch: Sketch, name: str) -> None:
+    first, second = sketch.points(joint.points)
+    sense = sketch.scene.first_sense(joint.travel)
+    frame = LocalFrame(first, turn=sketch.tracks.axis(joint.second, joint.axis))
+    shaft = in_points(frame, [(0.0, 20.0 * sense), (36.0 * sense, 20.0 * sense)])
+    sketch.line(at(first, second), **AXIS)
+    sketch.mark(at(first), size=11.0, color="drive", layer=8.0)
+    sketch.lines.append(arrow([shaft], color="drive", part=f"joint {name!r}"))
+    sketch.name(name, shaft, color="drive")
+
+
+@add_joint.register
+def _(joint: PrescribedPath, sketch: Sketch, name: str) -> None:
+    place = sketch.tracks.point(joint.first)
+    sketch.mark(at(place), size=11.0, color="drive", layer=8.0)
+    x, y = sketch.scene.velocity(joint.first).tolist()
+    shaft = in_points(LocalFrame(place, fixed=(x, y)), [(0.0, 0.0), (36.0, 0.0)])
+    if x or y:
+        part = f"joint {name!r}"
+        sketch.lines.append(arrow([shaft], color="drive", part=part, start_only=True))
+    sketch.name(name, shaft if x or y else at(place), color="drive")
+
+
+def _ground_points(joint: Joint) -> list[PointName]:
+    """Return the points of a joint that are fixed to the ground."""
+    return [point for point in joint.points if not body_of(point)]
+
+
+def _add_bearings(sketch: Sketch, joint: PairJoint) -> None:
+    """Add bearings where a joint is fixed to the ground, above a body that hangs from it."""
+    for point in _ground_points(joint):
+        _, y = up = _outward(sketch, joint, point)
+        hanging = y < -0.3 * np.hypot(*up)
+        sketch.pedestal(sketch.tracks.point(point), (0.0, -1.0 if hanging else 1.0))
+
+
+def _outward(sketch: Sketch, joint: Joint, point: PointName) -> tuple[float, float]:
+    """Return the direction from a point of the ground to the body that is held there."""
+    place = sketch.scene.at(point)
+    held = sketch.scene.at(next(filter(None, map(body_of, joint.points)))) - place
+    if np.linalg.norm(held) <= 1e-9 * (1.0 + np.linalg.norm(place)):  # the body's own centre
+        return 0.0, 1.0
+    return float(held[0]), float(held[1])

@@ -1,0 +1,164 @@
+"""Plain geometric shapes in frames of a mechanism: what a drawing and a moving picture show.
+
+A vertex is four numbers in a frame: x and y that scale with the mechanism, in metres or in parts
+of a distance, and x and y in points (1/72 inch), since symbols of watches and cranes are equally
+large. Frames name positions and directions by their numbers in `tracks.Tracks`, so that the same
+shapes can be placed at any instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+PEN_UP = (np.nan, np.nan)
+"""Interrupts a stroke."""
+
+
+@dataclass(frozen=True)
+class LocalFrame:
+    """Where vertices are counted from, and the direction of their x.
+
+    Attributes
+    ----------
+    origin : number of a position.
+    turn : number of the direction of x, if it is a recorded one.
+    ends : numbers of two positions, if x points from the first to the second.
+    fixed : the direction of x otherwise, in global axes.
+    shares : whether the part of a vertex that scales is a part of the distance of the ends; by
+        default it is in metres.
+    """
+
+    origin: int
+    turn: int | None = None
+    ends: tuple[int, int] | None = None
+    fixed: tuple[float, float] = (1.0, 0.0)
+    shares: bool = False
+
+    def axis(self, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return a vector along x; its length is that of `ends`, if there are any."""
+        if self.turn is not None:
+            return direction[self.turn]
+        if self.ends is not None:
+            return position[self.ends[1]] - position[self.ends[0]]
+        return np.broadcast_to(np.reshape(self.fixed, (2,) + (1,) * (position.ndim - 2)),
+                               position.shape[1:])  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Vertices, shape (vertices, 4), in one frame, or each in a frame of its own."""
+
+    frames: Sequence[LocalFrame]
+    vertices: np.ndarray
+
+    def places(self, position: np.ndarray, direction: np.ndarray, unit: float = 0.0) -> np.ndarray:
+        """Return the vertices [m], shape (vertices, 2, ...).
+
+        Parameters
+        ----------
+        position, direction : those of all numbers, shape (tracks, 2, ...).
+        unit : metres per point.
+        """
+        x, y, right, up = self.vertices.T.reshape((4, -1, *np.ones(position.ndim - 1, dtype=int)))
+        vector = np.stack([frame.axis(position, direction) for frame in self.frames])
+        length = np.sqrt((vector**2).sum(axis=1, keepdims=True))
+        along = vector / np.where(length > 0, length, 1.0)
+        shares = np.reshape([f.shares for f in self.frames], (-1, *np.ones(position.ndim - 1, int)))
+        size = np.where(shares, length, 1.0)
+        left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        origin = position[[frame.origin for frame in self.frames]]
+        return origin + (size * x + unit * right) * along + (size * y + unit * up) * left
+
+
+def at(*numbers: int) -> Stroke:
+    """Return a stroke through positions."""
+    return Stroke([LocalFrame(number) for number in numbers], np.zeros((len(numbers), 4)))
+
+
+def in_points(frame: LocalFrame, shape: ArrayLike) -> Stroke:
+    """Return a stroke from coordinates in points, shape (vertices, 2)."""
+    points = np.asarray(shape, dtype=float)
+    return Stroke([frame], np.hstack([np.zeros_like(points), points]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """What has an edge and an area.
+
+    Attributes
+    ----------
+    part : what it stands for, such as "body 'crank'".
+    layer : shapes of a higher layer cover those of a lower one.
+    color, fill : names of colours of the edge and of the area, which may be empty.
+    width : of the edge [pt].
+    alpha : opacity of the area.
+    spacing : it is not drawn if its places are less apart [pt], on average.
+    """
+
+    part: str = ""
+    layer: float = 4.0
+    color: str = "ink"
+    fill: str = ""
+    width: float = 1.0
+    alpha: float = 1.0
+    spacing: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line(Shape):
+    """Lines along strokes; an area if it is `closed`, an arrow if it has a `head`.
+
+    Attributes
+    ----------
+    strokes : what it consists of.
+    dash : lengths [pt] of dashes and gaps.
+    head : length [pt] of the head at its end.
+    start_only : whether it is true at the start alone, and not drawn in motion.
+    """
+
+    strokes: Sequence[Stroke] = ()
+    closed: bool = False
+    dash: Sequence[float] = ()
+    head: float = 0.0
+    start_only: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark(Shape):
+    """A "disc", a "square", a "diamond" or the letter "f" of a size [pt] at each vertex."""
+
+    strokes: Sequence[Stroke]
+    marker: str = "disc"
+    size: float = 7.0
+    width: float = 1.2
+
+
+class Name(NamedTuple):
+    """A name near the middle of a stroke, or at it if it is `inside`; without one, a note."""
+
+    text: str
+    stroke: Stroke | None
+    color: str = "ink"
+    italic: bool = False
+    inside: bool = False
+
+
+class Length(NamedTuple):
+    """A length [m] to be written along a stroke, at least `beside` metres away from it."""
+
+    stroke: Stroke
+    length: float
+    beside: float = 0.0
+
+
+class FieldArrow(NamedTuple):
+    """An arrow along a vector in global axes, wherever there is space."""
+
+    name: str
+    part: str
+    vector: tuple[float, float]

@@ -10,7 +10,7 @@ import xarray as xr
 
 from flexband.errors import InputError
 from flexband.response import ResponseFunction
-from flexband.uncertainty.methods.method import MAX_RUNS, Method, as_method
+from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.evaluations import BATCH, EvaluationOptions
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
@@ -128,7 +128,7 @@ def expand(
     equals the result of `propagate`. With a `Choice` it is a `SurrogateOfChoices`.
     """
     method = as_method(method)
-    if not method.expands:
+    if not isinstance(method, ExpansionMethod):
         raise InputError(f"method must be one that expands the response; got {method!r}")
 
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)

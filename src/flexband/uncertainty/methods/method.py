@@ -100,16 +100,6 @@ class Method(ABC):
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Run the response at the points of the method and return the bands, of μ ± kσ."""
 
-    def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        """Run the response at the points of the method and return the surrogate.
-
-        Raises
-        ------
-        InputError
-            If the method makes none.
-        """
-        raise InputError(f"method must be one that expands the response; got {self!r}")
-
     def advice(self, space: Space, most_runs: int) -> str:
         """Return which options take at most so many runs, as text; "" if that is not known."""
         return ""
@@ -130,14 +120,13 @@ class ExpansionMethod(Method):
 
 
 class UserMethod(Method):
-    """An object with `name`, `label`, `runs` and `solve` as a method, and with `expand` if it has.
+    """An object with `name`, `label`, `runs` and `solve` as a method.
 
     Further attributes that it has are those of a `Method`.
     """
 
     def __init__(self, method: Any) -> None:
         self.method, self.name = method, method.name
-        self.expands = callable(getattr(method, "expand", None))
         for name in ("chooses_discretization", "skips_failed", "copies", "copies_per_carrier"):
             setattr(self, name, getattr(method, name, getattr(Method, name)))
 
@@ -154,10 +143,12 @@ class UserMethod(Method):
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         return self.method.solve(space, evaluate, sigmas)
 
+
+class UserExpansion(UserMethod, ExpansionMethod):
+    """A `UserMethod` with `expand`."""
+
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        return (
-            self.method.expand(space, evaluate) if self.expands else super().expand(space, evaluate)
-        )
+        return self.method.expand(space, evaluate)
 
 
 def as_method(method: Any) -> Method:
@@ -168,7 +159,8 @@ def as_method(method: Any) -> Method:
         name = method.__name__ if isinstance(method, type) else ""
         text = f"the class {name}: write {name}(…)" if name else repr(method)
         raise InputError(f"method must be one like AdaptivePCCI(0.01); got {text}")
-    return UserMethod(method)
+    expands = callable(getattr(method, "expand", None))
+    return UserExpansion(method) if expands else UserMethod(method)
 
 
 def check_runs(method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1) -> None:

@@ -21,6 +21,9 @@ TEXT = "about"
 DIGEST = "digest"
 """Name of the array that holds the digest of all others."""
 
+SMALL_SIZE = 2**26
+"""Bytes that the arrays of any file may have."""
+
 
 class Archive(NamedTuple):
     """The content of a file, and whether it is what was written."""
@@ -74,12 +77,10 @@ def read_archive(file: Path) -> Archive:
 
 
 def _is_plausible(archive: zipfile.ZipFile, file: Path) -> bool:
-    # largest ratio of the arrays' size to that of the file, if the arrays have more than
-    # `small_size` bytes: a small file cannot fill the memory
-    small_size = 2**26
+    # of the size of the arrays to that of the file: a small file cannot fill the memory
     max_ratio = 200
     size = sum(member.file_size for member in archive.infolist())
-    return size <= max(small_size, max_ratio * file.stat().st_size)
+    return size <= max(SMALL_SIZE, max_ratio * file.stat().st_size)
 
 
 def _array(content: bytes) -> np.ndarray:

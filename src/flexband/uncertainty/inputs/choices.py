@@ -13,6 +13,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_spread, shown
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.words import number_of
 
 
 @frozen(init=False)
@@ -156,7 +157,7 @@ def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     combined = list(product(*(choices[name] for name in names)))
     if len(combined) > max_cases:
         raise InputError(
-            f"choices must have {max_cases} combinations or fewer; got {len(combined)}"
+            f"choices must have {number_of(max_cases, 'combination')} or fewer; got {len(combined)}"
         )
     for options in combined:
         fixed = {name: Constant(option) for name, option in zip(names, options, strict=True)}

@@ -82,7 +82,7 @@ def checked_policy(failed: str) -> str:
 
     Raise `InputError` if it is none of `POLICIES`.
     """
-    if failed == "leave out":
+    if isinstance(failed, str) and failed == "leave out":
         warn_renamed('failed="leave out"', 'failed="skip"')
         return "skip"
     check_option("failed", failed, POLICIES)

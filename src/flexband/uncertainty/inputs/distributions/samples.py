@@ -60,7 +60,7 @@ class Samples(Distribution):
         values = np.sort(check_finite("Samples values", self.values, rank=None), axis=None)
         if np.ndim(self.values) != 1 or len(values) < fewest:
             raise InputError(
-                f"Samples values must be {fewest} numbers or more, shape (n,); "
+                f"Samples values must be {number_of(fewest, 'number')} or more, shape (n,); "
                 f"got shape {np.shape(self.values)}"
             )
         if not np.ptp(values) > 1e-12 * np.abs(values).max():

@@ -14,6 +14,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 HERE, DOCS = Path(__file__).parent, Path(__file__).parents[1] / "docs"
+LINK = "../../examples"
 LOOK = {"font.size": 8.0, "lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False}
 EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24, "hspace": 0.4}
 WIDE = ("slider_crank", "spin_up")  # drawn above the plot instead of beside it
@@ -51,8 +52,7 @@ def main() -> None:
         if not sys.argv[1:] or file.stem in sys.argv[1:]:
             draw(example).savefig(images / f"{file.stem}.png", dpi=100)
         title, text = example.__doc__.strip().split("\n\n")[:2]
-        script = f"[`{file.name}`](../../examples/{file.name})"
-        page.append(f"## {title.rstrip('.')}\n\n{text} {script}\n")
+        page.append(f"## {title.rstrip('.')}\n\n{text} [`{file.name}`]({LINK}/{file.name})\n")
         page.append(f"![{title}](../images/gallery/{file.stem}.png)\n")
     (DOCS / "how-to" / "gallery.md").write_text("\n".join(page), encoding="utf-8")
 

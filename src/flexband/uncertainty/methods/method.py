@@ -172,9 +172,8 @@ def check_runs(method: Method, space: Space, most_runs: int = MAX_RUNS, count: i
     if runs > most_runs:
         advice = as_method(method).advice(space, most_runs // count)
         suggestion = f". {advice}" if advice else space.advice_on_fields
-        count_of_runs = number_of(runs, "run")
-        if runs >= 10**12:
-            count_of_runs = f"about 10^{math.log10(runs):.0f} runs"
+        power = f"about 10^{math.log10(runs):.0f}"
+        count_of_runs = number_of(runs, "run") if runs < 10**12 else power + " runs"
         raise InputError(
             f"{method!r} would take {count_of_runs}, with {space.random_dimension} random and "
             f"{number_of(space.interval_dimension, 'interval variable')}; most_runs is "

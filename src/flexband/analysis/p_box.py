@@ -12,22 +12,16 @@ from scipy.special import ndtr, ndtri
 
 from flexband.analysis.choices import over_options
 from flexband.analysis.quantiles import (
-    CONFIDENCE,
     MAX_SAMPLES,
-    MIN_BEYOND,
-    SAMPLES,
     probability_below,
     searched,
     sorted_quantiles,
 )
 from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.sampled import SampledSeries, samples_of
+from flexband.analysis.sampled import CONFIDENCE, MIN_BEYOND, SampledSeries, samples_of
 from flexband.analysis.selection import selected, surrogates_of
 from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-LEVELS = 41
-"""Probabilities whose lowest and highest quantiles are searched, equidistant in z."""
 
 VALUES = 101
 """Values of the output, unless others are given."""
@@ -40,7 +34,7 @@ def p_box(
     *,
     at: Mapping[str, Any] | None = None,
     values: Any = None,
-    samples: int = SAMPLES,
+    samples: int = 4096,
     seed: int = 0,
 ) -> xr.Dataset:
     """Return the bounds of a distribution function over the interval inputs.
@@ -126,7 +120,8 @@ class _Envelope:
             )
         xi = samples_of(space.families, samples, seed)
         end = -ndtri(MIN_BEYOND / samples)
-        p = ndtr(np.linspace(-end, end, LEVELS)) if len(xi) > 1 else np.array([0.5])
+        levels = 41  # whose lowest and highest quantiles are searched
+        p = ndtr(np.linspace(-end, end, levels)) if len(xi) > 1 else np.array([0.5])
         (expansion,) = surrogate.expansions
         (series,) = SampledSeries.of_outputs(expansion)
         psi, m = series.basis(xi), space.interval_dimension

@@ -23,8 +23,6 @@ from flexband.uncertainty.phases.combination import combined
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-DIRECTIONS, MAX_DIRECTIONS = 32, 4096
-
 
 def path(
     surrogate: Any,
@@ -33,7 +31,7 @@ def path(
     *,
     sigmas: float = 1.0,
     probability: float | None = None,
-    directions: int = DIRECTIONS,
+    directions: int = 32,
     at: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Return the path of a point, and polygons around the region of the point at every time.
@@ -73,7 +71,7 @@ def path(
     for name, output in (("x", x), ("y", y)):
         check_instance(name, output, str, "the name of an output")
     every, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    count = check_integer("directions", directions, 8, MAX_DIRECTIONS)
+    count = check_integer("directions", directions, 8, 4096)
     if count % 4:
         raise InputError(f"directions must be a multiple of 4; got {count}")
     part = None if probability is None else checked_probability(probability)

@@ -6,12 +6,14 @@ compiled code serve several threads at a time, and keep the parts of a ringing s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
+from scipy.stats import t as student
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.scan import scan
@@ -28,6 +30,12 @@ from flexband.uncertainty.phases.trigonometry import cos_and_sin
 REPLICATES = 8
 """Independent sets of samples, whose differences tell the sampling error."""
 
+CONFIDENCE = 0.95
+"""Of sampling errors."""
+
+MIN_BEYOND = 10
+"""Samples that must be expected beyond a quantile."""
+
 BLOCK = 512
 """Samples whose parts stay in the processor's cache."""
 
@@ -42,6 +50,12 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
     count = -(-samples // REPLICATES)
     u = [sobol(count, len(families), seed * REPLICATES + k) for k in range(REPLICATES)]
     return of_normals(ndtri(np.concatenate(u)), families)
+
+
+def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
+    """Return half the width of the confidence interval of the mean over the replicates."""
+    factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+    return factor * replicates.std(axis=axis, ddof=1)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,6 @@ from flexband.errors import InputError, check_instance, shown
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SIZE_OF_ROUNDING = 1e-9
-"""A number this much beyond the ends of a coordinate, relative to its range, is at the end."""
-
 
 def surrogates_of(surrogate: Any) -> dict[str, Surrogate]:
     """Return the surrogate of every combination of options; the label is "" without choices.
@@ -99,7 +96,7 @@ def _positions(labels: xr.DataArray, dim: str, dim_labels: Any) -> np.ndarray:
     if coordinate.dtype.kind in "iuf" and not named:
         if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
             raise InputError(f"{several} must be finite numbers; got {shown(dim_labels)}")
-        slack = SIZE_OF_ROUNDING * (np.ptp(coordinate) or abs(coordinate[0]))
+        slack = 1e-9 * (np.ptp(coordinate) or abs(coordinate[0]))  # rounding, at the ends
         if asked.min() < coordinate.min() - slack or asked.max() > coordinate.max() + slack:
             ends = f"from {coordinate.min():g} to {coordinate.max():g}"
             raise InputError(f"{several} must be {ends}; got {shown(dim_labels)}")

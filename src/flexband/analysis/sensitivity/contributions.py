@@ -28,9 +28,6 @@ from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-MAX_SHARED = 8
-"""Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
-
 LONG_NAMES = {
     "varies": "whether the output varies beyond rounding",
     "width": "width of the error bar",
@@ -117,10 +114,8 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     for name in ("name", "bound", "input"):
         check_free(name, labels)
     names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
-    if shapley and len(names) > MAX_SHARED:
-        raise InputError(
-            f"shapley takes at most {MAX_SHARED} inputs; got {len(names)}: {', '.join(names)}"
-        )
+    if shapley and len(names) > 8:  # 2⁸ bands are to be found
+        raise InputError(f"shapley takes at most 8 inputs; got {len(names)}: {', '.join(names)}")
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)
     of_outputs = [dim for dim in dims if dim != surrogate.time]

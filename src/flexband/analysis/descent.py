@@ -222,7 +222,7 @@ def lowest_of_neighbours(
             improved = np.union1d(improved, rows_better)
         if not len(improved):
             break
-        starts = which[improved], eta[improved], lowest[improved], tolerance[improved]
-        descended = descend(function, *starts, options.near_step, options=options)
+        at = which[improved], eta[improved], lowest[improved], tolerance[improved]
+        descended = descend(function, *at, options.near_step, options=options)
         lowest[improved], eta[improved] = descended
     return eta

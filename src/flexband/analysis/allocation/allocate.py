@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.analysis.allocation.chance import AIM, Chance
+from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.confirmation import Confirmed, confirmed
 from flexband.analysis.allocation.costs import checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
@@ -20,21 +20,14 @@ from flexband.analysis.allocation.results import chance_result, result_of
 from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.expanded_runs import runs_as_expanded
 from flexband.analysis.limits import corridors, joint
 from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
-from flexband.errors import InputError, check_function, check_instance, check_numbers
-from flexband.uncertainty.inputs.space import check_names
-from flexband.uncertainty.runs.evaluations import BATCH, evaluations
+from flexband.errors import InputError, check_instance, check_numbers
+from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-PROBABILITIES = 1e-8, 0.3
-"""That can be stated."""
-
-CORRECTIONS, KEPT, RATIO = 5, 0.7, (0.2, 5.0)
-"""Most times that runs are made, the part of the stated probability from which on theirs is near
-enough, and by how much what is aimed at changes at a time."""
 
 
 def allocate(
@@ -42,7 +35,7 @@ def allocate(
     limits: Any,
     costs: Mapping[str, Any],
     *,
-    response: Any = None,
+    response: Response | None = None,
     sigmas: float = 3.0,
     probability: float | None = None,
     store: Any = None,
@@ -140,20 +133,17 @@ def allocate(
     if response is None:
         confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
-        check_function("response", response)
-        check_names(response, surrogate.space.given)
-        with evaluations(response, surrogate.space.given, batch=BATCH, **options) as evaluate:
+        with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
-            confirmation = confirmed(surrogate, worst, first, response, evaluate, search)
+            confirmation = confirmed(surrogate, worst, first, runs_of, search)
     return result_of(surrogate, limit_corridors, worst, confirmation)
 
 
 def checked_probability(probability: Any, tolerances: Tolerances) -> float:
     """Return a stated probability; raise `InputError` if none can be kept."""
     value = float(check_numbers("probability", probability))
-    low, high = PROBABILITIES
-    if not low <= value <= high:
-        raise InputError(f"probability must be from {low:g} to {high:g}; got {value:g}")
+    if not 1e-8 <= value <= 0.3:
+        raise InputError(f"probability must be from 1e-08 to 0.3; got {value:g}")
     if not tolerances.space.random_dimension:
         raise InputError("probability needs an input that is random; all are intervals")
     if tolerances.compensators:
@@ -163,25 +153,28 @@ def checked_probability(probability: Any, tolerances: Tolerances) -> float:
     return value
 
 
-def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> xr.Dataset:
+def _with_chance(
+    chance: Chance, response: Response | None, options: Mapping[str, Any]
+) -> xr.Dataset:
     """Return the cheapest tolerances for a stated probability.
 
     Where runs show another probability than the surrogate, another one is aimed at in its place.
     """
     solution, correction, runs = chance.cheapest(_start(chance)), None, 0
-    stated, high = chance.probability, chance.tolerances.bounds[1]
-    for k in range(CORRECTIONS if response is not None else 0):
+    stated, high, tuning = chance.probability, chance.tolerances.bounds[1], chance.options
+    for k in range(tuning.max_corrections if response is not None else 0):
         narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
         with models({"": narrow}, response, RUNS, 1, None, **options) as known:
             model = known[""]
             assert model is not None
             correction = chance.by_runs(solution, model)
         runs += correction.runs
-        least = 0.0 if np.all(solution.x >= high) else KEPT * stated
-        if least <= correction.probability <= stated or k == CORRECTIONS - 1:
+        least = 0.0 if np.all(solution.x >= high) else tuning.kept_share * stated
+        if least <= correction.probability <= stated or k == tuning.max_corrections - 1:
             break
-        ratio = float(np.clip(stated / max(correction.probability, 1e-300), *RATIO))
-        aim = min(AIM * ratio * solution.estimate.probability, 0.5)
+        ratio = stated / max(correction.probability, 1e-300)
+        ratio = float(np.clip(ratio, tuning.min_ratio, tuning.max_ratio))
+        aim = min(tuning.aim * ratio * solution.estimate.probability, 0.5)
         try:
             solution = replace(chance, probability=aim).cheapest(solution.x)
         except InputError:  # no tolerances are that tight: what was found is not confirmed

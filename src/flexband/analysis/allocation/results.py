@@ -13,7 +13,6 @@ from flexband.analysis.allocation.chance import Chance, ExceedanceEstimate
 from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.infeasible import limit_at, moment
-from flexband.analysis.allocation.search import BINDING
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
 from flexband.analysis.limits import Corridor
@@ -249,8 +248,9 @@ def _verdict(
     """Return the answer in words."""
     allocation = confirmation.allocated
     text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
-    bound = bool(np.any(allocation.margins < BINDING * worst.scale))
-    text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
+    text += (
+        f". {'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
+    )
     if attrs["confirmed"] == NOT_MADE:
         return text + NO_RUNS
     if attrs["confirmed"] == NO:

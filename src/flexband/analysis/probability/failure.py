@@ -48,9 +48,6 @@ ANY = "any limit"
 PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choice"
 """What is no probability."""
 
-UNSEEN = 0.03
-"""Part of a probability that may be due to times at which bounds are not searched."""
-
 RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
 
@@ -353,7 +350,7 @@ def _seen(near: LimitState, eta: np.ndarray, raw_estimate: Estimate) -> bool:
     """Return whether the times of a state are nearly all that samples leave the limits at."""
     out = raw_estimate.margins < 0
     missed = raw_estimate.weights[out] * (near.least(raw_estimate.u[out], eta) >= 0)
-    return bool(missed.sum() <= UNSEEN * raw_estimate.weights[out].sum())
+    return bool(missed.sum() <= 0.03 * raw_estimate.weights[out].sum())
 
 
 def _known(result: xr.Dataset) -> xr.Dataset:

@@ -23,30 +23,19 @@ lower confidence limit of the error; the expected error is confirmed where it is
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    ResolutionWarning,
-    StrainWarning,
-    check_function,
-    check_instance,
-    check_integer,
-    without_warnings,
-)
-from flexband.progress import Advance, counted
+from flexband.analysis.expanded_runs import Runs, runs_as_expanded
+from flexband.errors import check_function, check_instance, check_integer
+from flexband.progress import counted
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
-from flexband.uncertainty.inputs.space import Response, check_names
-from flexband.uncertainty.runs.evaluations import (
-    BATCH,
-    Evaluations,
-    evaluations,
-    setting,
-)
+from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
 from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
@@ -59,35 +48,38 @@ MAX_RUNS = 1_000_000
 RUNS = 16
 """Number of new runs, unless another is given."""
 
-ANYWHERE = 4
-"""One of so many runs is a sample of the space, the others are at bounds, and farther out."""
-
-FARTHEST = 3.0
-"""Standard deviations up to which the others are spread along a direction of ξ."""
-
-ROUND_OFF = 1e-12
-"""Nor are errors below this part of an output."""
+ASIDE = 3**-0.5
+"""Distance of intervals that are left out from their midpoints: that of a uniform variable."""
 
 TINY = 1e-140
 """Added to round-off: its square is not zero."""
 
-SEEDS = 2**31
-"""Number of seeds of samples."""
 
-TIMES = 48
-"""Number of times at which bounds are computed."""
+@dataclass(frozen=True)
+class VerificationOptions:
+    """Where verification runs are, and how they judge.
 
-ASIDE = 3**-0.5
-"""Distance of intervals that are left out from their midpoints: that of a uniform variable."""
+    Attributes
+    ----------
+    anywhere : one of so many runs is a sample of the space, the others are at bounds, farther out.
+    farthest : standard deviations up to which the others are spread along a direction of ξ.
+    times : number of times at which bounds are computed.
+    round_off : errors below this part of an output are none.
+    min_pairs : pairs of runs per interval that is left out from which their effects are computed
+        one by one.
+    betting_factors : values of λ.
+    min_part, halvings : of the search for what is missed at least: its lowest value, in parts of
+        the mean, and steps.
+    """
 
-PAIRS = 2
-"""Pairs of runs per interval that is left out from which their effects are told one by one."""
-
-MIN_PART, HALVINGS = 1e-6, 60
-"""Of a search for what is missed at least: its lowest value, in parts of the mean, and steps."""
-
-BETTING_FACTORS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
-"""Values of λ."""
+    anywhere: int = 4
+    farthest: float = 3.0
+    times: int = 48
+    round_off: float = 1e-12
+    min_pairs: int = 2
+    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
+    min_part: float = 1e-6
+    halvings: int = 60
 
 
 class VerificationPoints(NamedTuple):
@@ -165,38 +157,32 @@ def verify(
     several = isinstance(surrogate, SurrogateOfChoices)
     surrogates = surrogate.surrogates if several else {"": surrogate}
     given = next(iter(surrogates.values())).space.given
-    check_names(response, given)
     advance, results = counted(progress, runs * len(surrogates)), {}
-    options = {"batch": BATCH, "store": store, "executor": executor, "failed": failed}
-    with evaluations(response, given, **options) as evaluate:
+    execution = {"store": store, "executor": executor, "failed": failed}
+    with runs_as_expanded(response, given, **execution) as runs_of:
         advance(0)
         for label, case_surrogate in surrogates.items():
-            results[label] = _verified(
-                case_surrogate, response, label, evaluate, advance, runs, sigmas, seed
-            )
+            run = runs_of(case_surrogate, label, advance)
+            results[label] = _verified(case_surrogate, run, runs, sigmas, seed)
     return verified_choices(results) if several else results[""]
 
 
 def _verified(
     surrogate: Surrogate,
-    response: Response,
-    case: str,
-    evaluate: Evaluations,
-    advance: Advance,
+    run: Runs,
     runs: int,
     sigmas: float,
     seed: int,
+    *,
+    options: VerificationOptions = VerificationOptions(),
 ) -> xr.Dataset:
     """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     left_out = _left_out(surrogate)
-    points, width = _points(surrogate, runs, times, sigmas, seed, left_out)
+    points, width = _points(surrogate, runs, sigmas, seed, left_out, options)
     xi, eta = points.xi, points.eta
-    with without_warnings(ResolutionWarning, StrainWarning):
-        response, halved = as_expanded(surrogate, response)
-        known = setting(case, halved)
-        made = evaluate(response, space, known, (xi, eta), labels, advance)
+    made = run((xi, eta))
     assert made.values is not None
     good = np.setdiff1d(np.arange(runs), list(made.failed))
     pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
@@ -206,19 +192,20 @@ def _verified(
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
-    width = np.maximum(width, round_off := ROUND_OFF * size + TINY)
+    width = np.maximum(width, round_off := options.round_off * size + TINY)
     square = np.mean(missed**2, axis=2)
     worst = square.argmax(axis=0)
     dims, shape = axes.dims, axes.shape
     weighted = points.weight[good, None] * square
     missed_by = np.sqrt(weighted.mean(axis=0))
-    least_missed = _at_least(_independent(weighted, pairs))
+    least_missed = _at_least(_independent(weighted, pairs), options)
     part = share(int(left_out.sum())) * growth(sigmas)
     least = np.maximum(SMALLEST * width, round_off)
-    implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
+    at_corner = _at_corner(F, eta[good][:, left_out], pairs, options.min_pairs)
+    inferred = np.maximum(part * missed_by, at_corner)
     results = {
         "missed": missed_by,
-        "implied_error": np.maximum(implied, SMALLEST * width),
+        "implied_error": np.maximum(inferred, SMALLEST * width),
         "least_error": part * least_missed,
         "bar_width": width,
         "missed_most_in": good[worst],
@@ -253,7 +240,9 @@ def _held_out(surrogate: Surrogate) -> int:
     return 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
 
 
-def _at_least(square: np.ndarray) -> np.ndarray:
+def _at_least(
+    square: np.ndarray, options: VerificationOptions = VerificationOptions()
+) -> np.ndarray:
     """Return what is missed at least, root mean square, (outputs,): less would be refuted.
 
     Parameters
@@ -261,13 +250,14 @@ def _at_least(square: np.ndarray) -> np.ndarray:
     square : mean square of what is missed in each run, (runs, outputs).
     """
     scale = np.sqrt(square.mean(axis=0)) + TINY
-    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), MIN_PART, 1.0
-    low, high = (np.full(len(scale), end) for end in (low, high))
-    for _ in range(HALVINGS):  # what is claimed to be missed, in parts of what is
+    threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors
+    low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))
+    bets = np.array(factors)[:, None, None]
+    for _ in range(options.halvings):  # what is claimed to be missed, in parts of what is
         middle = np.sqrt(low * high)
         q = square / (middle * scale) ** 2
-        products = np.log1p(BETTING_FACTORS[:, None, None] * (q - 1)).sum(axis=1)
-        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETTING_FACTORS))
+        products = np.log1p(bets * (q - 1)).sum(axis=1)
+        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(factors))
         low, high = np.where(evidence < threshold, [low, middle], [middle, high])
     return low * scale
 
@@ -287,7 +277,7 @@ def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     return np.concatenate([np.delete(square, pairs, axis=0), square[pairs].mean(axis=1)])
 
 
-def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray, min_pairs: int) -> np.ndarray:
     """Return what intervals that are left out do at their worst corner, (outputs,).
 
     It is a root mean square over time.
@@ -303,40 +293,33 @@ def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     if not pairs.size:
         return np.zeros(F.shape[1])
     half, m = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2, eta.shape[1]
-    if len(pairs) < PAIRS * m:
+    if len(pairs) < min_pairs * m:
         return np.sqrt(m * np.mean(half**2, axis=(0, 2))) / ASIDE
     effects = np.linalg.lstsq(eta[pairs[:, 0]], half.reshape(len(half), -1))[0]
     return np.sqrt(np.mean(np.abs(effects).sum(axis=0).reshape(F.shape[1:]) ** 2, axis=1))
 
 
-def as_expanded(surrogate: Surrogate, response: Response) -> tuple[Response, list[str]]:
-    """Return the response on the discretization that the method chose, and what is finer in it."""
-    halved: list[str] = []
-    space, left_out = surrogate.space, getattr(response, "left_out", None)
-    values = space.arguments_at(*space.nominal())
-    if callable(left_out) and left_out(**values):
-        halved = list(surrogate.diagnostics.attrs.get("halved", []))
-        for name in halved:
-            response = response.refinements(**values)[name]  # pyright: ignore
-    return response, halved
-
-
 def _points(
-    surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
+    surrogate: Surrogate,
+    runs: int,
+    sigmas: float,
+    seed: int,
+    left_out: np.ndarray,
+    options: VerificationOptions,
 ) -> tuple[VerificationPoints, np.ndarray]:
     """Return where the runs are, and each output's error bar's width."""
-    space, rng = surrogate.space, np.random.default_rng(seed)
-    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
-    at = (times * ((0.5 + golden * k) % 1)).astype(int)
+    space, rng, every = surrogate.space, np.random.default_rng(seed), options.anywhere
+    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, options.times))
+    at = (surrogate.times * ((0.5 + golden * k) % 1)).astype(int)
     scattered, which = np.unique(at, return_inverse=True)
     _, low, high = extremes_of(surrogate.expansions, scattered, sigmas)
     width = (high.values[1] - low.values[0]).mean(axis=-1)
     k = k[:runs]
-    bound = (k + k // ANYWHERE) % 2
+    bound = (k + k // every) % 2
     output = (k // 2) * max(1, 2 * len(width) // runs) % len(width)
     eta = np.stack([low.places[0], high.places[1]])[bound, output, which[:runs]]
-    anywhere = k % ANYWHERE == ANYWHERE - 1
-    anywhere |= not space.interval_dimension
+    sampled = k % every == every - 1
+    anywhere = sampled | (space.interval_dimension == 0)
     at_bounds = np.flatnonzero(~anywhere)
     pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
     first, second = pairs.T
@@ -350,13 +333,12 @@ def _points(
         pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
     normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
-    sample = (k % ANYWHERE == ANYWHERE - 1) | (space.random_dimension == 0)
+    sample = sampled | (space.random_dimension == 0)
     for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
         rows = np.setdiff1d(np.flatnonzero(kind), second)
-        normals[rows] = latin_hypercube_normals(
-            len(rows), normals.shape[1], int(rng.integers(SEEDS))
-        )
-    normals[~sample], weight[~sample] = stretched(normals[~sample], FARTHEST, rng)
+        draw = int(rng.integers(2**31))
+        normals[rows] = latin_hypercube_normals(len(rows), normals.shape[1], draw)
+    normals[~sample], weight[~sample] = stretched(normals[~sample], options.farthest, rng)
     normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])

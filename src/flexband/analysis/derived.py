@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
-from flexband.analysis.choices import over_options
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
+from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import Quantity
 from flexband.analysis.results import answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
@@ -25,7 +26,7 @@ from flexband.analysis.sampled import (
     samples_of,
     sampling_error,
 )
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
 from flexband.uncertainty.expansions.bounds.scan import scattered
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -66,7 +67,7 @@ class DerivationOptions:
 
 
 def derived(
-    surrogate: Any,
+    surrogate: AnySurrogate,
     quantity: Quantity,
     *,
     sigmas: float = 1.0,
@@ -119,11 +120,8 @@ def derived(
         case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
     ):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
-    return over_options(
-        {
-            k: _Derivation(case_surrogate, quantity, sigmas, part).bands(samples, seed)
-            for k, case_surrogate in surrogates.items()
-        }
+    return over_intervals(
+        lambda case: _Derivation(case, quantity, sigmas, part).bands(samples, seed), surrogate
     )
 
 
@@ -182,7 +180,7 @@ class _Derivation:
         k = self.sigmas
         return np.stack([mean, mean, mean - k * std, mean + k * std, low, high])
 
-    def at(self, xi: np.ndarray, eta: np.ndarray, shift: Any = 0.0) -> np.ndarray:
+    def at(self, xi: np.ndarray, eta: np.ndarray, shift: ArrayLike = 0.0) -> np.ndarray:
         """Return samples of the quantity at places η, shape (places, samples, size)."""
         count = len(xi)
         values = self.surrogate.standard(np.tile(xi, (len(eta), 1)), np.repeat(eta, count, axis=0))

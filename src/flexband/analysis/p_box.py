@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
-from flexband.analysis.choices import over_options
+from flexband.analysis.intervals import over_options
 from flexband.analysis.quantiles import (
     MAX_SAMPLES,
     probability_below,
@@ -19,8 +20,8 @@ from flexband.analysis.quantiles import (
 )
 from flexband.analysis.results import answer, check_free, expected_error, places
 from flexband.analysis.sampled import CONFIDENCE, MIN_BEYOND, SampledSeries, samples_of
-from flexband.analysis.selection import selected, surrogates_of
-from flexband.errors import InputError, check_finite, check_integer, shown
+from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
+from flexband.errors import InputError, check_finite, check_instance, check_integer
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 VALUES = 101
@@ -28,12 +29,12 @@ VALUES = 101
 
 
 def p_box(
-    surrogate: Any,
-    output: Any = None,
-    time: Any = None,
+    surrogate: AnySurrogate,
+    output: ArrayLike | None = None,
+    time: ArrayLike | None = None,
     *,
-    at: Mapping[str, Any] | None = None,
-    values: Any = None,
+    at: Labels | None = None,
+    values: ArrayLike | None = None,
     samples: int = 4096,
     seed: int = 0,
 ) -> xr.Dataset:
@@ -67,12 +68,10 @@ def p_box(
         If the surrogate is none, an argument is out of its range, or not one number is left.
     """
     surrogates = surrogates_of(surrogate)
-    samples, seed = (
-        check_integer("samples", samples, 128, MAX_SAMPLES),
-        check_integer("seed", seed, 0),
-    )
-    if at is not None and not isinstance(at, Mapping):
-        raise InputError(f"at must be a mapping from dimensions to labels; got {shown(at)}")
+    samples = check_integer("samples", samples, 128, MAX_SAMPLES)
+    seed = check_integer("seed", seed, 0)
+    if at is not None:
+        check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     where = dict(at or {})
     dim = next(iter(surrogates.values())).time or "time"
     where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}

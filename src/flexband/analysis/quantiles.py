@@ -8,17 +8,18 @@ bounds are searched on few samples, and computed at the places that are found on
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from flexband.analysis.choices import over_options
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
+from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     CONFIDENCE,
@@ -28,7 +29,7 @@ from flexband.analysis.sampled import (
     samples_of,
     sampling_error,
 )
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -68,10 +69,10 @@ class QuantileOptions:
 
 
 def quantiles(
-    surrogate: Any,
-    probabilities: Any = (0.05, 0.5, 0.95),
+    surrogate: AnySurrogate,
+    probabilities: ArrayLike = (0.05, 0.5, 0.95),
     *,
-    at: Mapping[str, Any] | None = None,
+    at: Labels | None = None,
     samples: int = 4096,
     seed: int = 0,
 ) -> xr.Dataset:
@@ -113,20 +114,14 @@ def quantiles(
         If the surrogate is none, a probability is not between 0 and 1 or has too few samples, or
         `at` does not fit the response.
     """
-    surrogates = surrogates_of(surrogate)
+    check_surrogate(surrogate)
     p = checked_probabilities(probabilities)
-    samples, seed = (
-        check_integer("samples", samples, 2, MAX_SAMPLES),
-        check_integer("seed", seed, 0),
-    )
-    answers = {
-        label: _quantiles(selected(case_surrogate, at), p, samples, seed)
-        for label, case_surrogate in surrogates.items()
-    }
-    return over_options(answers)
+    samples = check_integer("samples", samples, 2, MAX_SAMPLES)
+    seed = check_integer("seed", seed, 0)
+    return over_intervals(lambda case: _quantiles(case, p, samples, seed), surrogate, at)
 
 
-def checked_probabilities(probabilities: Any) -> np.ndarray:
+def checked_probabilities(probabilities: ArrayLike) -> np.ndarray:
     """Return probabilities between 0 and 1, increasing, shape (probabilities,)."""
     p = np.atleast_1d(check_finite("probabilities", probabilities, rank=None))
     if p.ndim > 1 or len(np.unique(p)) < len(p):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flexband.analysis.expanded_runs import as_expanded
+from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI

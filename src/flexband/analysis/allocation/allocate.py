@@ -20,10 +20,10 @@ from flexband.analysis.allocation.results import chance_result, result_of
 from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
-from flexband.analysis.expanded_runs import runs_as_expanded
 from flexband.analysis.limits import corridors, joint
 from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
+from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError, check_instance, check_numbers
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas

@@ -20,8 +20,8 @@ import numpy as np
 
 from flexband.analysis.allocation.search import Allocated
 from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCase
-from flexband.analysis.expanded_runs import RunsOf
 from flexband.analysis.results import expected_error
+from flexband.analysis.verification.expanded_runs import RunsOf
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Corridor, corridors, joint
-from flexband.analysis.margins import labels_of
+from flexband.analysis.limits import Corridor, Limit, corridors, joint
 from flexband.analysis.probability.at_each import at_each_time
 from flexband.analysis.probability.correction import corrected
 from flexband.analysis.probability.ends import ends
@@ -36,11 +35,11 @@ from flexband.analysis.results import (
     missed_tolerance,
     places,
 )
-from flexband.errors import InputError, check_instance, check_integer, check_numbers, shown
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
+from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
@@ -56,8 +55,8 @@ FINEST, COARSEST = 0.002, 0.5
 
 
 def failure_probability(
-    surrogate: Surrogate | SurrogateOfChoices,
-    limits: Any,
+    surrogate: AnySurrogate,
+    limits: Limit | Sequence[Limit],
     *,
     response: Response | None = None,
     runs: int = RUNS,
@@ -131,8 +130,7 @@ def failure_probability(
     RunError
         If a run fails.
     """
-    kinds = Surrogate | SurrogateOfChoices
-    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
@@ -141,8 +139,6 @@ def failure_probability(
             f"runs requires a response, of which they are made; got runs={shown(runs)}"
         )
     seed = check_integer("seed", seed, 0)
-    several = isinstance(surrogate, SurrogateOfChoices)
-    surrogates = surrogate.surrogates if several else {"": surrogate}
     labels = labels_of(surrogate)
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
@@ -176,7 +172,7 @@ def failure_probability(
                 each[-1] = _no_less(each[-1], each[:-1])
             results[label] = xr.concat(each, "limit").assign_coords(limit=list(limit_corridors))
     known_of = {label: _known(dataset) for label, dataset in results.items()}
-    result = _over_choices(known_of) if several else known_of[""]
+    result = known_of[""] if "" in known_of else _over_choices(known_of)
     if any(missed_tolerance(single_surrogate) for single_surrogate in surrogates.values()):
         kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.analysis.expanded_runs import Runs, runs_as_expanded
+from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
 from flexband.progress import counted
 from flexband.uncertainty.inputs.sampling import of_normals

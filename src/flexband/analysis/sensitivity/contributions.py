@@ -8,7 +8,7 @@ orders in which the inputs are fixed.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection
 from itertools import combinations
 from math import comb
 from typing import Any
@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.choices import over_options
+from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.constants import Constant
@@ -44,11 +44,11 @@ LONG_NAMES = {
 
 
 def contributions(
-    surrogate: Any,
+    surrogate: AnySurrogate,
     *,
     sigmas: float = 1.0,
     shapley: bool = False,
-    at: Mapping[str, Any] | None = None,
+    at: Labels | None = None,
 ) -> xr.Dataset:
     """Return how much each input widens the error bar of every output, over time.
 
@@ -82,13 +82,9 @@ def contributions(
         If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
         there are more than eight inputs to share the width among.
     """
-    surrogates, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    shapley = check_flag("shapley", shapley)
-    answers = {
-        label: _contributions(selected(case_surrogate, at), k, shapley=shapley)
-        for label, case_surrogate in surrogates.items()
-    }
-    joint = over_options(answers)
+    check_surrogate(surrogate)
+    k, shapley = checked_sigmas(sigmas), check_flag("shapley", shapley)
+    joint = over_intervals(lambda case: _contributions(case, k, shapley=shapley), surrogate, at)
     share = joint["mean_share"]
     largest = share.max([dim for dim in share.dims if dim != "name"])
     return joint.isel(name=np.argsort(-largest.values, kind="stable"))
@@ -190,7 +186,12 @@ def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
     return upper.values[1] - lower.values[0]
 
 
-def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarray) -> np.ndarray:
+def _shapley(
+    names: list[str],
+    width: np.ndarray,
+    narrower: Callable[[Collection[str]], np.ndarray],
+    alone: np.ndarray,
+) -> np.ndarray:
     """Return Shapley's values, shape (names, …).
 
     Parameters

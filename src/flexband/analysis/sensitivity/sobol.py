@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -11,11 +10,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.choices import over_options
 from flexband.analysis.descent import lowest_over_times
+from flexband.analysis.intervals import over_options
 from flexband.analysis.results import answer, check_free, expected_error, places
 from flexband.analysis.sampled import SampledSeries, sampling_error
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.analysis.sensitivity.variances import Variances, variances_of
 from flexband.errors import InputError, check_integer
@@ -28,7 +27,7 @@ WORSE = 2.0
 
 
 def sobol_indices(
-    surrogate: Any, *, at: Mapping[str, Any] | None = None, seed: int = 0
+    surrogate: AnySurrogate, *, at: Labels | None = None, seed: int = 0
 ) -> xr.Dataset:
     """Return which part of the variance each random input causes, as bounds over interval inputs.
 

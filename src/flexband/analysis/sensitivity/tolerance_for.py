@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexband.analysis.allocation.tolerances import with_tolerance
 from flexband.analysis.results import answer, check_free
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, check_numbers, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
@@ -30,7 +30,7 @@ LONG_NAMES = {
 
 
 def tolerance_for(
-    surrogate: Any, name: str, share: float = 0.5, *, sigmas: float = 1.0
+    surrogate: AnySurrogate, name: str, share: float = 0.5, *, sigmas: float = 1.0
 ) -> xr.Dataset:
     """Return the tolerance of an input with which error bars have a part of their largest width.
 

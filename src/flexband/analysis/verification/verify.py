@@ -1,4 +1,4 @@
-"""Verification: new runs that tell whether a surrogate misses more than its expected error allows.
+"""Verification: whether runs differ from a surrogate by more than its expected error allows.
 
 Most of the runs are at values of the interval inputs at which bounds are attained, spread over
 outputs, times and both ends of the error bar; every fourth is anywhere. Surrogate and response are
@@ -29,15 +29,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.expanded_runs import Runs, runs_as_expanded
-from flexband.errors import check_function, check_instance, check_integer
+from flexband.analysis.selection import AnySurrogate, surrogates_of
+from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
+from flexband.errors import check_function, check_integer
 from flexband.progress import counted
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
+from flexband.uncertainty.surrogates.choices import verified_choices
 from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -46,7 +47,7 @@ from flexband.uncertainty.surrogates.verdicts import verdict
 MAX_RUNS = 1_000_000
 
 RUNS = 16
-"""Number of new runs, unless another is given."""
+"""Number of verification runs, unless another is given."""
 
 ASIDE = 3**-0.5
 """Distance of intervals that are left out from their midpoints: that of a uniform variable."""
@@ -83,7 +84,7 @@ class VerificationOptions:
 
 
 class VerificationPoints(NamedTuple):
-    """Where new runs are.
+    """Where verification runs are.
 
     Attributes
     ----------
@@ -103,7 +104,7 @@ class VerificationPoints(NamedTuple):
 
 
 def verify(
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     response: Response,
     *,
     runs: int = RUNS,
@@ -114,16 +115,16 @@ def verify(
     failed: str = "stop",
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
-    """Return how far new runs of a response are from its surrogate, and a verdict in words.
+    """Return how far verification runs are from a surrogate, and a verdict.
 
     The verdict is about the expected error of the expansion: whether the surrogate misses more of
-    the new runs than it allows, as far as so many runs can tell. If the expected errors of all
+    these runs than it allows, as far as so many runs can tell. If the expected errors of all
     outputs are right, at most 5 % of verifications do not confirm them. The error of the
-    discretization is not verified, since the new runs have it too.
+    discretization is not verified, since the verification runs have it too.
 
     Parameters
     ----------
-    runs : number of new runs, whatever the number of outputs.
+    runs : number of verification runs, whatever the number of outputs.
     sigmas : k of the error bar μ ± kσ.
     seed : seed of the random numbers.
     store, executor, failed, progress : as in `propagate`. Runs that are left out are not compared;
@@ -131,16 +132,17 @@ def verify(
 
     Returns
     -------
-    Dataset with the dims of the outputs: what is `missed` of the new runs, root mean square over
-    runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
-    95 %, and the `bar_width`, means over time; and, if the method expects an error, this
-    `expected_error`, what it `allowed` to miss, and whether it is `confirmed`: whether it is
-    above the least error.
+    Dataset with the dims of the outputs: what is `missed` of the verification runs, root mean
+    square over runs and times; the inferred error of the error bar, `implied_error`, the
+    `least_error` with a confidence of 95 %, and the `bar_width`, means over time; and, if the
+    method expects an error, this `expected_error`, what it `allowed` to miss, and whether it is
+    `confirmed`: whether it is above the least error.
     Runs that are farther out than samples count by their `run_weight`.
     `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
     time. Along the dim "sample" are `missed_in_run`, the `run_values` of the inputs, the
     `run_place`: at a bound or anywhere, and the `run_weight`. ``attrs["verdict"]`` is a text,
-    ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
+    ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["inferred_share"]`` the
+    inferred error that decides, in parts of the error bar's width, ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.
 
     Raises
@@ -149,13 +151,9 @@ def verify(
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
     check_function("response", response)
-    check_instance(
-        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
-    )
+    surrogates = surrogates_of(surrogate)
     runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
-    several = isinstance(surrogate, SurrogateOfChoices)
-    surrogates = surrogate.surrogates if several else {"": surrogate}
     given = next(iter(surrogates.values())).space.given
     advance, results = counted(progress, runs * len(surrogates)), {}
     execution = {"store": store, "executor": executor, "failed": failed}
@@ -164,7 +162,7 @@ def verify(
         for label, case_surrogate in surrogates.items():
             run = runs_of(case_surrogate, label, advance)
             results[label] = _verified(case_surrogate, run, runs, sigmas, seed)
-    return verified_choices(results) if several else results[""]
+    return results[""] if "" in results else verified_choices(results)
 
 
 def _verified(

@@ -10,7 +10,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.margins import labels_of
+from flexband.analysis.selection import labels_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
 from flexband.cli.application import app
 from flexband.cli.files import check_folder, draw

@@ -12,8 +12,8 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.margins import labels_of
 from flexband.analysis.probability.texts import NOT_GIVEN
+from flexband.analysis.selection import labels_of
 from flexband.cli.answers.saved import Json, Saved, Sigmas, saved, study_limits
 from flexband.cli.application import app
 from flexband.cli.files import check_folder

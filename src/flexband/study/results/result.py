@@ -20,7 +20,7 @@ from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import implied_error
+from flexband.uncertainty.surrogates.verdicts import inferred_share
 
 INACCURATE_SHARE = 0.25
 """An error that verification runs imply, in parts of the error bar's width, above which a result is
@@ -185,6 +185,6 @@ def doubts_about(
         return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
     if verification.attrs["confirmed"] == "no":
         doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
-    elif (error := implied_error(verification)) > max(INACCURATE_SHARE, tolerance or 0.0):
+    elif (error := inferred_share(verification)) > max(INACCURATE_SHARE, tolerance or 0.0):
         doubts.append(Doubt(DoubtKind.INACCURATE, error))
     return tuple(doubts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexband.analysis.expanded_runs import as_expanded
+from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.motion.motion import SAMPLES, motion_data

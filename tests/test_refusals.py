@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -22,6 +23,10 @@ def response(a, x):
 def of_field(**options):
     field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), **options)
     return fb.propagate(lambda f: f(np.linspace(0, 1, 4)), {"f": field}, fb.PCCI(1, 1))
+
+
+def series_of(length):
+    return fb.karhunen_loeve(fb.exponential, length=length, domain=(0.0, 1.0), nodes=5)
 
 
 def driven(function):
@@ -44,6 +49,7 @@ def without_response():
         (lambda: fb.propagate(response, INPUTS, fb.MonteCarlo(10, points=2**63)), "points=100000"),
         (lambda: of_field(correlation=fb.Matern(1e-300)), "tolerance 0.05 .* is not met"),
         (lambda: of_field(tolerance=1e-300), "tolerance 1e-300 .* is not met"),
+        (lambda: series_of(1.7e308), "correlation_length 1.7e.308 is too long"),
         (lambda: driven(lambda t: t * np.ones((3, 1))), r"one per sample, .* got shape \(3, 1\)"),
         (lambda: fb.ExternalProgram(["true", "${a}"], read=len, keep=3), "keep must be the path"),  # pyright: ignore[reportArgumentType]
         (lambda: fb.ScipyDistribution("norm", 3), "must be pairs of a name, .* got 3"),  # pyright: ignore[reportArgumentType]
@@ -61,6 +67,17 @@ def test_a_fine_tolerance_that_more_nodes_meet_is_not_refused():
     field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), tolerance=2e-3,
                            correlation=fb.exponential)  # fmt: skip
     assert field.dimension > 50
+
+
+@pytest.mark.parametrize("number", [np.longdouble(2.0), xr.DataArray(2.0)])
+def test_numbers_of_other_types_are_taken_as_floats(number):
+    assert repr(fb.LogNormal(number, std=0.5)) == repr(fb.LogNormal(2.0, std=0.5))
+    for series in (fb.eole, fb.karhunen_loeve, fb.orthogonal_series):
+        given, plain = (
+            series(fb.exponential, length=length, domain=(0.0, 1.0), nodes=5)
+            for length in (number, 2.0)
+        )
+        np.testing.assert_array_equal(given.eigenvalues, plain.eigenvalues)
 
 
 @pytest.mark.parametrize(

@@ -12,21 +12,30 @@ import subprocess
 import sys
 import tracemalloc
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
 import flexband as fb
 from benchmarks.harness import options, report
+from flexband.uncertainty.adaptive import adaptation
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.phase_resolved import method as phase_resolved
+from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.runs.memory import peak_memory
 
 BYTES = 8
 
 
-def waves(outputs: int, times: int, *, ringing: bool):
-    """Return a response whose outputs need many terms, or ring with one carrier."""
+FREQUENCIES = (60.0, 170.0, 430.0)
+"""Of the carriers of ringing outputs [rad/s]."""
+
+
+def waves(outputs: int, times: int, *, ringing: int):
+    """Return a response whose outputs need many terms, or ring with so many carriers."""
     t = np.linspace(0, 1, times)
 
     def response(**values: np.ndarray) -> np.ndarray:
@@ -34,8 +43,11 @@ def waves(outputs: int, times: int, *, ringing: bool):
         values = np.empty((len(x), outputs, times))
         for own, a, b in zip(values, x @ (1 / (1 + np.arange(x.shape[1]))), x**2, strict=True):
             for k, row in enumerate(own):  # one by one: a response may need more than a study
-                wave = np.cos((60 + k) * t * (1 + 0.05 * a)) if ringing else np.cos(k * t)
-                row[:] = wave * (1.0 if ringing else np.exp(a)) + t * np.exp(0.3 * b.sum())
+                row[:] = t * np.exp(0.3 * b.sum())
+                if not ringing:
+                    row[:] += np.cos(k * t) * np.exp(a)
+                for c, frequency in enumerate(FREQUENCIES[:ringing]):
+                    row[:] += 0.5**c * np.cos((frequency + k) * t * (1 + 0.05 * 0.8**c * a))
         return values
 
     return response
@@ -49,10 +61,13 @@ def inputs_of(intervals: int, random: int) -> dict[str, Any]:
 
 
 def announced_and_peak(
-    method: Any, inputs: Mapping[str, Any], outputs: int, times: int, *, ringing: bool = False
+    method: Any, inputs: Mapping[str, Any], outputs: int, times: int, *, ringing: int = 0
 ) -> tuple[float, float]:
-    """Return the memory in bytes that is announced for a study, and what it takes."""
-    with warnings.catch_warnings():
+    """Return the memory in bytes that is announced for a study, and what it takes.
+
+    It is announced for the carriers that are tried, and for one at least if outputs ring.
+    """
+    with warnings.catch_warnings(), carriers_tried() as tried:
         warnings.simplefilter("ignore")
         few = waves(1, 40, ringing=ringing)
         fb.propagate(few, inputs, method)  # what is imported and compiled is no memory of a study
@@ -64,12 +79,30 @@ def announced_and_peak(
             tracemalloc.stop()
     intervals, one = Space(inputs).interval_dimension, BYTES * outputs * times
     announced, per_carrier = peak_memory(method, intervals, int(bands.attrs["runs"]), one)
-    carriers = max(1, int(bands["carriers"].max())) if ringing else 0  # one is looked for
+    carriers = max(1, *tried) if ringing else 0  # one is looked for
     return announced + carriers * per_carrier, float(peak)
 
 
-def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], bool]:
-    """Return a method, inputs, and whether outputs ring."""
+@contextmanager
+def carriers_tried() -> Iterator[list[int]]:
+    """Yield a list that takes the number of carriers of every stage of every decomposition."""
+    tried = [0]
+
+    def counted(F: np.ndarray, dt: float) -> Iterator[Stage]:
+        for stage in decompose(F, dt):
+            tried.append(len(stage.carriers))
+            yield stage
+            del stage  # as the methods do
+
+    with (
+        patch.object(adaptation, "decompose", counted),
+        patch.object(phase_resolved, "decompose", counted),
+    ):
+        yield tried
+
+
+def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
+    """Return a method, inputs, and the number of carriers with which outputs ring."""
     intervals, random = (int(n) for n in rng.integers(1, 4, 2))
     most, tolerance = int(rng.integers(32, 120)), 1e-14
     methods = [
@@ -84,7 +117,8 @@ def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], bool]:
         (fb.PhaseResolvedPCCI(1, 2), False),
         (fb.PhaseResolvedPCCI(1, 2), True),
     ]
-    method, ringing = methods[rng.integers(len(methods))]
+    method, rings = methods[rng.integers(len(methods))]
+    ringing = int(rng.integers(1, 1 + len(FREQUENCIES))) if rings else 0
     if isinstance(method, fb.RegressionPCCI | fb.AdaptivePCCI) and rng.random() < 0.5:
         intervals, random = int(rng.integers(0, 25)), int(rng.integers(1, 26))
         method = fb.RegressionPCCI(1) if isinstance(method, fb.RegressionPCCI) else method
@@ -151,7 +185,7 @@ def main() -> None:
         parts.append(announced / peak)
         rows.append(
             [
-                f"{method.label}{', ringing' * ringing}", str(intervals),
+                f"{method.label}{f', {ringing} carriers' * (ringing > 0)}", str(intervals),
                 str(len(inputs) - intervals), f"{1e-6 * announced:.1f}", f"{1e-6 * peak:.1f}",
                 f"{parts[-1]:.2f}",
             ]

@@ -324,5 +324,6 @@ def test_stiffness_at_a_rest_is_reduced_and_factored_once(monkeypatch):
     rest = fb.equilibrium(frame)
     assert len(calls) == 1
     assert rest.sel(output="R_Y") == pytest.approx(0.8, rel=1e-9)
-    monkeypatch.setattr(eigenmodes, "SPARSE", 10_000)  # products of dense matrices
+    dense = {"sparse_from": 10_000}
+    monkeypatch.setattr(eigenmodes.reduced, "__kwdefaults__", dense)  # products of dense matrices
     np.testing.assert_allclose(fb.equilibrium(frame), rest, rtol=1e-9, atol=1e-12)

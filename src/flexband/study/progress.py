@@ -18,6 +18,7 @@ from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.phases.decomposition import MAX_CARRIERS
 from flexband.uncertainty.runs.memory import peak_memory
 from flexband.uncertainty.runs.reuse import located
 from flexband.words import number_of
@@ -154,7 +155,9 @@ class StudyProgress:
         self.sized = True
         size = 8.0 * math.prod(outputs.shape[1:])
         peak, per_carrier = memory_of(self.study, self.store, total, size)
-        ringing = f", {in_bytes(per_carrier)} more for each carrier if they ring"
+        most = in_bytes(peak + MAX_CARRIERS * per_carrier)
+        each = f"{in_bytes(per_carrier)} more for each of up to {MAX_CARRIERS} carriers"
+        ringing = f", and if they ring {each}, {most} in all"
         doing(
             self.about.get("now", ""),
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "

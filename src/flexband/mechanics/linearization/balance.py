@@ -8,6 +8,7 @@ the size of the mechanism, so that r [N m] and displacements compare.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs
@@ -22,42 +23,60 @@ from flexband.mechanics.linearization.eigenmodes import (
 )
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 
-ITERATIONS = 100
-LONGEST_STEP = 0.1
-"""Relative to the size of the mechanism; longer steps are shortened.
-
-The length grows by a fifth with every step that is.
-"""
-
-UNBALANCED = 1e-9
-"""Force that counts as none, relative to the largest one."""
-
 ROUNDING = 64 * np.finfo(float).eps
 """Error of the forces, relative to stiffness times coordinates."""
-
-STEP, STUCK = 1e-8, 1e-11
-"""Newton steps at rest, and without progress, relative to the size of the mechanism."""
-
-RANK = 1e-6
-"""Relative size below which a direction of Φ_qᵀ cannot carry a force."""
-
-VIOLATION = 1e-9
-"""Of the constraints, relative to the size of the mechanism."""
 
 SINGULAR = 1e-14
 """Relative size of a stiffness that counts as none, once each is scaled by its diagonal."""
 
-LOST = 1e-4
-"""Of the largest force, what may be unbalanced along directions whose stiffness counts as none."""
 
-PUSH, MAX_PUSHES = 1e-4, 3
-"""Displacement, relative to the size, out of a place where Newton's method makes no progress.
+class BalanceTolerances(NamedTuple):
+    """What counts as balanced.
 
-The next ones are ten times as large.
-"""
+    Attributes
+    ----------
+    force
+        Force that counts as none, relative to the largest one.
+    lost_force
+        What may be unbalanced along directions whose stiffness counts as none, relative to the
+        largest force.
+    rank
+        Relative size below which a direction of Φ_qᵀ cannot carry a force.
+    """
 
-GROWTH = 100.0
-"""Of the weight of the stiffness against the inertia, with every step that succeeds."""
+    force: float = 1e-9
+    lost_force: float = 1e-4
+    rank: float = 1e-6
+
+
+class RestSearch(NamedTuple):
+    """How an equilibrium is searched for. Lengths are relative to the size of the mechanism.
+
+    Attributes
+    ----------
+    iterations
+        Of Newton's method, at most.
+    max_step
+        Longer steps are shortened. It grows by a fifth with every step that is.
+    rest_step, stuck_step
+        Steps at rest, and without progress.
+    violation
+        Of the constraints, at most.
+    push, max_pushes
+        Displacement out of a place where Newton's method makes no progress; the next ones are ten
+        times as large.
+    growth
+        Of the weight of the stiffness against the inertia, with every step that succeeds.
+    """
+
+    iterations: int = 100
+    max_step: float = 0.1
+    rest_step: float = 1e-8
+    stuck_step: float = 1e-11
+    violation: float = 1e-9
+    push: float = 1e-4
+    max_pushes: int = 3
+    growth: float = 100.0
 
 
 Factors = tuple[np.ndarray, np.ndarray]
@@ -76,8 +95,15 @@ class Balance:
         compare as forces on points, whatever the lever arms.
     """
 
-    def __init__(self, equations: Equations, z: np.ndarray, spin: Spin):
-        self.equations, self.spin, size = equations, spin, equations.size
+    def __init__(
+        self,
+        equations: Equations,
+        z: np.ndarray,
+        spin: Spin,
+        tolerances: BalanceTolerances = BalanceTolerances(),
+    ):
+        self.equations, self.spin, self.tolerances = equations, spin, tolerances
+        size = equations.size
         z = equations.spun(z, spin)
         z[equations.multipliers] = 0.0
         r, Phi = equations.residual(z)
@@ -87,11 +113,11 @@ class Balance:
         self.rows, self.violation = rows / norms[:, None], Phi / norms
         self.carried = np.zeros(0)
         if len(rows):
-            self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=RANK)[0]
+            self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=tolerances.rank)[0]
             z[equations.multipliers] = self.carried / norms
         self.z = z
         self.linear = equations.linear(z, spin)
-        self.basis = allowed(self.linear.Phi, size, RANK)
+        self.basis = allowed(self.linear.Phi, size, tolerances.rank)
         with np.errstate(invalid="ignore"):  # a law that fails, which is told later
             self.forces = self.basis.T @ r
             self.loose = self.basis.T @ loose
@@ -130,7 +156,9 @@ class Balance:
         position = np.abs(self.z[self.equations.q]) + size
         noise = ROUNDING * np.abs(self.basis).T @ (self.linear.terms @ position)
         reach = np.abs(self.basis / size[:, None]).max(axis=0, initial=0.0)
-        tolerated = UNBALANCED * self.largest_force * reach + noise + np.finfo(float).tiny
+        tolerated = (
+            self.tolerances.force * self.largest_force * reach + noise + np.finfo(float).tiny
+        )
         return float(np.max(np.abs(self.forces) / tolerated, initial=0.0))
 
     @cached_property
@@ -147,7 +175,7 @@ class Balance:
         _, sizes, directions = np.linalg.svd(matrix)
         lost = directions[sizes <= SINGULAR * sizes.max(initial=0.0)] * scale
         reach = np.abs(lost @ self.basis.T / self.equations.size).max(axis=1, initial=0.0)
-        allowed = LOST * self.largest_force * reach
+        allowed = self.tolerances.lost_force * self.largest_force * reach
         return bool(np.any((np.abs(lost @ self.forces) > allowed) & (allowed > 0)))
 
     def step(self, weight: float) -> np.ndarray:
@@ -156,7 +184,7 @@ class Balance:
         K = self.linear.K + self.linear.L
         back = np.zeros(len(size))
         if len(self.rows):
-            back = -np.linalg.lstsq(self.rows, self.violation, rcond=RANK)[0] * size
+            back = -np.linalg.lstsq(self.rows, self.violation, rcond=self.tolerances.rank)[0] * size
         matrix, scale, factors = self.stiffness
         if np.isfinite(weight):
             matrix, scale, factors = _scaled(reduced(K + self.linear.M / weight, self.basis))
@@ -168,7 +196,7 @@ class Balance:
         """Return the balance after a step, relative to the size."""
         z = self.z.copy()
         z[self.equations.q] += step * self.equations.size
-        return Balance(self.equations, z, self.spin)
+        return Balance(self.equations, z, self.spin, self.tolerances)
 
     def push(self) -> np.ndarray:
         """Return the direction, of length one, in which the forces accelerate the mechanism.
@@ -250,25 +278,29 @@ def _no_growth(damping: np.ndarray) -> bool:
 
 
 def find_rest(
-    equations: Equations, z: np.ndarray, spin: Spin, start: np.ndarray
+    equations: Equations,
+    z: np.ndarray,
+    spin: Spin,
+    start: np.ndarray,
+    search: RestSearch = RestSearch(),
 ) -> tuple[Balance, bool]:
     """Move to an equilibrium; return the balance there, or where the search ended, and success.
 
     If the equilibrium near z is not stable, or there is none, the search goes downhill: from
     `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
     """
-    balance, success = _search(equations, z, spin, downhill=False)
+    balance, success = _searched(equations, z, spin, search, downhill=False)
     if not success:
-        balance, success = _search(equations, z, spin, downhill=True)
+        balance, success = _searched(equations, z, spin, search, downhill=True)
     elif not balance.stable:
-        other, lower = _search(equations, start, spin, downhill=True)
+        other, lower = _searched(equations, start, spin, search, downhill=True)
         if lower and other.stable:
             balance = other
     return balance, success and not balance.unresolved
 
 
-def _search(
-    equations: Equations, z: np.ndarray, spin: Spin, downhill: bool
+def _searched(
+    equations: Equations, z: np.ndarray, spin: Spin, search: RestSearch, *, downhill: bool
 ) -> tuple[Balance, bool]:
     """Move to an equilibrium, any one or, if `downhill`, one that is stable.
 
@@ -277,16 +309,16 @@ def _search(
     """
     rigidity, pushes, before = float(equations.values.rigidity[0, 0]), 0, np.inf
     weight = rigidity if downhill else 1e3 * rigidity
-    balance, longest = Balance(equations, z, spin), LONGEST_STEP
-    for _ in range(ITERATIONS):
+    balance, longest = Balance(equations, z, spin), search.max_step
+    for _ in range(search.iterations):
         excess = balance.excess
         if not np.isfinite(excess) or stop_flag().any():
             break
         violation = np.abs(balance.violation).max(initial=0.0)
-        at_rest = excess <= 1.0 and violation < VIOLATION
+        at_rest = excess <= 1.0 and violation < search.violation
         if at_rest and not balance.directionless:
             step = balance.step(np.inf)
-            if np.abs(step).max() < STEP:
+            if np.abs(step).max() < search.rest_step:
                 if excess < 0.01 and violation < 1e-13 and not spin.rate:
                     return balance, True
                 last = balance.moved(step)
@@ -296,17 +328,19 @@ def _search(
         step = balance.step(weight)
         largest = np.abs(step).max()
         if balance.directionless or (
-            not at_rest and largest < STUCK and np.abs(balance.step(np.inf)).max() < STUCK
+            not at_rest
+            and largest < search.stuck_step
+            and np.abs(balance.step(np.inf)).max() < search.stuck_step
         ):
-            if pushes == MAX_PUSHES:
+            if pushes == search.max_pushes:
                 break
-            step, largest = 10.0**pushes * PUSH * balance.push(), 0.0
+            step, largest = 10.0**pushes * search.push * balance.push(), 0.0
             pushes, before, weight = pushes + 1, np.inf, rigidity
         if excess <= before or downhill:
-            weight = min(weight * (10.0 if downhill else GROWTH), 1e250)
+            weight = min(weight * (10.0 if downhill else search.growth), 1e250)
         else:
             weight = weight / 10.0
         before = excess
         balance = balance.moved(min(1.0, longest / max(largest, 1e-300)) * step)
-        longest = 1.2 * longest if largest > longest else LONGEST_STEP
+        longest = 1.2 * longest if largest > longest else search.max_step
     return balance, False

@@ -18,14 +18,8 @@ from flexband.mechanics.linearization.linearize import Linear
 ROUNDING = 16 * np.finfo(float).eps
 """Of the stiffness of a mode, relative to the sum of the magnitudes of its terms."""
 
-SYMMETRY = 1e-7
-"""Relative asymmetry below which the stiffness of loads counts as symmetric."""
-
 RESOLVED = 1e-12
 """Eigenvalues of a shifted and inverted problem below this are nothing but rounding."""
-
-SPARSE = 150
-"""Coordinates from which on products of sparse matrices take less time than of dense ones."""
 
 PURE = 1e-9
 """Relative real part below which an eigenvalue counts as imaginary."""
@@ -84,11 +78,14 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
     return basis * size[:, None]
 
 
-def reduced(matrix: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Return a matrix on the directions of a basis."""
+def reduced(matrix: np.ndarray, basis: np.ndarray, *, sparse_from: int = 150) -> np.ndarray:
+    """Return a matrix on the directions of a basis.
+
+    From so many coordinates on products of sparse matrices take less time than of dense ones.
+    """
     if not matrix.any():
         return np.zeros((basis.shape[1],) * 2)
-    if len(matrix) < SPARSE:
+    if len(matrix) < sparse_from:
         return basis.T @ matrix @ basis
     directions = csr_array(basis)
     return (directions.T @ (csr_array(matrix) @ directions)).toarray()
@@ -100,9 +97,12 @@ def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return factors[1], factors[2]
 
 
-def is_symmetric(loads: np.ndarray) -> bool:
-    """Return whether the stiffness of loads is symmetric, so that they have a potential."""
-    return bool(np.abs(loads - loads.T).max() <= SYMMETRY * np.abs(loads).max())
+def is_symmetric(loads: np.ndarray, *, asymmetry: float = 1e-7) -> bool:
+    """Return whether the stiffness of loads is symmetric, so that they have a potential.
+
+    A smaller relative `asymmetry` counts as none.
+    """
+    return bool(np.abs(loads - loads.T).max() <= asymmetry * np.abs(loads).max())
 
 
 def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:

@@ -23,15 +23,6 @@ from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 
-PERTURBATION = 1e-6
-"""Displacement of the central differences of loads, relative to the size of the mechanism."""
-
-NO_LENGTH = 1e-12
-"""Length of a spring, relative to the size of the mechanism, that counts as none."""
-
-FAST = 1e9
-"""Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from."""
-
 
 class Linear(NamedTuple):
     """The matrices of small motions."""
@@ -82,7 +73,21 @@ def turning(matrix: np.ndarray) -> np.ndarray:
 
 
 class Equations:
-    """The equations of motion of one sample, of which the engine computes eight copies."""
+    """The equations of motion of one sample, of which the engine computes eight copies.
+
+    Attributes
+    ----------
+    perturbation
+        Displacement of the central differences of loads, relative to the size of the mechanism.
+    min_length
+        Length of a spring, relative to the size of the mechanism, below which it counts as none.
+    damping_weight
+        Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from.
+    """
+
+    perturbation = 1e-6
+    min_length = 1e-12
+    damping_weight = 1e9
 
     def __init__(self, system: System, values: Values, lane: int):
         self.system, self.state = system, system.structure.state
@@ -159,7 +164,7 @@ class Equations:
             d = np.array([x @ z[columns], y @ z[columns]])
             length = self.work.z[self.state.elongation + s, 0]
             tension = self.work.z[self.state.tension + s, 0]
-            if length < NO_LENGTH * self.size.max() and abs(tension) > 0:
+            if length < self.min_length * self.size.max() and abs(tension) > 0:
                 pull = tension * d / length
                 wrong |= tension < 0 or np.hypot(*d) > length
                 np.add.at(part, columns - 1, pull[0] * x + pull[1] * y)
@@ -189,7 +194,7 @@ class Equations:
         """Return the matrices about a state, in axes that turn with `spin`."""
         n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
         K, Phi = matrix[:n, :n], matrix[n:, :n]
-        D = (self._matrix(z, FAST) - matrix)[:n, :n] / FAST
+        D = (self._matrix(z, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
         by_place, by_rate = self._load_derivatives(z, spin)
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
         L = -by_place - spin.rate * turning(by_rate)
@@ -204,9 +209,9 @@ class Equations:
         if not (len(structure.forces.row) or len(structure.laws.address)):
             return derivatives[0], derivatives[1]
         half = WIDTH // 2
-        pace = PERTURBATION * max(1.0, abs(spin.rate))
+        pace = self.perturbation * max(1.0, abs(spin.rate))
         for part, first, steps in (
-            (0, self.q.start, PERTURBATION * self.size),
+            (0, self.q.start, self.perturbation * self.size),
             (1, self.v.start, pace * self.size),
         ):
             for begin in range(0, n, half):

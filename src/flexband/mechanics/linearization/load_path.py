@@ -8,6 +8,8 @@ through.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from flexband.mechanics.assembly.structure import Values, WorkSpace
@@ -20,18 +22,28 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.linearize import Equations, Spin
 
-STEPS, ROUNDS = 4, 5
-"""Into how many steps of the loads the one in which the rest jumps is divided, and how often."""
 
-MAX_RATIO = 3.0
-"""Of the longest move to the second longest in so many equal steps, if there is no jump. Where the
-loads end at a limit point, it is 2.4."""
+class SnapThroughSearch(NamedTuple):
+    """How a snap-through is searched for.
 
-MIN_JUMP = 1e-3
-"""Relative to the size of the mechanism; shorter moves are none."""
+    Attributes
+    ----------
+    steps, rounds
+        Into how many steps of the loads the one in which the rest jumps is divided, and how often.
+    max_ratio
+        Of the longest move to the second longest in so many equal steps, if there is no jump. Where
+        the loads end at a limit point, it is 2.4.
+    min_jump
+        Relative to the size of the mechanism; shorter moves are none.
+    softness
+        What is left of the lowest ω² without loads at a snap-through, at most.
+    """
 
-SOFT = 0.25
-"""Of the lowest ω² without loads, what is left of it at a snap-through at most."""
+    steps: int = 4
+    rounds: int = 5
+    max_ratio: float = 3.0
+    min_jump: float = 1e-3
+    softness: float = 0.25
 
 
 def raised(values: Values, part: float | np.ndarray) -> Values:
@@ -39,7 +51,13 @@ def raised(values: Values, part: float | np.ndarray) -> Values:
     return values._replace(weight=part * values.weight, forces=part * values.forces)
 
 
-def snap_throughs(system: System, values: Values, start: np.ndarray, failure: np.ndarray) -> None:
+def snap_throughs(
+    system: System,
+    values: Values,
+    start: np.ndarray,
+    failure: np.ndarray,
+    search: SnapThroughSearch = SnapThroughSearch(),
+) -> None:
     """Mark the samples of a block that snap through before the loads act in full.
 
     What has no rest near its start without loads, as a pendulum, does not snap through there.
@@ -55,9 +73,9 @@ def snap_throughs(system: System, values: Values, start: np.ndarray, failure: np
     first, last = np.zeros(WIDTH), np.ones(WIDTH)
     unloaded, jumps = _settled(system, values, first, start)
     before, jumps = unloaded, jumps & (failure[0] == 0)
-    for k in range(ROUNDS):
-        parts = np.linspace(first, last, STEPS + 1)
-        rests, moves, sound = [before], np.zeros((STEPS, WIDTH)), np.ones(WIDTH, dtype=bool)
+    for k in range(search.rounds):
+        parts = np.linspace(first, last, search.steps + 1)
+        rests, moves, sound = [before], np.zeros((search.steps, WIDTH)), np.ones(WIDTH, dtype=bool)
         for n, part in enumerate(parts[1:]):
             rest, settled = _settled(system, values, part, rests[-1])
             move = np.abs(values.inverse_scale[q] * (rest - rests[-1])[q]).max(axis=0)
@@ -65,7 +83,7 @@ def snap_throughs(system: System, values: Values, start: np.ndarray, failure: np
             sound &= settled
             rests.append(rest)
         second, longest = np.sort(moves, axis=0)[-2:]
-        jumps &= (longest > MIN_JUMP) & ((longest > MAX_RATIO * second) | (k == 0))
+        jumps &= (longest > search.min_jump) & ((longest > search.max_ratio * second) | (k == 0))
         if not jumps.any():
             return
         at = moves.argmax(axis=0)
@@ -76,7 +94,7 @@ def snap_throughs(system: System, values: Values, start: np.ndarray, failure: np
         )
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raised(values, first), before, int(lane))
-        if soft < SOFT * _lowest(system, raised(values, 0.0), unloaded, int(lane)):
+        if soft < search.softness * _lowest(system, raised(values, 0.0), unloaded, int(lane)):
             failure[:, lane] = SNAPPED_THROUGH, 0.0, -1.0, first[lane]
 
 

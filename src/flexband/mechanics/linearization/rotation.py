@@ -11,30 +11,32 @@ from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding
 from flexband.mechanics.linearization.linearize import Equations, Spin, turned
 
-ANGLES = (1.0, 2.4)
-"""By which the mechanism is turned [rad]; no mechanism is symmetric under both by chance."""
-
-DIFFERENCE = 1e-5
-"""Relative difference of the equations from which on they count as different."""
-
-UNBALANCED = 1e3
-"""Excess of the forces, as `Balance` measures it, that counts as a difference."""
-
 
 def check_rotation(
-    system: System, sample: int, balance: Balance, found: Eigenmodes, spin: Spin
+    system: System,
+    sample: int,
+    balance: Balance,
+    modes: Eigenmodes,
+    spin: Spin,
+    *,
+    angles: tuple[float, ...] = (1.0, 2.4),
+    difference: float = 1e-5,
+    max_excess: float = 1e3,
 ) -> None:
     """Raise `InputError` if the equations differ when everything has turned by some angle.
 
     Parameters
     ----------
-    balance, found : the relative equilibrium of a sample, and its modes.
+    balance, modes : the relative equilibrium of a sample, and its modes.
+    angles : by which the mechanism is turned [rad]; none is symmetric under both by chance.
+    difference : of the equations, relative, from which on they count as different.
+    max_excess : of the forces, as `Balance` measures it, that counts as no difference.
     """
     start, state = balance.equations, system.structure.state
     refused = f"the mechanism does not rotate steadily at {spin.rate:g} rad/s (sample {sample}): "
-    pace = np.maximum(np.abs(found.s), abs(spin.rate))
-    noise = np.sqrt(rounding(balance.linear, found.vectors))
-    for angle in ANGLES:
+    pace = np.maximum(np.abs(modes.s), abs(spin.rate))
+    noise = np.sqrt(rounding(balance.linear, modes.vectors))
+    for angle in angles:
         time = angle / abs(spin.rate)
         values = pack(system, np.array([time, time + AT_START[1]]), np.array([sample]))(0)
         values.springs.rest[:] = start.values.springs.rest
@@ -45,13 +47,13 @@ def check_rotation(
         later = Balance(Equations(system, values, 0), z, spin)
         basis = _rotated(balance.basis, signed) / start.size[:, None]
         off = np.abs(np.column_stack([later.violation, later.rows @ basis])).max(axis=1, initial=0)
-        if off.max(initial=0) > DIFFERENCE:
+        if off.max(initial=0) > difference:
             owner = system.constraints[int(off.argmax())]
             raise InputError(f"{refused}{owner} does not turn with it")
-        if later.excess > UNBALANCED:
+        if later.excess > max_excess:
             raise InputError(f"{refused}its loads depend on its angle")
         reference, other = (
-            (part.linear, _rotated(found.vectors, turn))
+            (part.linear, _rotated(modes.vectors, turn))
             for part, turn in ((balance, 0.0), (later, signed))
         )
         stiffness, damping = (
@@ -61,8 +63,8 @@ def check_rotation(
                 (reference[0].D, other[0].D),
             )
         )
-        allowed = DIFFERENCE * np.outer(pace, pace) + np.outer(noise, noise)
-        if np.any(stiffness > allowed) or np.any(damping > DIFFERENCE * np.add.outer(pace, pace)):
+        allowed = difference * np.outer(pace, pace) + np.outer(noise, noise)
+        if np.any(stiffness > allowed) or np.any(damping > difference * np.add.outer(pace, pace)):
             raise InputError(f"{refused}its stiffness or damping depends on its angle")
 
 

@@ -8,33 +8,14 @@ and their first moment is its own, so that the motion is right to second order.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from flexband.errors import ResolutionWarning, named, warn
-from flexband.mechanics.time_functions.breakpoints import (
-    POINTS,
-    POINTS_AT_ONCE,
-    points_per_step,
-)
+from flexband.mechanics.time_functions.breakpoints import BreakpointSearch
 from flexband.mechanics.time_functions.evaluation import Evaluation
-
-NOTICED_MISS, SMALLEST_MISS, LARGEST_MISS = 2e-3, 0.03, 0.25
-"""Of a function between its values, relative to its range over the run: what kinks and jumps are
-looked for in, what may be averaged, and what no step resolves."""
-
-RESOLVED_FALL = 0.6
-"""What is missed at half the step over what is missed at the step, where the step resolves it.
-
-It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or
-above half the frequency of the steps."""
-
-VIBRATING = 0.2
-"""Part of the steps of a run in which a function misses `SMALLEST_MISS` where it vibrates."""
-
-AVERAGING_POINTS, AVERAGING_CALLS = 2048, 256
-"""Points per step of averages, with one call for many of them or for each."""
 
 
 class ChordMiss(NamedTuple):
@@ -56,11 +37,13 @@ class ChordMiss(NamedTuple):
     largest: np.ndarray
 
     @staticmethod
-    def of(at: Evaluation, times: np.ndarray, values: np.ndarray) -> ChordMiss:
+    def of(
+        at: Evaluation, times: np.ndarray, values: np.ndarray, search: BreakpointSearch
+    ) -> ChordMiss:
         """Look at a function with these values at equidistant times [s]."""
         steps, h = len(times) - 1, times[1] - times[0]
-        per = points_per_step(at, steps)
-        count = max(1, POINTS_AT_ONCE // (per * values.shape[1]))
+        per = search.points_in_step(at, steps)
+        count = max(1, search.points_at_once // (per * values.shape[1]))
         low, high = values.min(axis=0), values.max(axis=0)
         chord, half_chord, beyond = np.zeros((3, steps, values.shape[1]))
         part = np.arange(per)[:, None] / per
@@ -84,93 +67,126 @@ class ChordMiss(NamedTuple):
         spread, largest = np.maximum(high - low, 1e-300), np.maximum(high, -low)
         return ChordMiss(chord, half_chord, beyond, spread, largest)
 
-    @property
-    def noticed(self) -> np.ndarray:
-        """Where something is missed that may be a kink or a jump."""
-        return self.chord > NOTICED_MISS * self.spread
 
-    @property
-    def unresolved(self) -> np.ndarray:
-        """Where half the step would miss about as much."""
-        lasting = self.half_chord > RESOLVED_FALL * self.chord
-        return (lasting & (self.chord > SMALLEST_MISS * self.spread)) | (
-            self.chord > LARGEST_MISS * self.spread
+@dataclass(frozen=True)
+class Averaging:
+    """Which steps a load is averaged over, and how.
+
+    What is missed of a load between its values is relative to its range over the run.
+
+    Attributes
+    ----------
+    noticed_miss
+        What kinks and jumps are looked for in.
+    min_miss, max_miss
+        What may be averaged, and what no step resolves.
+    resolved_fall
+        What is missed at half the step over what is missed at the step, where the step resolves it.
+        It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half
+        the frequency of the steps.
+    vibrating
+        Part of the steps of a run in which a function misses `min_miss` where it vibrates.
+    points, calls
+        Points per step of averages, with one call for many of them or for each.
+    frequency_points
+        Points per step from which a frequency is taken.
+    """
+
+    noticed_miss: float = 2e-3
+    min_miss: float = 0.03
+    max_miss: float = 0.25
+    resolved_fall: float = 0.6
+    vibrating: float = 0.2
+    points: int = 2048
+    calls: int = 256
+    frequency_points: int = 64
+
+    def noticed(self, missed: ChordMiss) -> np.ndarray:
+        """Return where something is missed that may be a kink or a jump."""
+        return missed.chord > self.noticed_miss * missed.spread
+
+    def unresolved(self, missed: ChordMiss) -> np.ndarray:
+        """Return where half the step would miss about as much."""
+        lasting = missed.half_chord > self.resolved_fall * missed.chord
+        return (lasting & (missed.chord > self.min_miss * missed.spread)) | (
+            missed.chord > self.max_miss * missed.spread
         )
 
+    def averaged(
+        self,
+        at: Evaluation,
+        times: np.ndarray,
+        values: np.ndarray,
+        missed: ChordMiss,
+        rough: np.ndarray,
+    ) -> np.ndarray:
+        """Return the values with averages at both ends of the steps that are `rough`.
 
-def averaged(
-    at: Evaluation, times: np.ndarray, values: np.ndarray, missed: ChordMiss, rough: np.ndarray
-) -> np.ndarray:
-    """Return the values with averages at both ends of the steps that are `rough`.
+        A warning names the function, and the time where it exceeds its values most, or its
+        frequency if it vibrates.
+        """
+        if not rough.any():
+            return values
+        peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
+        if peaks.max() > self.min_miss:
+            self._warn(at, times, peaks)
+        steps, h = len(times) - 1, times[1] - times[0]
+        ends = np.zeros(values.shape, dtype=bool)
+        ends[:-1] |= rough
+        ends[1:] |= rough
+        needed = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
+        count = self.points if at.at_once else self.calls
+        part = (np.arange(count) + 0.5) / count
+        total = np.zeros(values.shape)
+        for k in needed:
+            f = at(times[k] + h * part)
+            for end, weight in ((k, 1 - part), (k + 1, part)):
+                total[end] += np.add.accumulate(weight[:, None] * f, axis=0)[-1] / count
+        total[[0, steps]] *= 2  # half a hat
+        return np.where(ends, total, values)
 
-    A warning names the function, and the time where it exceeds its values most, or its frequency if
-    it vibrates.
-    """
-    if not rough.any():
-        return values
-    peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
-    if peaks.max() > SMALLEST_MISS:
-        _warn(at, times, peaks)
-    steps, h = len(times) - 1, times[1] - times[0]
-    ends = np.zeros(values.shape, dtype=bool)
-    ends[:-1] |= rough
-    ends[1:] |= rough
-    needed = np.flatnonzero((ends[:-1] | ends[1:]).any(axis=1))
-    count = AVERAGING_POINTS if at.at_once else AVERAGING_CALLS
-    part = (np.arange(count) + 0.5) / count
-    total = np.zeros(values.shape)
-    for k in needed:
-        f = at(times[k] + h * part)
-        for end, weight in ((k, 1 - part), (k + 1, part)):
-            total[end] += np.add.accumulate(weight[:, None] * f, axis=0)[-1] / count
-    total[[0, steps]] *= 2  # half a hat
-    return np.where(ends, total, values)
+    def warn_of_vibrations(
+        self, at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
+    ) -> None:
+        """Warn of a function that the chords of many steps are far from: few steps per period.
 
+        Parameters
+        ----------
+        followed : steps whose function is averaged, or that breakpoints divide, shape (steps, n).
+        """
+        coarse = np.where(followed, 0.0, missed.chord / missed.spread)
+        column = int((coarse > self.min_miss).sum(axis=0).argmax())
+        far = coarse[:, column] > self.min_miss
+        if far.mean() <= self.vibrating:
+            return
+        frequency, h = (
+            self._frequency(at, times, int(coarse[:, column].argmax()), column),
+            times[1] - times[0],
+        )
+        warn(
+            f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
+            f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "
+            "several per cent, with 30 by less than one",
+            ResolutionWarning,
+        )
 
-def warn_of_vibrations(
-    at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
-) -> None:
-    """Warn of a function that the chords of many steps are far from: it has few steps per period.
+    def _frequency(self, at: Evaluation, times: np.ndarray, step: int, column: int) -> float:
+        """Return the frequency that a function has most of around a step [Hz]."""
+        h, count = times[1] - times[0], self.frequency_points
+        window = np.arange(max(0, step - 32), min(len(times) - 1, step + 32))
+        inner = (times[window, None] + h * np.arange(count) / count).ravel()
+        f = at(inner)[:, column]
+        energy = np.abs(np.fft.rfft((f - f.mean()) * np.hanning(len(f)))) ** 2
+        return float((1 + np.argmax(energy[1:])) / (len(f) * h / count))
 
-    Parameters
-    ----------
-    followed : steps whose function is averaged, or that breakpoints divide, shape (steps, n).
-    """
-    coarse = np.where(followed, 0.0, missed.chord / missed.spread)
-    column = int((coarse > SMALLEST_MISS).sum(axis=0).argmax())
-    far = coarse[:, column] > SMALLEST_MISS
-    if far.mean() <= VIBRATING:
-        return
-    frequency, h = (
-        _frequency(at, times, int(coarse[:, column].argmax()), column),
-        times[1] - times[0],
-    )
-    warn(
-        f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
-        f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "
-        "several per cent, with 30 by less than one",
-        ResolutionWarning,
-    )
-
-
-def _frequency(at: Evaluation, times: np.ndarray, step: int, column: int) -> float:
-    """Return the frequency that a function has most of around a step [Hz]."""
-    h = times[1] - times[0]
-    window = np.arange(max(0, step - 32), min(len(times) - 1, step + 32))
-    inner = (times[window, None] + h * np.arange(POINTS) / POINTS).ravel()
-    f = at(inner)[:, column]
-    energy = np.abs(np.fft.rfft((f - f.mean()) * np.hanning(len(f)))) ** 2
-    return float((1 + np.argmax(energy[1:])) / (len(f) * h / POINTS))
-
-
-def _warn(at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
-    step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
-    h, name = times[1] - times[0], named(at.function)
-    text = f"{name} changes within the step at t = {times[step]:.4g} s"
-    if (peaks[:, column] > 0).mean() > 0.5:
-        text = f"{name} has about {_frequency(at, times, int(step), int(column)):.3g} Hz"
-    warn(
-        f"{text}, which steps of {h:.3g} s do not resolve: averages over steps are used, which "
-        "keep its impulse; take a shorter step to see more of it",
-        ResolutionWarning,
-    )
+    def _warn(self, at: Evaluation, times: np.ndarray, peaks: np.ndarray) -> None:
+        step, column = np.unravel_index(np.argmax(peaks), peaks.shape)
+        h, name = times[1] - times[0], named(at.function)
+        text = f"{name} changes within the step at t = {times[step]:.4g} s"
+        if (peaks[:, column] > 0).mean() > 0.5:
+            text = f"{name} has about {self._frequency(at, times, int(step), int(column)):.3g} Hz"
+        warn(
+            f"{text}, which steps of {h:.3g} s do not resolve: averages over steps are used, which "
+            "keep its impulse; take a shorter step to see more of it",
+            ResolutionWarning,
+        )

@@ -8,36 +8,12 @@ fall with the power of the spacing that is their order.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from flexband.mechanics.time_functions.evaluation import Evaluation
-
-POINTS, MAX_POINTS, MAX_CALLS = 64, 2**18, 2**14
-"""Points per step, and the most points of a run with one call for many of them or for each."""
-
-POINTS_AT_ONCE = 2**20
-"""The most numbers that a function is asked for in one call."""
-
-SMALLEST_CHANGE = 1e-3
-"""Of the scale of a function: a second difference over two points that is looked at."""
-
-OUTSTANDING = 4.0
-"""Such a difference over the median of its neighbours; it is at most 2 near an inflection."""
-
-FINER_POINTS = 65
-"""On the four intervals around such a difference, so that both ends of a pulse are seen."""
-
-MAX_PER_STEP = 4
-"""Such differences per step in a column that is looked at further."""
-
-POINTS_OF_CURVATURE = 16
-"""Points per step at which jumps of second derivatives are looked for: differences over shorter
-times would be those of rounding."""
-
-PARTS, LEVELS = 8, 26
-"""An interval is divided into so many parts, the two of the largest difference again, and so on."""
 
 ROUNDING = 64 * np.finfo(float).eps
 """Of a second difference relative to the values, and of an interval relative to its times."""
@@ -48,13 +24,6 @@ ROUNDING_OF_SUMS = 64 * ROUNDING
 ROUNDING_OF_TIME = 8 * np.finfo(float).eps
 """Of a time: a function changes by its rate times this."""
 
-BELOW_SMOOTH, LATEST_LEVELS = 0.5, 5
-"""By how much less than its order the power of the spacing is with which a difference falls where a
-function is not smooth, as seen on the last levels that rounding does not spoil."""
-
-SMOOTHEST_KINK = 1.5
-"""The same power at a kink is 1, and 2 where only the second derivative jumps."""
-
 
 class Breakpoints(NamedTuple):
     """Kinks and jumps, sorted by column and time, arrays of shape (breakpoints,)."""
@@ -63,6 +32,11 @@ class Breakpoints(NamedTuple):
     before: np.ndarray  # a time just before [s]
     after: np.ndarray  # and just after
     power: np.ndarray  # of the spacing: 0 at a jump, 1 at a kink, 2 at a jump of f″
+
+    @property
+    def impulsive(self) -> np.ndarray:
+        """Which are jumps or kinks, at which the rate of a function jumps."""
+        return self.power < 1.5
 
     @staticmethod
     def none() -> Breakpoints:
@@ -79,184 +53,6 @@ class Breakpoints(NamedTuple):
         return both.those(np.lexsort((both.before, both.column)))
 
 
-def points_per_step(at: Evaluation, steps: int) -> int:
-    """Return at how many points of each step a function is looked at, an even number."""
-    return max(2, min(POINTS, (MAX_POINTS if at.at_once else MAX_CALLS) // steps) // 2 * 2)
-
-
-def locate(
-    at: Evaluation,
-    times: np.ndarray,
-    noticed: np.ndarray,
-    scale: np.ndarray,
-    largest: np.ndarray,
-) -> Breakpoints:
-    """Return the kinks and jumps of a function in some steps, each column judged alone.
-
-    A column with more of them than the run has steps is left as it is. Breakpoints that the
-    function states, as `breakpoints` [s], are taken instead of being searched.
-
-    Parameters
-    ----------
-    times : equidistant [s].
-    noticed : the steps to look at, a mask of shape (steps, columns).
-    scale : of each column; smaller changes than a part of it are not looked at.
-    largest : value of each column, of which rounding errors are a part.
-    """
-    h, per = times[1] - times[0], points_per_step(at, len(times) - 1)
-    spacing, noise = h / per, ROUNDING * largest
-    stated = getattr(at.function, "breakpoints", None)
-    if stated is not None:
-        return _stated(at, times, scale, np.asarray(stated, dtype=float), spacing)
-    smallest = np.maximum(SMALLEST_CHANGE * scale, noise)
-    column, centre = _suspected(at, times, noticed, smallest, per, order=2)
-    start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-    grid = np.linspace(start, start + 4 * spacing, FINER_POINTS, axis=1)
-    f = at.points(grid.ravel(), np.repeat(column, FINER_POINTS)).reshape(grid.shape)
-    change = np.abs(np.diff(f, 2, axis=1)).max(axis=1, initial=0.0)
-    row, place = _spikes(f, np.maximum(SMALLEST_CHANGE * change, noise[column]), order=2)
-    before = grid[row, np.maximum(place - 2, 0)]
-    after = grid[row, np.minimum(place + 2, FINER_POINTS - 1)]
-    narrowed = _narrowed(at, column[row], before, after, noise, order=2)
-    distinct = _distinct(narrowed, spacing / FINER_POINTS)
-    return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
-
-
-def with_curvature_jumps(
-    located: Breakpoints,
-    at: Evaluation,
-    times: np.ndarray,
-    curvature: np.ndarray,
-    largest: np.ndarray,
-) -> Breakpoints:
-    """Return breakpoints with those at which only the second derivative of a function jumps.
-
-    Kinks that are less than the curvature of a few points, and so not yet located, are added too.
-
-    Parameters
-    ----------
-    times : equidistant [s].
-    curvature : largest second derivative of each column; jumps by less than a part of it are not
-        looked for.
-    largest : value of each column, of which rounding errors are a part.
-    """
-    steps = len(times) - 1
-    per = min(POINTS_OF_CURVATURE, points_per_step(at, steps))
-    spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
-    smallest = np.maximum(SMALLEST_CHANGE * curvature * spacing**2, noise)
-    everywhere = np.ones((steps, at.columns), dtype=bool)
-    column, centre = _suspected(at, times, everywhere, smallest, per, order=3)
-    before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
-    more = _narrowed(at, column, before, before + 4 * spacing, noise, order=3)
-    more = _distinct(more, spacing)
-    more = more.those(few(more.column, at.columns, steps)[more.column])
-    line = 2 * (times[-1] - times[0])  # columns one after the other
-    known, place = (each.column * line + each.before for each in (located, more))
-    near = np.searchsorted(known, [place - spacing, place + spacing])
-    more = more.those(near[0] == near[1])
-    return located.joined(more)
-
-
-def _suspected(
-    at: Evaluation,
-    times: np.ndarray,
-    noticed: np.ndarray,
-    smallest: np.ndarray,
-    per: int,
-    order: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return columns and times of differences that stand out on `per` intervals of each step."""
-    spacing = (times[1] - times[0]) / per
-    steps = np.flatnonzero(noticed.any(axis=1))
-    columns, centres = [np.zeros(0, dtype=int)], [np.zeros(0)]
-    count = max(1, POINTS_AT_ONCE // ((per + 4) * at.columns))
-    for first in range(0, len(steps), count):
-        block = steps[first : first + count]
-        start = np.clip(times[block] - 2 * spacing, times[0], times[-1] - (per + 4) * spacing)
-        grid = start[:, None] + spacing * np.arange(per + 5)
-        f = at(np.minimum(grid, times[-1]).ravel()).reshape(*grid.shape, -1)
-        f = f.transpose(0, 2, 1).reshape(-1, grid.shape[1])
-        row, place = _spikes(f, np.tile(smallest, len(block)), order)
-        step, column = block[row // at.columns], row % at.columns
-        chosen = noticed[step, column]
-        columns.append(column[chosen])
-        centres.append(grid[row // at.columns, place][chosen])
-    column, centre = np.concatenate(columns), np.concatenate(centres)
-    chosen = few(column, at.columns, MAX_PER_STEP * (len(times) - 1))[column]
-    return column[chosen], centre[chosen]
-
-
-def _spikes(f: np.ndarray, smallest: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return row and place of differences that stand out in rows of values.
-
-    Equal ones side by side, as of a pulse of a few points, are all returned.
-    """
-    size = np.abs(np.diff(f, order, axis=1))
-    if not size.size:
-        return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
-    high = np.maximum(smallest, OUTSTANDING * np.median(size, axis=1))
-    beside = np.pad(size, ((0, 0), (1, 1)))
-    peak = (size >= beside[:, :-2]) & (size >= beside[:, 2:]) & (size > high[:, None])
-    row, place = np.nonzero(peak)
-    return row, place + 1
-
-
-def _narrowed(
-    at: Evaluation,
-    column: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    noise: np.ndarray,
-    order: int,
-) -> Breakpoints:
-    """Return the kinks and jumps between two times each, from differences of an order."""
-    sizes = np.zeros((LEVELS, len(column)))
-    before, after = before.copy(), after.copy()
-    going = np.ones(len(column), dtype=bool)
-    for level in range(LEVELS):
-        k = np.flatnonzero(going)
-        if not len(k):
-            break
-        x = np.linspace(before[k], after[k], PARTS + 1, axis=1)
-        f = at.points(x.ravel(), np.repeat(column[k], PARTS + 1)).reshape(x.shape)
-        differences = np.abs(np.diff(f, order, axis=1))
-        place = differences.argmax(axis=1)
-        size = differences.max(axis=1)
-        late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
-        mask = size > np.maximum(noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1))
-        sizes[level, k] = np.where(mask, size, 0.0)
-        narrower, row = k[mask], np.flatnonzero(mask)
-        before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + order]
-        wide = after[k] - before[k] > ROUNDING * np.maximum(np.abs(after[k]), after[k] - x[:, 0])
-        going[k] = mask & wide
-    levels = np.count_nonzero(sizes, axis=0)
-    first = np.maximum(levels - LATEST_LEVELS, 0)
-    k = np.flatnonzero(levels > 1)
-    first, last = first[k], levels[k] - 1
-    fall = np.log(sizes[first, k] / sizes[last, k])
-    power = fall / (np.log(PARTS / order) * (last - first))
-    narrowed = Breakpoints(column[k], before[k], after[k], power)
-    return narrowed.those(power < order - BELOW_SMOOTH)
-
-
-def _stated(
-    at: Evaluation,
-    times: np.ndarray,
-    scale: np.ndarray,
-    stated: np.ndarray,
-    spacing: float,
-) -> Breakpoints:
-    """Return the breakpoints that a function states, where they are not too small to matter."""
-    inside = stated[(stated >= times[0]) & (stated < times[-1])]
-    before = np.nextafter(inside, -np.inf)
-    around = (before - spacing, before, inside, inside + spacing)
-    f = [at(np.clip(x, times[0], times[-1])) for x in around]
-    change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
-    k, column = np.nonzero(change > SMALLEST_CHANGE * scale)
-    kinks = Breakpoints(column, before[k], inside[k], np.ones(len(k)))
-    return _distinct(kinks.those(few(column, at.columns, len(times) - 1)[column]), 0.0)
-
-
 def few(column: np.ndarray, columns: int, most: float) -> np.ndarray:
     """Return which columns have no more breakpoints than that."""
     return np.bincount(column, minlength=columns) <= most
@@ -268,3 +64,236 @@ def _distinct(located: Breakpoints, apart: float) -> Breakpoints:
     new = np.ones(len(ordered.column), dtype=bool)
     new[1:] = (np.diff(ordered.column) > 0) | (ordered.before[1:] - ordered.after[:-1] > apart)
     return ordered.those(new)
+
+
+@dataclass(frozen=True)
+class BreakpointSearch:
+    """How kinks and jumps are searched for between the steps of a run.
+
+    Attributes
+    ----------
+    points_per_step
+        Points at which a function is looked at in each step, at most.
+    max_points, max_calls
+        Points of a run, if the function takes many times at once or is called for each.
+    points_at_once
+        The most numbers that a function is asked for in one call.
+    min_change
+        Smallest second difference over two points that is looked at, in parts of the function's
+        scale.
+    prominence
+        Such a difference over the median of its neighbours; it is at most 2 near an inflection.
+    finer_points
+        Points on the four intervals around such a difference, so that both ends of a pulse are
+        seen.
+    max_per_step
+        Such differences per step in a column that is looked at further.
+    curvature_points
+        Points per step at which jumps of second derivatives are looked for: differences over
+        shorter times would be those of rounding.
+    parts, levels
+        An interval is divided into so many parts, the two of the largest difference again, and so
+        on for so many levels.
+    below_order
+        By how much less than its order the power of the spacing is with which a difference falls
+        where a function is not smooth.
+    latest_levels
+        Last levels that rounding does not spoil, from which that power is taken.
+    """
+
+    points_per_step: int = 64
+    max_points: int = 2**18
+    max_calls: int = 2**14
+    points_at_once: int = 2**20
+    min_change: float = 1e-3
+    prominence: float = 4.0
+    finer_points: int = 65
+    max_per_step: int = 4
+    curvature_points: int = 16
+    parts: int = 8
+    levels: int = 26
+    below_order: float = 0.5
+    latest_levels: int = 5
+
+    def points_in_step(self, at: Evaluation, steps: int) -> int:
+        """Return at how many points of each step a function is looked at, an even number."""
+        most = (self.max_points if at.at_once else self.max_calls) // steps
+        return max(2, min(self.points_per_step, most) // 2 * 2)
+
+    def locate(
+        self,
+        at: Evaluation,
+        times: np.ndarray,
+        noticed: np.ndarray,
+        scale: np.ndarray,
+        largest: np.ndarray,
+    ) -> Breakpoints:
+        """Return the kinks and jumps of a function in some steps, each column judged alone.
+
+        A column with more of them than the run has steps is left as it is. Breakpoints that the
+        function states, as `breakpoints` [s], are taken instead of being searched.
+
+        Parameters
+        ----------
+        times : equidistant [s].
+        noticed : the steps to look at, a mask of shape (steps, columns).
+        scale : of each column; smaller changes than a part of it are not looked at.
+        largest : value of each column, of which rounding errors are a part.
+        """
+        h, per = times[1] - times[0], self.points_in_step(at, len(times) - 1)
+        spacing, noise = h / per, ROUNDING * largest
+        if at.stated is not None:
+            return self._stated(at, times, scale, at.stated, spacing)
+        smallest = np.maximum(self.min_change * scale, noise)
+        column, centre = self._suspected(at, times, noticed, smallest, per, order=2)
+        start = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
+        grid = np.linspace(start, start + 4 * spacing, self.finer_points, axis=1)
+        f = at.points(grid.ravel(), np.repeat(column, self.finer_points)).reshape(grid.shape)
+        change = np.abs(np.diff(f, 2, axis=1)).max(axis=1, initial=0.0)
+        row, place = self._spikes(f, np.maximum(self.min_change * change, noise[column]), order=2)
+        before = grid[row, np.maximum(place - 2, 0)]
+        after = grid[row, np.minimum(place + 2, self.finer_points - 1)]
+        narrowed = self._narrowed(at, column[row], before, after, noise, order=2)
+        distinct = _distinct(narrowed, spacing / self.finer_points)
+        return distinct.those(few(distinct.column, at.columns, len(times) - 1)[distinct.column])
+
+    def with_curvature_jumps(
+        self,
+        located: Breakpoints,
+        at: Evaluation,
+        times: np.ndarray,
+        curvature: np.ndarray,
+        largest: np.ndarray,
+    ) -> Breakpoints:
+        """Return breakpoints with those at which only the second derivative of a function jumps.
+
+        Kinks that are less than the curvature of a few points, and so not yet located, are added
+        too.
+
+        Parameters
+        ----------
+        times : equidistant [s].
+        curvature : largest second derivative of each column; jumps by less than a part of it are
+            not looked for.
+        largest : value of each column, of which rounding errors are a part.
+        """
+        steps = len(times) - 1
+        per = min(self.curvature_points, self.points_in_step(at, steps))
+        spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
+        smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
+        everywhere = np.ones((steps, at.columns), dtype=bool)
+        column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
+        before = np.clip(centre - 2 * spacing, times[0], times[-1] - 4 * spacing)
+        more = self._narrowed(at, column, before, before + 4 * spacing, noise, order=3)
+        more = _distinct(more, spacing)
+        more = more.those(few(more.column, at.columns, steps)[more.column])
+        line = 2 * (times[-1] - times[0])  # columns one after the other
+        known, place = (each.column * line + each.before for each in (located, more))
+        near = np.searchsorted(known, [place - spacing, place + spacing])
+        more = more.those(near[0] == near[1])
+        return located.joined(more)
+
+    def _suspected(
+        self,
+        at: Evaluation,
+        times: np.ndarray,
+        noticed: np.ndarray,
+        smallest: np.ndarray,
+        per: int,
+        order: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return columns and times of differences that stand out on `per` intervals per step."""
+        spacing = (times[1] - times[0]) / per
+        steps = np.flatnonzero(noticed.any(axis=1))
+        columns, centres = [np.zeros(0, dtype=int)], [np.zeros(0)]
+        count = max(1, self.points_at_once // ((per + 4) * at.columns))
+        for first in range(0, len(steps), count):
+            block = steps[first : first + count]
+            start = np.clip(times[block] - 2 * spacing, times[0], times[-1] - (per + 4) * spacing)
+            grid = start[:, None] + spacing * np.arange(per + 5)
+            f = at(np.minimum(grid, times[-1]).ravel()).reshape(*grid.shape, -1)
+            f = f.transpose(0, 2, 1).reshape(-1, grid.shape[1])
+            row, place = self._spikes(f, np.tile(smallest, len(block)), order)
+            step, column = block[row // at.columns], row % at.columns
+            chosen = noticed[step, column]
+            columns.append(column[chosen])
+            centres.append(grid[row // at.columns, place][chosen])
+        column, centre = np.concatenate(columns), np.concatenate(centres)
+        chosen = few(column, at.columns, self.max_per_step * (len(times) - 1))[column]
+        return column[chosen], centre[chosen]
+
+    def _spikes(
+        self, f: np.ndarray, smallest: np.ndarray, order: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return row and place of differences that stand out in rows of values.
+
+        Equal ones side by side, as of a pulse of a few points, are all returned.
+        """
+        size = np.abs(np.diff(f, order, axis=1))
+        if not size.size:
+            return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
+        high = np.maximum(smallest, self.prominence * np.median(size, axis=1))
+        beside = np.pad(size, ((0, 0), (1, 1)))
+        peak = (size >= beside[:, :-2]) & (size >= beside[:, 2:]) & (size > high[:, None])
+        row, place = np.nonzero(peak)
+        return row, place + 1
+
+    def _narrowed(
+        self,
+        at: Evaluation,
+        column: np.ndarray,
+        before: np.ndarray,
+        after: np.ndarray,
+        noise: np.ndarray,
+        order: int,
+    ) -> Breakpoints:
+        """Return the kinks and jumps between two times each, from differences of an order."""
+        sizes = np.zeros((self.levels, len(column)))
+        before, after = before.copy(), after.copy()
+        going = np.ones(len(column), dtype=bool)
+        for level in range(self.levels):
+            k = np.flatnonzero(going)
+            if not len(k):
+                break
+            x = np.linspace(before[k], after[k], self.parts + 1, axis=1)
+            f = at.points(x.ravel(), np.repeat(column[k], self.parts + 1)).reshape(x.shape)
+            differences = np.abs(np.diff(f, order, axis=1))
+            place = differences.argmax(axis=1)
+            size = differences.max(axis=1)
+            late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
+            mask = size > np.maximum(
+                noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1)
+            )
+            sizes[level, k] = np.where(mask, size, 0.0)
+            narrower, row = k[mask], np.flatnonzero(mask)
+            before[narrower], after[narrower] = x[row, place[row]], x[row, place[row] + order]
+            wide = after[k] - before[k] > ROUNDING * np.maximum(
+                np.abs(after[k]), after[k] - x[:, 0]
+            )
+            going[k] = mask & wide
+        levels = np.count_nonzero(sizes, axis=0)
+        first = np.maximum(levels - self.latest_levels, 0)
+        k = np.flatnonzero(levels > 1)
+        first, last = first[k], levels[k] - 1
+        fall = np.log(sizes[first, k] / sizes[last, k])
+        power = fall / (np.log(self.parts / order) * (last - first))
+        narrowed = Breakpoints(column[k], before[k], after[k], power)
+        return narrowed.those(power < order - self.below_order)
+
+    def _stated(
+        self,
+        at: Evaluation,
+        times: np.ndarray,
+        scale: np.ndarray,
+        stated: np.ndarray,
+        spacing: float,
+    ) -> Breakpoints:
+        """Return the breakpoints that a function states, where they are not too small to matter."""
+        inside = stated[(stated >= times[0]) & (stated < times[-1])]
+        before = np.nextafter(inside, -np.inf)
+        around = (before - spacing, before, inside, inside + spacing)
+        f = [at(np.clip(x, times[0], times[-1])) for x in around]
+        change = np.maximum(np.abs(f[2] - f[1]), np.abs(f[3] - f[2] - f[1] + f[0]))
+        k, column = np.nonzero(change > self.min_change * scale)
+        kinks = Breakpoints(column, before[k], inside[k], np.ones(len(k)))
+        return _distinct(kinks.those(few(column, at.columns, len(times) - 1)[column]), 0.0)

@@ -6,14 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-NOISE = 1e-8
-"""Rounding errors of f″ that are accepted, relative to its largest value."""
 
-WIDEST = 1 / 12
-"""Largest distance of the values that a derivative is taken from, as a part of the table."""
-
-
-def derivatives(values: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray, float]:
+def derivatives(
+    values: np.ndarray, half: float, *, noise: float = 1e-8, max_reach: float = 1 / 12
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Return f′ and f″ at every other time of a table, shape (times, 2, n).
 
     Further results are how far from each time the values are that they are taken from [s], shape
@@ -26,13 +22,15 @@ def derivatives(values: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray
     ----------
     values : f at equidistant times, shape (2 times − 1 or more, n).
     half : distance of the times [s].
+    noise : rounding errors of f″ that are accepted, relative to its largest value.
+    max_reach : of the values that a derivative is taken from, as a part of the table.
     """
     rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
     apart = 1
     while True:
         differences = _differences(values, apart)
         curved = np.abs(differences[:, 1]).max(initial=0.0)
-        if rounding <= NOISE * curved or 2 * apart > WIDEST * len(values):
+        if rounding <= noise * curved or 2 * apart > max_reach * len(values):
             break
         apart *= 2
     spacing = apart * half

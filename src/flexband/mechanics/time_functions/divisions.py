@@ -7,18 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.time_functions.averages import NOTICED_MISS, SMALLEST_MISS, ChordMiss
+from flexband.mechanics.time_functions.averages import Averaging, ChordMiss
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, few
 from flexband.mechanics.time_functions.evaluation import Evaluation
-
-POINTS = 17
-"""On each part of a step between breakpoints."""
-
-REMAINING_MISS, MAX_PARTS = 1e-3, 32
-"""Distance of a function from its chords after the division, relative to its range, and parts."""
-
-MAX_DIVIDED = 0.25
-"""Of the steps of a run, of which one that misses little is divided."""
 
 
 def divisions(
@@ -26,6 +17,12 @@ def divisions(
     times: np.ndarray,
     missed: ChordMiss,
     located: Breakpoints,
+    averaging: Averaging,
+    *,
+    points: int = 17,
+    remaining_miss: float = 1e-3,
+    max_parts: int = 32,
+    max_divided: float = 0.25,
 ) -> Breakpoints:
     """Return times that divide steps so that a function is nearly linear between them.
 
@@ -33,10 +30,16 @@ def divisions(
     ----------
     times : equidistant [s].
     located : kinks and jumps.
+    averaging : which steps would be averaged instead.
+    points : on each part of a step between breakpoints.
+    remaining_miss : distance of a function from its chords after the division, relative to its
+        range.
+    max_parts : of a step.
+    max_divided : of the steps of a run, of which one that misses little is divided.
     """
     h, last = times[1] - times[0], len(times) - 2
     at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)
-    looked_at = missed.noticed
+    looked_at = averaging.noticed(missed)
     looked_at[at_break, located.column] = True
     steps, columns = np.nonzero(looked_at)
     step, column = np.r_[steps, at_break], np.r_[columns, located.column]
@@ -46,13 +49,13 @@ def divisions(
     high = times[step + 1]
     same = (np.diff(column) == 0) & (np.diff(step) == 0)
     high[:-1] = np.where(same, before[1:], high[:-1])
-    grid = np.linspace(low, np.maximum(low, high), POINTS, axis=1)
-    f = at.points(grid.ravel(), np.repeat(column, POINTS)).reshape(grid.shape)
-    chords = np.linspace(f[:, 0], f[:, -1], POINTS, axis=1)
+    grid = np.linspace(low, np.maximum(low, high), points, axis=1)
+    f = at.points(grid.ravel(), np.repeat(column, points)).reshape(grid.shape)
+    chords = np.linspace(f[:, 0], f[:, -1], points, axis=1)
     miss = np.abs(f - chords).max(axis=1, initial=0.0) / missed.spread[column]
-    brief = few(column[miss > NOTICED_MISS], at.columns, MAX_DIVIDED * (last + 1))
-    chosen = miss > np.where(brief, NOTICED_MISS, SMALLEST_MISS)[column]
-    parts = np.ceil(np.sqrt(miss / REMAINING_MISS)).clip(1, MAX_PARTS)
+    brief = few(column[miss > averaging.noticed_miss], at.columns, max_divided * (last + 1))
+    chosen = miss > np.where(brief, averaging.noticed_miss, averaging.min_miss)[column]
+    parts = np.ceil(np.sqrt(miss / remaining_miss)).clip(1, max_parts)
     parts = np.where(chosen, parts, 1).astype(int)
     part = np.repeat(np.arange(len(parts)), parts - 1)
     place = np.arange(len(part)) - np.searchsorted(part, part) + 1

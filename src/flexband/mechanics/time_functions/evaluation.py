@@ -8,9 +8,6 @@ from flexband.errors import InputError, named, returned
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.words import number_of
 
-SAME = 1e-12
-"""Relative difference of values at one time and at many times at once."""
-
 
 class Evaluation:
     """A function of time with one column per sample, or one that all samples share.
@@ -18,14 +15,20 @@ class Evaluation:
     Attributes
     ----------
     columns : number of columns.
-    at_once : whether the function takes many times.
+    at_once : whether the function takes many times: it returns the values of single times, up to
+        `rounding` of the largest.
+    stated : times of kinks and jumps that the function states itself [s], or None.
     """
 
-    def __init__(self, function: TimeFunction, columns: int, times: np.ndarray):
+    def __init__(
+        self, function: TimeFunction, columns: int, times: np.ndarray, *, rounding: float = 1e-12
+    ):
         self.function, self.columns = function, columns
+        stated = getattr(function, "breakpoints", None)
+        self.stated = None if stated is None else np.asarray(stated, dtype=float)
         probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
         expected = self._one_by_one(probes)
-        same = SAME * np.abs(expected).max()
+        same = rounding * np.abs(expected).max()
         self.at_once = self._agrees(lambda: self._at_once(probes), expected, same)
         row = np.full(columns, probes[2])
         self._by_sample = self.at_once and self._agrees(

@@ -2,29 +2,48 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from flexband.errors import InputError, returned
 from flexband.mechanics.kernels.forms import TimeFunction
 
-SHARPEST, MOST = 4, 100
-"""Number of the intervals between times that are looked into: the sharpest, and the most."""
 
-LASTING = 0.5
-"""Sharpness at half the distance of the times, relative to that at the whole distance.
+class JumpSearch(NamedTuple):
+    """How jumps of a prescribed motion are searched for.
 
-It is 1 at a jump, between 1/6 and 3/2 at a kink, and 1/16 where a function is smooth.
-"""
+    Attributes
+    ----------
+    sharpest, most
+        Number of the intervals between times that are looked into: the sharpest, and the most.
+    lasting
+        Sharpness at half the distance of the times, relative to that at the whole distance: 1 at a
+        jump, between 1/6 and 3/2 at a kink, and 1/16 where a function is smooth.
+    parts, divisions
+        An interval is divided into so many parts, the one that differs most again, and so on.
+    min_jump, rounding, floor
+        Relative to the range of the values in the table and to the values themselves, and [m] or
+        [rad].
+    """
 
-PARTS, DIVISIONS = 8, 14
-"""An interval is divided into so many parts, the one that differs most again, and so on."""
+    sharpest: int = 4
+    most: int = 100
+    lasting: float = 0.5
+    parts: int = 8
+    divisions: int = 14
+    min_jump: float = 1e-6
+    rounding: float = 1e-9
+    floor: float = 1e-12
 
-SMALLEST_JUMP, ROUNDING, NOTHING = 1e-6, 1e-9, 1e-12
-"""Relative to the range of the values in the table and to the values themselves, and [m] or [rad].
-"""
 
-
-def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: np.ndarray) -> None:
+def refuse_jumps(
+    name: str,
+    function: TimeFunction,
+    times: np.ndarray,
+    values: np.ndarray,
+    search: JumpSearch = JumpSearch(),
+) -> None:
     """Raise `InputError` if a function of time jumps between two of the times.
 
     A change that is left in an interval after many divisions is a jump: that of a continuous
@@ -38,19 +57,19 @@ def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: n
     values : those of the function at the times [s], shape (times, n), an odd number of times.
     """
     spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
-    allowed = max(SMALLEST_JUMP * spread, ROUNDING * largest, NOTHING)
+    allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)
-    lasting = sharp > np.maximum(LASTING * coarse, allowed)
-    count = min(max(SHARPEST, np.count_nonzero(lasting)), MOST)
+    lasting = sharp > np.maximum(search.lasting * coarse, allowed)
+    count = min(max(search.sharpest, np.count_nonzero(lasting)), search.most)
     for k in np.lexsort((sharp, lasting))[::-1][:count]:
         if sharp[k] <= allowed:
             break
         (a, b), ends = times[k : k + 2], values[k : k + 2]
-        for _ in range(DIVISIONS):
+        for _ in range(search.divisions):
             if np.abs(ends[1] - ends[0]).max() <= allowed:
                 break
-            inner = np.linspace(a, b, PARTS + 1)
+            inner = np.linspace(a, b, search.parts + 1)
             inner_values = np.array([np.ravel(returned(function, time)) for time in inner.tolist()])
             changes = np.diff(inner_values, axis=0)
             part = np.argmax(np.abs(changes - np.median(changes, axis=0)).max(axis=1))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.time_functions.breakpoints import SMOOTHEST_KINK, Breakpoints
+from flexband.mechanics.time_functions.breakpoints import Breakpoints
 
 IMPULSE, RESTART = 0.0, -1.0
 """In place of the length of a step: new velocities, and new accelerations."""
@@ -36,7 +36,7 @@ class Breaks(NamedTuple):
     @property
     def impulsive(self) -> np.ndarray:
         """Which breakpoints take an impulse."""
-        return self.prescribes & (self.points.power < SMOOTHEST_KINK)
+        return self.prescribes & self.points.impulsive
 
 
 @dataclass(frozen=True)

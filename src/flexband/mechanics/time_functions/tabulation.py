@@ -9,13 +9,8 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, warn
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
-from flexband.mechanics.time_functions.averages import ChordMiss, averaged, warn_of_vibrations
-from flexband.mechanics.time_functions.breakpoints import (
-    Breakpoints,
-    locate,
-    points_per_step,
-    with_curvature_jumps,
-)
+from flexband.mechanics.time_functions.averages import Averaging, ChordMiss
+from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
 from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
@@ -31,7 +26,12 @@ from flexband.prescribed_motion import prescribing
 
 
 def tabulate(
-    functions: Sequence[TimeFunction], driven: Mapping[int, str], samples: int, times: np.ndarray
+    functions: Sequence[TimeFunction],
+    driven: Mapping[int, str],
+    samples: int,
+    times: np.ndarray,
+    search: BreakpointSearch = BreakpointSearch(),
+    averaging: Averaging = Averaging(),
 ) -> tuple[Schedule, np.ndarray, np.ndarray]:
     """Return the rounds of a run over equidistant times [s], and functions of time in them.
 
@@ -57,14 +57,14 @@ def tabulate(
         if function is during_impulse:
             series.append(_Impulses())
         elif f not in driven:
-            series.append(_Load.of(function, samples, times))
+            series.append(_Load.of(function, samples, times, search, averaging))
         else:
             user, outer = function, None
             if isinstance(function, Composed):
                 user, outer = function.inner, function.outer
             with prescribing(driven[f]):
                 if user not in motions:
-                    motions[user] = _Motion.of(function, samples, times)
+                    motions[user] = _Motion.of(function, samples, times, search)
                     names.append(driven[f])
                 drive = _Drive.of(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
@@ -120,28 +120,34 @@ class _Load(_TabulatedFunction):
     breaks: Breaks | None = None
 
     @staticmethod
-    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Load:
+    def of(
+        function: TimeFunction,
+        samples: int,
+        times: np.ndarray,
+        search: BreakpointSearch,
+        averaging: Averaging,
+    ) -> _Load:
         values = table(function, samples, times)
         if len(times) == 2:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
-        missed = ChordMiss.of(at, times, values)
-        rough, noticed = missed.unresolved, missed.noticed
+        missed = ChordMiss.of(at, times, values, search)
+        rough, noticed = averaging.unresolved(missed), averaging.noticed(missed)
         points = Breakpoints.none()
-        if noticed.any() or hasattr(function, "breakpoints"):
-            points = locate(at, times, noticed, missed.spread, missed.largest)
+        if noticed.any() or at.stated is not None:
+            points = search.locate(at, times, noticed, missed.spread, missed.largest)
             step = (points.before - times[0]) / (times[1] - times[0])
             for near in (step - SHORTEST_PART, step + SHORTEST_PART):
                 rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
-            divided = divisions(at, times, missed, points)
+            divided = divisions(at, times, missed, points, averaging)
             step = ((divided.before - times[0]) / (times[1] - times[0])).astype(int)
             step = np.minimum(step, len(rough) - 1)
             rough[step, divided.column] = False
             followed = rough.copy()
             followed[step, divided.column] = True
-            warn_of_vibrations(at, times, missed, followed)
+            averaging.warn_of_vibrations(at, times, missed, followed)
             points = points.joined(divided)
-            values = averaged(at, times, values, missed, rough)
+            values = averaging.averaged(at, times, values, missed, rough)
         return _Load(at, values, Breaks(points, at.columns, prescribes=False))
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -163,7 +169,9 @@ class _Motion:
     breaks: Breaks | None
 
     @staticmethod
-    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+    def of(
+        function: TimeFunction, samples: int, times: np.ndarray, search: BreakpointSearch
+    ) -> _Motion:
         fine = _fine(times)
         user, text = function, ""
         if isinstance(function, Composed):
@@ -172,16 +180,16 @@ class _Motion:
         at = Evaluation(user, values.shape[1], fine)
         if len(times) == 2:
             return _Motion(at, values, None)
-        spacing = (times[1] - times[0]) / points_per_step(at, len(times) - 1)
+        spacing = (times[1] - times[0]) / search.points_in_step(at, len(times) - 1)
         rate = np.abs(np.diff(values, axis=0)).max(axis=0) / (fine[1] - fine[0])
         everywhere = np.ones((len(times) - 1, at.columns), dtype=bool)
         curvature = np.abs(np.diff(values, 2, axis=0)).max(axis=0) / (fine[1] - fine[0]) ** 2
         change = np.minimum(rate, curvature * (times[1] - times[0]))
         scale = np.maximum(change * spacing, 1e-300)
         largest = np.abs(values).max(axis=0)
-        points = locate(at, times, everywhere, scale, largest)
-        if not hasattr(user, "breakpoints"):
-            points = with_curvature_jumps(points, at, times, curvature, largest)
+        points = search.locate(at, times, everywhere, scale, largest)
+        if at.stated is None:
+            points = search.with_curvature_jumps(points, at, times, curvature, largest)
         return _Motion(at, values, Breaks(points, at.columns, prescribes=True))
 
 

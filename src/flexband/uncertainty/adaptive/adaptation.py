@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
+from itertools import chain
 
 import numpy as np
 
 from flexband.errors import InputError, RunError
 from flexband.progress import doing
-from flexband.uncertainty.adaptive.choice import BestFits
+from flexband.uncertainty.adaptive.choice import BestFits, released
 from flexband.uncertainty.adaptive.discretization import (
+    at_compared_times,
     discretization_error,
     in_words,
     runs_on_finer,
@@ -116,7 +118,7 @@ class Adaptation:
         self.places, self.sloped = np.zeros((0, m)), False
         self.finer: dict[str, np.ndarray] | None = None
         self.of_finer: dict[str, np.ndarray] | None = None
-        self._judge()
+        self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
@@ -175,15 +177,16 @@ class Adaptation:
         """Number of runs."""
         return len(self.fitted.values) + self.checked + self.refined
 
-    def _judge(self, in_use: Sequence[PartsFit] = ()) -> None:
-        """Fit the runs, and choose the best of the new fits and those in use."""
-        self.of_finer, self.stages = None, []
-        if in_use:
+    def _judge(self, *, again: bool = True) -> None:
+        """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
+        self.of_finer, self.stages, in_use = None, [], []
+        if again:
+            in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
-        F = self.made.all.values
-        fits = list(map(self._fit, self._split(F)))  # one by one: a stage takes more than the runs
+        F, known = self.made.all.values, len(in_use)
+        fits = chain(released(in_use), map(self._fit, self._split(F)))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
-        self.choice = BestFits.of([*fits, *in_use], *arguments)
+        self.choice = BestFits.of(fits, *arguments, known)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
         self.error = ExpectedError.of(self.choice, *of)
@@ -219,7 +222,7 @@ class Adaptation:
         xi, eta = (v[known:] for v in design.points)
         self.made.fit(self._run(xi, eta, len(xi)))
         self.design = design
-        self._judge(self.choice.fits)
+        self._judge()
         return None
 
     def _hold_extremes(self, tolerance: float) -> bool:
@@ -248,7 +251,7 @@ class Adaptation:
         if rare:
             self.sloped = True
             self._run_rare(rare._replace(eta=np.resize(places, rare.eta.shape)))
-        self._judge(self.choice.fits)
+        self._judge()
         return True
 
     def _hold_rare(self, tolerance: float, *, met: bool, last: bool) -> bool:
@@ -267,7 +270,7 @@ class Adaptation:
             return False
         self.rare_left -= count
         if made := self._run_rare(doubted.values.which(slice(count))):
-            self._judge(self.choice.fits)
+            self._judge()
         return made
 
     def _run_rare(self, values: RareValues) -> bool:
@@ -304,7 +307,8 @@ class Adaptation:
             self.finer = runs_on_finer(self.evaluate, *few)
         coarse, few = self.made.count, len(few[0])
         runs = [self.made.all.values, *self.finer.values()]
-        stages = list(self._split(np.concatenate(runs))) if self.finer else []
+        split = self._split(np.concatenate(runs))
+        stages = list(map(at_compared_times, split)) if self.finer else []
         self.of_finer = {}
         for k, name in enumerate(self.finer):
             fine = slice(coarse + k * few, coarse + (k + 1) * few)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,12 @@ MAX_TIMES = 128
 
 MIN_RELATIVE_GAIN = 1e-9
 """A fit of more runs is better if its error is smaller by more than this part."""
+
+
+def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
+    """Yield fits, and remove them from the list, so that those not chosen leave the memory."""
+    while fits:
+        yield fits.pop(0)
 
 
 class BestHeldOutFit(NamedTuple):
@@ -62,28 +68,35 @@ class BestFits(NamedTuple):
 
     @staticmethod
     def of(
-        fits: Sequence[PartsFit],
+        fits: Iterable[PartsFit],
         fitted: ResponseRuns,
         held: ResponseRuns,
         generic: int,
         rare: RareRuns,
         weights: Weights | None = None,
+        known: int = 0,
     ) -> BestFits:
         """Choose the fits that are best in runs they have not seen; further carriers have to pay.
 
+        Fits are judged one after the other. Each is kept for the outputs for which it is the best
+        so far, since a fit takes more memory than the runs.
+
         Parameters
         ----------
+        fits : the known ones, each of other outputs, and then new ones of all outputs.
         generic : number of held-out runs at generic points; the others are at extremes.
         rare : runs at rare values.
         weights : of fitted runs; needed if a fit is of only the first of them.
+        known : number of known fits.
         """
         shape = held.values.shape
         thin = slice(None, None, -(-shape[-1] // MAX_TIMES))
         all_runs = ResponseRuns.joined(held.at(thin), fitted.at(thin), rare.runs.at(thin))
         places = [np.concatenate([held.eta, fitted.eta]), held.eta[generic:]]
         later, overshoot = np.empty(shape[1:]), np.empty(shape[1:])
-        least, best = np.full(shape[1], np.inf), np.zeros(shape[1], dtype=int)
-        closest, fewest, doubted = 0, np.inf, None
+        least, best = np.full(shape[1], np.inf), np.full(shape[1], -1)
+        kept: dict[int, PartsFit] = {}
+        closest: list[tuple[float, int, tuple[np.ndarray, np.ndarray, RareValues]]] = []
         size, equal = np.maximum(rms(held.values), 1e-300), np.full(shape[0], 1 / shape[0])
         for k, fit in enumerate(fits):
             far, values = fit.overshoot(all_runs, places, rare, thin)
@@ -92,20 +105,30 @@ class BestFits(NamedTuple):
             after = np.sqrt(fit.missed_later(fitted, weights))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / GAIN ** len(fit.frequencies)
-            better = (error < (1 + MIN_RELATIVE_GAIN) * least[fit.outputs]) | (k == 0)
-            total = np.sum(alone / size[fit.outputs])
-            if len(alone) == shape[1] and total < (1 - MIN_RELATIVE_GAIN) * fewest:
-                closest, fewest, doubted = k, total, (alone, beyond, values)
+            so_far, is_known = least[fit.outputs], best[fit.outputs] < known
+            better = error < (1 + MIN_RELATIVE_GAIN) * so_far
+            better = np.where(is_known, (1 + MIN_RELATIVE_GAIN) * error <= so_far, better)
+            if len(alone) == shape[1]:
+                total = float(np.sum(alone / size[fit.outputs]))
+                closest.append((total, k, (alone, beyond, values)))
             own = fit.outputs[better]
             least[own], best[own] = error[better], k
             later[own], overshoot[own] = after[better], far[better]
-        chosen = [fits[k].of_outputs(np.flatnonzero(best == k)) for k in np.unique(best)]
+            kept[k] = fit
+            kept = {
+                k: _for_outputs(best_fit, best == k) for k, best_fit in kept.items() if k in best
+            }
+            del fit  # while the next one is made, only those in use are in memory
+        chosen = [kept[k] for k in sorted(kept, key=lambda k: (k < known, k))]
         missed = np.empty(shape)
         for fit in chosen:  # once more, since what all fits miss takes more memory
             for some, own in fit.missed(held):
                 missed[some, fit.outputs] = own
+        fewest, doubted, of_all = np.inf, None, False
+        for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
+            if total < (1 - MIN_RELATIVE_GAIN) * fewest:
+                fewest, doubted, of_all = total, judged, bool(np.all(best == k))
         assert doubted is not None  # new fits are of all outputs
-        of_all = bool(np.all(best == closest))
         return BestFits(chosen, missed, later, overshoot, BestHeldOutFit(*doubted, of_all))
 
     def expansions(self, times: slice | np.ndarray = slice(None)) -> list[Expansion]:
@@ -142,3 +165,9 @@ class BestFits(NamedTuple):
     def orders(self) -> np.ndarray:
         """The highest order in each variable, η first."""
         return np.max([fit.parts.orders for fit in self.fits], axis=0)
+
+
+def _for_outputs(fit: PartsFit, mask: np.ndarray) -> PartsFit:
+    """Return a fit for some of all outputs: the same one if these are its outputs."""
+    outputs = np.flatnonzero(mask)
+    return fit if len(outputs) == len(fit.outputs) else fit.of_outputs(outputs)

@@ -28,6 +28,16 @@ MAX_TIMES = 600
 """Times at which the bands are compared."""
 
 
+def thinned(times: int) -> slice:
+    """Return at which of so many times bands are compared."""
+    return slice(None, None, -(-times // MAX_TIMES))
+
+
+def at_compared_times(stage: Stage) -> Stage:
+    """Return a stage at the times at which bands are compared, without the memory of all times."""
+    return stage.at(thinned(stage.base.shape[-1])).copy()
+
+
 def discretization_error(
     design: GrowingDesign, choice: BestFits, stages: list[Stage], fine: slice
 ) -> np.ndarray:
@@ -36,14 +46,14 @@ def discretization_error(
     Parameters
     ----------
     choice : fits of coarse runs, for the number of carriers of each output.
-    stages : coarse runs of the design, and among others some on a finer discretization.
+    stages : coarse runs of the design, and among others some on a finer discretization, at
+        `thinned` times.
     fine : the first runs of the design on the finer discretization.
     """
-    carriers, times = np.minimum(choice.carriers, len(stages) - 1), stages[0].base.shape[-1]
-    thin = slice(None, None, -(-times // MAX_TIMES))
+    carriers, times = np.minimum(choice.carriers, len(stages) - 1), choice.missed.shape[-1]
     coarse_expansions, fine_expansions = [], []
     for k in np.unique(carriers):
-        stage = stages[k].at(thin)
+        stage = stages[k]
         fit = PartsFit.of(design, stage)
         before, after = stage.runs(slice(fine.stop - fine.start)), stage.runs(fine)
         moved = design.small(fit.columns.pack(after) - fit.columns.pack(before))
@@ -54,7 +64,7 @@ def discretization_error(
     bounds = (
         stacked(extremes_of(expansions)) for expansions in (coarse_expansions, fine_expansions)
     )
-    return RICHARDSON * at_all_times(apart(*bounds), thin, times)
+    return RICHARDSON * at_all_times(apart(*bounds), thinned(times), times)
 
 
 def refinements(evaluate: Evaluate) -> dict[str, Evaluate]:

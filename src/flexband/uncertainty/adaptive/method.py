@@ -71,7 +71,7 @@ class AdaptivePCCI:
     phase_resolved: bool = True
 
     name = "adaptive PCCI"
-    copies, copies_per_carrier = 4.5, 11.0
+    copies, copies_per_carrier = 4.5, 7.5
     finds_discretization = True
     leaves_out_failed = True
 

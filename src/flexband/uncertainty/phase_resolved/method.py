@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     interval_order: Order = 1
 
     name = "phase-resolved PCCI"
-    copies, copies_per_carrier = 3.5, 11.0
+    copies, copies_per_carrier = 3.5, 7.5
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1) + 4."""
@@ -86,7 +87,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         xi, eta = (np.concatenate(pair) for pair in zip(design.points, held, strict=True))
         values = evaluate(xi, eta)
         runs, dt = ResponseRuns(xi, eta, series(values)), step(values)
-        fits = [PartsFit.of(design, stage) for stage in decompose(runs.values, dt)]
+        fits = map(partial(PartsFit.of, design), decompose(runs.values, dt))  # one by one
         fitted, held = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
         choice = BestFits.of(fits, fitted, held, HELD, RareRuns.none(held))
         of_one = quantities(evaluate, runs.values.shape[1])

@@ -66,35 +66,37 @@ def decompose(F: np.ndarray, dt: float) -> Iterator[Stage]:
     tracked once more in the rest without all others. If a carrier is lost but its frequency is near
     a multiple h of the first one, it is tried as a harmonic, with the phase h φ₁.
 
+    A stage takes 1 + 2c times the memory of the runs with c carriers. Those that are released by
+    the caller are not kept.
+
     Parameters
     ----------
     F : shape (runs, outputs, times), at steps of dt.
     """
-    stage = Stage([], F)
-    yield stage
+    carriers: list[Carrier] = []
+    rest = F
+    yield Stage([], rest)
     scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
     scale, least = np.where(scale > 0, scale, 1.0), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
-    while F.shape[-1] >= MIN_TIMES and len(stage.carriers) < MAX_CARRIERS:
-        known_carriers, rest = stage
+    while F.shape[-1] >= MIN_TIMES and len(carriers) < MAX_CARRIERS:
         energy, varying = spectra(rest, scale)
-        least = least if known_carriers else MIN_ENERGY * varying.sum()
+        least = least if carriers else MIN_ENERGY * varying.sum()
         peaks = detect(energy, varying, F.shape[-1], dt, least)[:MAX_PEAKS]
-        new, multiple = _next_carrier(rest, dt, known_carriers, scale, peaks)
+        new, multiple = _next_carrier(rest, dt, carriers, scale, peaks)
         if new is None:
             break
-        carriers, rest = [*known_carriers, new], np.copy(rest)  # earlier stages keep theirs
+        carriers, rest = [*carriers, new], np.copy(rest)  # earlier stages keep theirs
         new.add_to(rest, -1.0)
         multiples.append(multiple)
-        for j in range(len(carriers) if known_carriers else 0):
+        for j in range(len(carriers) if len(carriers) > 1 else 0):
             old, h = carriers[j], multiples[j]
             old.add_to(rest)
             psi = h * carriers[0].phase if h else old.phase
             again = track(rest, dt, old.frequency, psi, scale, 0 if h else 1)
             carriers[j] = old if again is None else again
             carriers[j].add_to(rest, -1.0)
-        stage = Stage(carriers, rest)
-        yield stage
+        yield Stage(carriers, rest)
 
 
 def _next_carrier(

@@ -122,7 +122,10 @@ def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
     The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
     """
     polynomials, eta, inverse = moment_polynomials(terms)
-    return polynomials, inverse @ terms.table(eta)
+    table = terms.table(eta)
+    for at_one_time in table:  # in place: the tables of all threads take more than the runs
+        at_one_time[:] = inverse @ at_one_time
+    return polynomials, table
 
 
 def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
@@ -143,13 +146,23 @@ def _search(terms: PartTerms, targets: np.ndarray, outputs: int) -> tuple[np.nda
     """Return the bounds of one block of times, (targets, outputs, times), and their places."""
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
     polynomials, smooth = smooth_moments(terms)
-    index, size = polynomials.index, np.abs(smooth).max(axis=0)
-    matter = np.any(np.abs(smooth) > NEGLIGIBLE * size.max(axis=0), axis=(0, 2))
+    index, size = polynomials.index, np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
+    matter = np.any(size > NEGLIGIBLE * size.max(axis=0), axis=1)
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
     basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
-    smooth, index = np.ascontiguousarray(smooth[:, matter]), index[matter]
+    smooth, index = _compressed(smooth, matter), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))
     search(smooth, index, *scan, *moments, targets, DESCENTS, values, places)
     return values, places
+
+
+def _compressed(table: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Return some terms of a table (times, terms, width), in the memory of all of them."""
+    times, _, width = table.shape
+    terms = np.count_nonzero(mask)
+    compressed = table.reshape(-1)[: times * terms * width].reshape(times, terms, width)
+    for row, all_terms in zip(compressed, table, strict=True):
+        row[:] = all_terms[mask]
+    return compressed

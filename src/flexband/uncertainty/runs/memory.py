@@ -20,6 +20,8 @@ PLACES = 4
 def peak_memory(method: Any, intervals: int, runs: int, run_bytes: float) -> tuple[float, float]:
     """Return the bytes at the peak of a study, and those that each carrier of ringing outputs adds.
 
+    Carriers that are tried count, also if they are not used in the end.
+
     A method has `copies`, the number of times that all outputs are in memory while it fits them,
     and `copies_per_carrier`. Then there are bands, whose places grow with the number of intervals.
     `benchmarks/memory/study_memory.py` measures both.

@@ -121,7 +121,8 @@ class LogNormal(Spread):
             self._check_logarithm()
         if self.mean is None:
             raise InputError(f"{EITHER}; got none")
-        check_positive("LogNormal mean", check_numbers("LogNormal mean", self.mean))
+        mean = check_positive("LogNormal mean", check_numbers("LogNormal mean", self.mean))
+        object.__setattr__(self, "mean", float(mean))
         super().check()
         if self.spread > LARGEST_VARIATION * self.mean:
             raise InputError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite
 
 import numpy as np
 from scipy.special import gammaln, kve
@@ -93,20 +92,31 @@ def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
     return values
 
 
+MIN_LENGTHS = 1e-305
+"""Fewest correlation lengths in a domain: squares of polynomials over fewer overflow."""
+
+
 def equidistant(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
-) -> np.ndarray:
-    """Return equidistant nodes on the domain; raise `InputError` for what no field can have."""
+) -> tuple[float, np.ndarray]:
+    """Return the correlation length as a float, and equidistant nodes on the domain.
+
+    Raises
+    ------
+    InputError
+        For what no field can have.
+    """
     check_function("RandomField correlation", correlation)
-    check_positive(
-        "RandomField correlation_length", check_numbers("RandomField correlation_length", length)
-    )
+    name = "RandomField correlation_length"
+    length = float(check_positive(name, check_numbers(name, length)))
     start, end = check_numbers("RandomField domain", domain, 2)
     if start >= end:
         raise InputError(f"RandomField domain must run upwards; got {domain}")
-    if not isfinite(float(end - start) / float(length)):
-        raise InputError(f"RandomField correlation_length {length:g} is too short for {domain}")
-    return np.linspace(start, end, check_integer("RandomField nodes", nodes, 2, MAX_NODES))
+    lengths = float(end - start) / length
+    if not MIN_LENGTHS <= lengths < np.inf:
+        which = "short" if lengths > 1 else "long"
+        raise InputError(f"{name} {length:g} is too {which} for {domain}")
+    return length, np.linspace(start, end, check_integer("RandomField nodes", nodes, 2, MAX_NODES))
 
 
 def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def eole(correlation: Correlation, length: float, domain: tuple[float, float], n
     InputError
         If an argument or the correlations at the nodes are impossible.
     """
-    x = equidistant(correlation, length, domain, nodes)
+    length, x = equidistant(correlation, length, domain, nodes)
     matrix = correlation_matrix(correlation, length, x)
     values, vectors = decomposed(matrix, of_correlations=True)
     return Eole(correlation, length, domain, values, vectors, x)

@@ -81,7 +81,7 @@ def galerkin(
     polynomials: int,
 ) -> LegendreModes:
     """Return the expansion in so many polynomials on each element, at least `nodes` in all."""
-    x = equidistant(correlation, length, domain, nodes)
+    length, x = equidistant(correlation, length, domain, nodes)
     elements = -(-nodes // polynomials)
     width, count = float(x[-1] - x[0]) / length / elements, -(-nodes // elements)
     if not width <= WIDEST:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import Quantity
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     CONFIDENCE,
     MIN_BEYOND,
@@ -214,7 +213,7 @@ class _Derivation:
                 ]
                 moved[entries] = np.max(changes, axis=0)[entries]
         dims, shape = ("bound", *self.frame.dims[1:]), (2, *self.frame.shape[1:])
-        data: dict[str, Any] = {}
+        data: Variables = {}
         for k, name in enumerate(BANDS):
             both = slice(2 * k, 2 * k + 2)
             data[name] = dims, statistics[both].reshape(shape)

@@ -13,12 +13,11 @@ import xarray as xr
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
 from flexband.analysis.limits import Corridor, Limit, corridors, joint
 from flexband.analysis.peaks import drops, spacing
-from flexband.analysis.results import ERRORS, check_free
-from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of
+from flexband.analysis.results import ERRORS, Variables, check_free
+from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 
 
 class LimitVerdict(StrEnum):
@@ -187,16 +186,18 @@ def check_limits(
 def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: float) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
     bands = surrogate.bands(sigmas)
-    if isinstance(surrogate, SurrogateOfChoices):
-        if any(map(compensators, (case.space for case in surrogate.surrogates.values()))):
+    cases = surrogates_of(surrogate)
+    if "" not in cases:
+        if any(compensators(case.space) for case in cases.values()):
             raise InputError("surrogate must have no Choice where it has a Compensator")
         return bands
-    space, dims = surrogate.space, surrogate.labels.dims[1:]
+    case = cases[""]
+    space, dims = case.space, case.labels.dims[1:]
     columns = compensators(space)
     if not columns:
         return bands
     corridor = joint(limits)
-    expansions, numbers, bounds = limited(surrogate, corridor.lower, corridor.upper)
+    expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
@@ -211,7 +212,7 @@ def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: floa
     at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(
         list(input_values.values()), (len(at), 2, -1)
     )
-    if "pointwise_error" in surrogate.diagnostics:  # bounds after the adjustment rest anywhere
+    if "pointwise_error" in case.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
         error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)
@@ -244,7 +245,7 @@ def _checked(
         verdict = LimitVerdict.KEPT
     dims = bar[0][where].dims
     coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
-    data: dict[str, Any] = {
+    data: Variables = {
         "margin": (dims, np.where(limited, margin, np.nan)),
         "expected_error": (dims, np.where(limited, error, np.nan)),
         "above": (dims, np.where(np.isfinite(lower), lower, np.nan)),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from flexband.analysis.quantiles import (
     searched,
     sorted_quantiles,
 )
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import CONFIDENCE, MIN_BEYOND, SampledSeries, samples_of
 from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.errors import InputError, check_finite, check_instance, check_integer
@@ -155,7 +154,7 @@ class _Envelope:
         samples = len(self.psi)
         unseen = 1 - (1 - CONFIDENCE) ** (1 / samples) if samples > 1 else 0.0
         dims = ("bound", "value")
-        data: dict[str, Any] = {
+        data: Variables = {
             "distribution": (dims, probability),
             "sampling_error": (dims, np.maximum(error, unseen)),
             "value": ("value", values),

@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,7 +19,7 @@ from scipy.special import ndtri
 
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     CONFIDENCE,
     MIN_BEYOND,
@@ -160,7 +159,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
             values[out], errors[out] = values_and_errors
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
-    data: dict[str, Any] = {
+    data: Variables = {
         "quantiles": (dims, values.reshape(whole_shape)),
         "sampling_error": (dims, errors.reshape(whole_shape)),
     }

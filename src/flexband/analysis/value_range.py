@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.special import ndtri
 
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.results import answer, expected_error
+from flexband.analysis.results import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.expansions.boxes import on_box
@@ -85,7 +85,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     eta, t = box[:, :m], box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
-    data: dict[str, Any] = {"range": (dims, values.reshape(shape))}
+    data: Variables = {"range": (dims, values.reshape(shape))}
     if inputs:
         stacked = np.array(list(inputs.values())).reshape(-1, *shape)
         data |= {"range_at": (("input", *dims), stacked), "input": ("input", list(inputs))}

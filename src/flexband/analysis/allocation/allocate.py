@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import xarray as xr
-from scipy.special import ndtri
 
 from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.confirmation import Confirmed, confirmed
 from flexband.analysis.allocation.costs import checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
-from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.infeasible import check_feasible
-from flexband.analysis.allocation.results import chance_result, result_of
+from flexband.analysis.allocation.results import result_of
 from flexband.analysis.allocation.search import cheapest
+from flexband.analysis.allocation.stated_probability import (
+    allocated_by_chance,
+    checked_probability,
+)
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.analysis.limits import corridors, joint
-from flexband.analysis.probability.failure import RUNS
-from flexband.analysis.probability.model import models
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
-from flexband.errors import InputError, check_instance, check_numbers
+from flexband.errors import check_instance
 from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -125,11 +123,10 @@ def allocate(
     if probability is not None:
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
-        return _with_chance(chance, response, options)
+        return allocated_by_chance(chance, response, options)
     worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
     check_feasible(surrogate, worst, limit_corridors)
-    graded = isinstance(next(iter(tolerances.costs.values())), Grades)
-    search = cheapest_grades if graded else cheapest
+    search = cheapest_grades if tolerances.grades else cheapest
     if response is None:
         confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
@@ -137,63 +134,3 @@ def allocate(
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirmed(surrogate, worst, first, runs_of, search)
     return result_of(surrogate, limit_corridors, worst, confirmation)
-
-
-def checked_probability(probability: Any, tolerances: Tolerances) -> float:
-    """Return a stated probability; raise `InputError` if none can be kept."""
-    value = float(check_numbers("probability", probability))
-    if not 1e-8 <= value <= 0.3:
-        raise InputError(f"probability must be from 1e-08 to 0.3; got {value:g}")
-    if not tolerances.space.random_dimension:
-        raise InputError("probability needs an input that is random; all are intervals")
-    if tolerances.compensators:
-        raise InputError("probability cannot be stated where an input is a Compensator")
-    if any(isinstance(cost, Grades) for cost in tolerances.costs.values()):
-        raise InputError("probability cannot be stated for Grades")
-    return value
-
-
-def _with_chance(
-    chance: Chance, response: Response | None, options: Mapping[str, Any]
-) -> xr.Dataset:
-    """Return the cheapest tolerances for a stated probability.
-
-    Where runs show another probability than the surrogate, another one is aimed at in its place.
-    """
-    solution, correction, runs = chance.cheapest(_start(chance)), None, 0
-    stated, high, tuning = chance.probability, chance.tolerances.bounds[1], chance.options
-    for k in range(tuning.max_corrections if response is not None else 0):
-        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
-        with models({"": narrow}, response, RUNS, 1, None, **options) as known:
-            model = known[""]
-            assert model is not None
-            correction = chance.by_runs(solution, model)
-        runs += correction.runs
-        least = 0.0 if np.all(solution.x >= high) else tuning.kept_share * stated
-        if least <= correction.probability <= stated or k == tuning.max_corrections - 1:
-            break
-        ratio = stated / max(correction.probability, 1e-300)
-        ratio = float(np.clip(ratio, tuning.min_ratio, tuning.max_ratio))
-        aim = min(tuning.aim * ratio * solution.estimate.probability, 0.5)
-        try:
-            solution = replace(chance, probability=aim).cheapest(solution.x)
-        except InputError:  # no tolerances are that tight: what was found is not confirmed
-            break
-    return chance_result(chance, solution, correction, runs)
-
-
-def _start(chance: Chance) -> np.ndarray:
-    """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
-    k = -float(ndtri(chance.probability))
-    m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
-    for sigmas in (k, k / 2, 0.1 * k):
-        worst = WorstCase.of(
-            chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
-        )
-        try:
-            check_feasible(chance.surrogate, worst, {"a limit": corridor})
-            return cheapest(worst, WatchedPlaces.none(m)).x
-        except InputError:
-            if sigmas == 0.1 * k:
-                raise
-    raise AssertionError

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
@@ -49,7 +48,7 @@ def cheapest_grades(
     points : where margins are watched from the beginning.
     x : not used; grades are found without a start.
     """
-    grades: list[Any] = list(worst.tolerances.costs.values())
+    grades = worst.tolerances.grades
     largest = worst.tolerances.largest
     logs = [
         np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)

@@ -11,7 +11,6 @@ import xarray as xr
 
 from flexband.analysis.allocation.chance import Chance, ExceedanceEstimate
 from flexband.analysis.allocation.confirmation import Confirmed
-from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
@@ -29,6 +28,7 @@ from flexband.analysis.probability.statements import (
 from flexband.analysis.probability.texts import NOT_GIVEN
 from flexband.analysis.results import (
     INDICATOR,
+    Variables,
     answer,
     doubts_of,
     expected_error,
@@ -59,7 +59,7 @@ def result_of(
     )
     of_limit = [names == name for name in limits]
     shift = confirmation.shift[points.side, points.series]
-    data: dict[str, Any] = {
+    data: Variables = {
         "tolerance": ("name", tolerances.values(allocation.x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
@@ -76,18 +76,12 @@ def result_of(
     data |= _margins(narrow, limits, worst, confirmation)
     time = axes_of(labels).time
     if time is not None and time in labels.coords:
-        times = labels[time]
-        at = worst.numbers[points.series] % len(times)
-        data["binding_at"] = "binding", times.values[at]
-        data["slack_at"] = "limit", times.values[data["slack_at"][1]]
-    graded = [
-        cost.name(t)
-        for cost, t in zip(tolerances.costs.values(), tolerances.values(allocation.x), strict=True)
-        if isinstance(cost, Grades)
-    ]
-    if graded:
-        data["grade"] = "name", graded
-    coords: dict[str, Any] = {"name": tolerances.names, "limit": list(limits)}
+        at = worst.numbers[points.series] % labels.sizes[time]
+        data["binding_at"] = "binding", labels[time].values[at]
+    if grades := tolerances.grades:
+        pairs_of_grades = zip(grades, tolerances.values(allocation.x), strict=True)
+        data["grade"] = "name", [grade.name(t) for grade, t in pairs_of_grades]
+    coords: Variables = {"name": tolerances.names, "limit": list(limits)}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
         data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
@@ -118,7 +112,7 @@ def chance_result(
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
     cost, slope = tolerances.cost(x), chance.elasticity(solution)
     stated = _stated(chance, solution, by_runs=correction is not None)
-    data: dict[str, Any] = {
+    data: Variables = {
         "tolerance": ("name", tolerances.values(x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
@@ -129,7 +123,7 @@ def chance_result(
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
-    coords: dict[str, Any] = {"name": tolerances.names}
+    coords: Variables = {"name": tolerances.names}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
         data["size"] = "sizing", list(tolerances.nominal(x).values())
@@ -211,7 +205,7 @@ def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
 
 def _margins(
     narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
-) -> dict[str, Any]:
+) -> Variables:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
     error = expected_error(narrow, worst.sigmas)
@@ -235,10 +229,13 @@ def _margins(
         if error is not None:
             errors.append(error[corridor.where])
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
-    data: dict[str, Any] = {name: ("limit", values) for name, values in each.items()}
+    data: Variables = {name: ("limit", values) for name, values in each.items()}
     data["margin"] = ("limit", *dims), np.array(each["margin"])
     if errors:
         data["expected_error"] = ("limit", *dims), np.array(errors)
+    time = axes_of(labels).time
+    if time is not None and time in labels.coords:
+        data["slack_at"] = "limit", labels[time].values[each["slack_at"]]
     return data
 
 

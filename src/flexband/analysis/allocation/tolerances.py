@@ -93,6 +93,11 @@ class Tolerances:
         return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
 
     @property
+    def grades(self) -> list[Grades]:
+        """The grades of all tolerances; none if these are not graded."""
+        return [cost for cost in self.costs.values() if isinstance(cost, Grades)]
+
+    @property
     def names(self) -> list[str]:
         """The inputs whose tolerances are allocated."""
         return list(self.costs)

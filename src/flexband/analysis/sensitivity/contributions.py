@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from itertools import combinations
 from math import comb
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
@@ -127,7 +126,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         )
 
     contribution = np.stack([width - narrower([name]) for name in names])
-    data: dict[str, Any] = {
+    data: Variables = {
         "varies": (of_outputs, vary),
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
@@ -156,7 +155,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 
 def _shares(
     each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
-) -> dict[str, Any]:
+) -> Variables:
     """Return parts of the width: means over time, and where it is the widest; 0 of constants.
 
     Parameters

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.descent import lowest_over_times
 from flexband.analysis.intervals import over_options
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import SampledSeries, sampling_error
 from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups
@@ -121,7 +120,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     first, total = np.split(values, 2, axis=1)
     np.minimum(first, total, out=first)  # as at every η; the first has the larger sampling error
     dims, inner = labels.dims[1:], labels.shape[1:]
-    data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
+    data: Variables = {"defined": (dims, defined.reshape(inner))}
     data["std"] = dims, std.reshape(inner)
     named, whole_shape = ("bound", "name", *dims), (2, len(random_groups), *inner)
     for k, name in enumerate(("first_order", "total")):

@@ -19,7 +19,6 @@ from scipy.special import ndtri
 from flexband.analysis.sampled import REPLICATES, SampledSeries
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
-from flexband.uncertainty.phases.expansion import PhaseExpansion
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def variances_of(
     ----------
     groups : numbers of random variables.
     """
-    if not isinstance(series.expansion, PhaseExpansion):
+    if series.columns is None:
         exact = Exact(series, groups, options)
         return exact, exact
     counts = (options.searched_samples, seed + 1), (options.samples, seed)

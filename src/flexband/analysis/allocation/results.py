@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,14 @@ from flexband.words import number_of
 NO_RUNS = ". No runs were made to confirm it"
 """End of a verdict by the surrogate alone."""
 
-YES, NO, INFERRED, NOT_MADE = "yes", "no", "inferred", "no runs were made"
+
+class TolerancesConfirmed(StrEnum):
+    """Whether runs confirm tolerances."""
+
+    YES = "yes"
+    NO = "no"
+    INFERRED = "inferred"
+    NOT_MADE = "no runs were made"
 
 
 def result_of(
@@ -89,7 +97,7 @@ def result_of(
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
         "runs": confirmation.runs,
-        "confirmed": _confirmed(confirmation),
+        "confirmed": _confirmed(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
     attrs["verdict"] = _verdict(
@@ -132,7 +140,11 @@ def chance_result(
         "stated": chance.probability,
         "cost": float(cost.sum()),
         "runs": runs,
-        "confirmed": NOT_MADE if correction is None else (YES if kept else NO),
+        "confirmed": (
+            TolerancesConfirmed.NOT_MADE
+            if correction is None
+            else (TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO)
+        ).value,
     }
     text = (
         f"{_in_words(tolerances, x, attrs['cost'])}. {_chance_in_words(stated, chance, correction)}"
@@ -248,9 +260,9 @@ def _verdict(
     text += (
         f". {'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     )
-    if attrs["confirmed"] == NOT_MADE:
+    if attrs["confirmed"] == TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if attrs["confirmed"] == NO:
+    if attrs["confirmed"] == TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -259,7 +271,7 @@ def _verdict(
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if attrs["confirmed"] == INFERRED:
+    if attrs["confirmed"] == TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
@@ -268,13 +280,13 @@ def _verdict(
     return f"{text}. Confirmed by {_new(confirmation.runs)}{shifted}"
 
 
-def _confirmed(confirmation: Confirmed) -> str:
+def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
     """Return whether runs confirm tolerances."""
     if not confirmation.runs:
-        return NOT_MADE
+        return TolerancesConfirmed.NOT_MADE
     if not confirmation.kept:
-        return NO
-    return INFERRED if confirmation.inferred else YES
+        return TolerancesConfirmed.NO
+    return TolerancesConfirmed.INFERRED if confirmation.inferred else TolerancesConfirmed.YES
 
 
 def _new(runs: int) -> str:

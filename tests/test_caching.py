@@ -190,3 +190,21 @@ def test_code_of_others_depends_on_the_kernels_it_calls():
     basis = caching._basis("tests.mechanics.models")
     assert basis is not None
     assert {"models.py", "equations.py"} <= {entry[0] for entry in basis[:-7]}
+
+
+def test_code_calls_its_copies_of_functions():
+    """A process uses the first of several weak functions of one name, whoever it was made for."""
+    lines = "\n".join(f"    y = y * x + {k}.0 / (y - {k}.5)" for k in range(300))
+    names = {}
+    exec(f"def long(x):\n    y = x\n{lines}\n    return y\n", names)
+    long = caching.compiled(names["long"])
+
+    def twice(x):
+        return long(x) + long(x + 1.0)
+
+    entry = caching.cached_on_disk(twice)
+    assert entry(0.3) == pytest.approx(names["long"](0.3) + names["long"](1.3), rel=1e-6)
+    (overload,) = entry.overloads.values()
+    defined = [f for f in overload.library._final_module.functions if not f.is_declaration]
+    assert any("long" in f.name for f in defined)
+    assert not {f.name for f in defined if f.linkage.name.startswith(("linkonce", "weak"))}

@@ -33,7 +33,7 @@ def main() -> None:
     write.setblocking(False)
     signal.set_wakeup_fd(write.fileno(), warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(read,), daemon=True).start()
-    if hasattr(os, "register_at_fork"):
+    if sys.platform != "win32":
         mask = signal.pthread_sigmask
         os.register_at_fork(
             before=lambda: mask(signal.SIG_BLOCK, ENDING),

@@ -20,10 +20,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from llvmlite.binding import Linkage
 from numba import njit, types
 from numba.core import config
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
@@ -55,9 +57,33 @@ def cached_on_disk(function: Callable, **options: Any) -> Any:
     Further options are Numba's.
     """
     options = {**OPTIONS, **options}
-    dispatcher: Any = njit(**options)(function)
+    dispatcher: Any = njit(pipeline_class=_SelfContainedCompiler, **options)(function)
     dispatcher._cache = _MachineCode(function, options)
     return dispatcher
+
+
+class _SelfContained(JITCodeLibrary):
+    """Machine code that calls its copies of all functions.
+
+    Of several functions of one name, a process uses the one that was loaded first. It may have been
+    optimized for another caller and round otherwise, so that results would depend on whether code
+    was just compiled or read from disk, and on what else a process computes.
+    """
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = Linkage.internal
+        super()._optimize_final_module()
+
+
+class _SelfContainedCompiler(Compiler):
+    """Numba's compiler, for libraries that are self-contained."""
+
+    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *options: Any) -> None:
+        library = _SelfContained(targetctx.codegen(), "self-contained")
+        library.enable_object_caching()
+        super().__init__(typingctx, targetctx, library, *options)
 
 
 def compiled(function: Callable, **options: Any) -> Any:

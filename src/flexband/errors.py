@@ -81,7 +81,7 @@ class RunsNeeded(RuntimeError):  # noqa: N818  (nothing is wrong)
         super().__init__(
             f"{number_of(len(points), 'run')} of {', '.join(self.names)}{where} must come from "
             "elsewhere: "
-            "`flexband points` writes them, `flexband ingest` records their results"
+            "`flexband export-points` writes them, `flexband import-results` records their results"
         )
 
 

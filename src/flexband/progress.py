@@ -1,4 +1,4 @@
-"""How far a call is that makes many runs, told to whoever waits for it."""
+"""How far a call is that makes many runs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from contextvars import ContextVar
 from typing import Protocol
 
 from flexband.errors import check_function
-
-MANY_STEPS, LONG = 1_000_000, 60.0
-"""Steps of a run that are told at once, and time left [s] that is worth a line."""
 
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""
@@ -35,79 +32,115 @@ class Budget(int):
         return made
 
 
-_listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
+class ProgressListener:
+    """Takes how far calls are; each method does nothing unless a subclass overrides it.
+
+    Attributes
+    ----------
+    shows_stages
+        Whether a user sees the stages and the messages.
+    """
+
+    shows_stages = True
+
+    def stage(self, name: str) -> None:
+        """Take what is done from now on."""
+
+    def advance(self, done: int, total: int) -> None:
+        """Take how many runs of a call of the response are done, and how many it makes."""
+
+    def warn(self, message: str) -> None:
+        """Take a message that is worth to be read later, too."""
+
+
+class RunListener(ProgressListener):
+    """Has a function take how many runs of a call are done, if there is one."""
+
+    shows_stages = False
+
+    def __init__(self, progress: Progress | None = None):
+        self.progress = progress
+
+    def advance(self, done: int, total: int) -> None:
+        """Take how many runs are done."""
+        if self.progress is not None:
+            self.progress(done, total)
+
+
+_listeners: ContextVar[tuple[ProgressListener, ...]] = ContextVar("listeners", default=())
+_stage: ContextVar[str] = ContextVar("stage", default="")
 
 
 @contextmanager
-def listening(progress: Progress | None) -> Iterator[None]:
-    """Have calls of this thread tell `progress` how many of their runs are done."""
-    before = _listener.set(progress)
+def listening(listener: ProgressListener) -> Iterator[None]:
+    """Have a listener take how far calls of this thread are, beside those that listen already.
+
+    Runs are told to the innermost listener alone.
+    """
+    token = _listeners.set((listener, *_listeners.get()))
     try:
         yield
     finally:
-        _listener.reset(before)
+        _listeners.reset(token)
 
 
-def listener() -> Progress | None:
-    """Return what a call has to tell how many of its runs are done; None if nobody listens."""
-    return _listener.get()
+class _Listeners(ProgressListener):
+    """All listeners of this thread, the innermost first."""
+
+    def __init__(self) -> None:
+        self.listeners = _listeners.get()
+        self.shows_stages = any(listener.shows_stages for listener in self.listeners)
+
+    def stage(self, name: str) -> None:
+        """Tell every listener."""
+        _stage.set(name)
+        self.substage(name)
+
+    def substage(self, name: str) -> None:
+        """Tell every listener of a part of the stage, which goes on after it."""
+        for listener in self.listeners:
+            listener.stage(name)
+
+    def advance(self, done: int, total: int) -> None:
+        """Tell the innermost listener."""
+        for listener in self.listeners[:1]:
+            listener.advance(done, total)
+
+    def warn(self, message: str) -> None:
+        """Tell every listener."""
+        for listener in self.listeners:
+            listener.warn(message)
 
 
-class Hearer(Protocol):
-    """Takes what is done now and, on a line of its own, why something is done again."""
-
-    def __call__(self, now: str, line: str = "", /) -> object: ...
-
-
-_hearer: ContextVar[Hearer | None] = ContextVar("hearer", default=None)
-
-
-@contextmanager
-def hearing(hearer: Hearer) -> Iterator[None]:
-    """Have `doing` in this thread tell `hearer`, and whoever has heard so far."""
-    before = _hearer.get()
-
-    def both(now: str, line: str = "", /) -> None:
-        hearer(now, line)
-        if before is not None:
-            before(now, line)
-
-    token = _hearer.set(both)
-    try:
-        yield
-    finally:
-        _hearer.reset(token)
-
-
-_now: ContextVar[str] = ContextVar("now", default="")
-
-
-def doing(now: str, line: str = "") -> None:
-    """Tell whoever waits what is done now; `line` is worth to be read later, too."""
-    _now.set(now)
-    hearer = _hearer.get()
-    if hearer is not None:
-        hearer(now, line)
-
-
-def heard() -> bool:
-    """Return whether somebody hears what is done now."""
-    return _hearer.get() is not None
+def listener() -> _Listeners:
+    """Return all that listen in this thread, as one listener."""
+    return _Listeners()
 
 
 class Pace:
     """Tells how many steps a simulation has, and how long they take, measured on the first ones.
 
-    Called about every second, it tells the time left beside what is done now. A line tells it once
-    where it is more than a minute.
+    Called about every second, it tells the time left beside what is done now. A message tells it
+    once where that is long.
+
+    Attributes
+    ----------
+    many_steps
+        Steps of a run whose number is told at once.
+    long
+        Time left [s] that is worth a message.
     """
+
+    many_steps, long = 1_000_000, 60.0
 
     def __init__(self, steps: int, part: Callable[[], float]):
         """Take the number of steps of a run, and what returns the part of all that is done."""
-        self.steps, self.part, self.told = steps, part, False
+        self.steps, self.part, self.warned = steps, part, False
+        self.listener, self.stage = listener(), _stage.get()
         self.first: tuple[float, float] | None = None
-        if steps >= MANY_STEPS:
-            self._tell(f"runs of {steps} steps", f"each run has {steps} steps")
+        if steps >= self.many_steps:
+            self._tell(f"runs of {steps} steps")
+            self.listener.warn(f"each run has {steps} steps")
 
     def __call__(self) -> None:
         """Tell the time left, once it is known."""
@@ -117,17 +150,18 @@ class Pace:
             return
         remaining = (now - self.first[0]) * (1 - part) / (part - self.first[1])
         text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(remaining)} left"
-        self._tell(text, "" if self.told or remaining < LONG else text)
-        self.told |= remaining >= LONG
+        self._tell(text)
+        if remaining >= self.long and not self.warned:
+            self.listener.warn(text)
+            self.warned = True
 
-    def _tell(self, text: str, line: str = "") -> None:
-        if (hearer := _hearer.get()) is not None:
-            hearer(", ".join(filter(None, (_now.get(), text))), line)
+    def _tell(self, text: str) -> None:
+        self.listener.substage(", ".join(filter(None, (self.stage, text))))
 
     def end(self) -> None:
         """Tell again what was done before."""
-        if (hearer := _hearer.get()) is not None and self.first is not None:
-            hearer(_now.get())
+        if self.first is not None:
+            self.listener.substage(self.stage)
 
 
 class Advance(Protocol):

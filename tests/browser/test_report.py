@@ -76,7 +76,7 @@ def small(tmp_path_factory):
     (folder / "small.py").write_text(SMALL, encoding="utf-8")
     for words in (
         ["run", str(folder / "small.py"), "--output", str(folder), "--verify", "0"],
-        ["quantiles", str(folder)],
+        ["distribution", str(folder)],
         ["report", str(folder)],
     ):
         result = CliRunner().invoke(app, words)

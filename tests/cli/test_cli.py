@@ -144,7 +144,7 @@ def test_options_change_the_method_of_the_study(study_file, tmp_path):
 
 
 def test_methods_are_those_of_the_package(study_file):
-    output = call("run", "--help").output
+    output = call("run", "--help-methods").output
     for name in ("adaptive-pcci", "phase-resolved-pcci", "improved-pcci", "pcci", "lhs-scanning",
                  "monte-carlo", "--random-order", "--max-runs", "--seed"):  # fmt: skip
         assert name in output
@@ -462,6 +462,13 @@ def test_help_shows_units_and_defaults_in_brackets():
     told = " ".join(call("run", "--help").output.replace("│", " ").split())
     assert "Time [s] that one call of the response may take" in told
     assert "0 for none. [default: 16]" in told
+
+
+def test_the_help_of_run_fits_a_screen():
+    lines = CliRunner().invoke(app, ["run", "--help"], env={"COLUMNS": "80"}).output.splitlines()
+    assert len(lines) <= 40
+    assert max(map(len, lines)) <= 80
+    assert "--help-methods" in "".join(lines)
 
 
 def test_a_misspelled_name_in_a_builder_is_told_with_its_line_and_the_nearest_name(tmp_path):

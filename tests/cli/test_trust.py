@@ -22,11 +22,10 @@ study = fb.Study(response, inputs, fb.PCCI(1, 1), limits=fb.Limit(below=2.0))
 """
 COMMANDS = {
     "resume": (),
-    "rerun": ("--failed",),
     "limits": (),
     "narrow": ("a=0.95..1.05",),
     "allocate": ("--cost", "a=1", "--cost", "x=1", "--no-confirm"),
-    "ingest": ("results.csv",),
+    "import-results": ("results.csv",),
 }
 
 

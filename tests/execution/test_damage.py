@@ -32,7 +32,7 @@ def labelled(a, b):
 
 
 def study(folder, response=labelled, **options):
-    return fb.propagate(response, INPUTS, LHS, store=folder, failed="leave out", **options)
+    return fb.propagate(response, INPUTS, LHS, store=folder, failed="skip", **options)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def calls_of(folder, **options):
         made.append(len(a))
         return labelled(a, b)
 
-    found = study(fb.Store(folder, insist=True), counting, **options)
+    found = study(fb.Store(folder, allow_mismatch=True), counting, **options)
     return found, sum(made)
 
 
@@ -150,7 +150,7 @@ def unfinished(folder):
 def killed_before_writing(folder):
     from flexband.execution import record  # noqa: PLC0415
 
-    record.PERIOD = 1e9
+    record.RunRecorder.period = 1e9
 
     def response(a, b):
         if np.any(wrong(a, b, 0.0) & (a > 1.99)):
@@ -194,7 +194,9 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
         made.extend(a)
         return good(a, b)
 
-    found = fb.propagate(response, INPUTS, LHS, store=fb.Store(tmp_path, insist=True), batch=4)
+    found = fb.propagate(
+        response, INPUTS, LHS, store=fb.Store(tmp_path, allow_mismatch=True), batch=4
+    )
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
     runs = fb.open_runs(tmp_path)
     assert len(runs.run) == 40
@@ -295,7 +297,7 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
         return rotate(own)
 
     monkeypatch.setattr(Journal, "rotate", broken)
-    monkeypatch.setattr("flexband.execution.record.WAITING", 1e3)  # bytes
+    monkeypatch.setattr("flexband.execution.record.RunRecorder.most_waiting", 1e3)  # bytes
     exact = fb.propagate(wide, INPUTS, LHS)
     with pytest.warns(fb.FlexbandWarning) as told:
         found = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
@@ -328,7 +330,7 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
         if done == 4:
             monkeypatch.setattr(growing, "write_synced", writing)
             monkeypatch.setattr(Journal, "append", appending)
-            monkeypatch.setattr("flexband.execution.record.PERIOD", 0.002)
+            monkeypatch.setattr("flexband.execution.record.RunRecorder.period", 0.002)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fb.FlexbandWarning)

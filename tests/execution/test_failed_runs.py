@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.execution.executors import Workers
 from flexband.uncertainty.runs.evaluations import FAILURES_BEFORE_STOP
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 
@@ -32,7 +33,7 @@ ERRORS = {
 CAUSES = {"raises": ZeroDivisionError, "hangs": TimeoutError}
 
 
-class Opened:
+class Opened(Workers):
     """Worker processes that serve several studies."""
 
     def __init__(self, perform):
@@ -83,7 +84,7 @@ def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp
 @pytest.mark.parametrize("fault", FAULTS)
 def test_failed_runs_are_left_out(fault, processes, tmp_path):
     response, folder = one_by_one(fault), tmp_path / "s"
-    study = partial(fb.propagate, response, INPUTS, LHS, store=folder, failed="leave out")
+    study = partial(fb.propagate, response, INPUTS, LHS, store=folder, failed="skip")
     found = study(executor=processes)
     runs = status(folder)
     expected = wrong(*runs.inputs.values.T)
@@ -104,7 +105,7 @@ def test_failed_runs_of_a_vectorized_response_are_found(fault, executor, tmp_pat
     response, folder = partial(bad, fault=fault), tmp_path / "s"
     with executor(2) if executor else nullcontext() as own:
         found = fb.propagate(
-            response, INPUTS, LHS, store=folder, failed="leave out", batch=16, executor=own
+            response, INPUTS, LHS, store=folder, failed="skip", batch=16, executor=own
         )
     runs = status(folder)
     np.testing.assert_array_equal(runs.status == 2, wrong(*runs.inputs.values.T))
@@ -113,7 +114,7 @@ def test_failed_runs_of_a_vectorized_response_are_found(fault, executor, tmp_pat
 
 def test_results_without_many_runs_are_not_trusted():
     response = partial(bad, fault="returns_nan", limit=0.0)
-    found = fb.propagate(response, INPUTS, LHS, failed="leave out")
+    found = fb.propagate(response, INPUTS, LHS, failed="skip")
     assert found.attrs["runs_failed"] == 5
     assert "5 of 41 runs failed, and what fails is rarely random" in found.attrs["not_trusted"]
 
@@ -121,7 +122,7 @@ def test_results_without_many_runs_are_not_trusted():
 def test_regression_and_held_out_runs_go_on_without_failed_ones():
     with_all = fb.RegressionPCCI(3, oversampling=4)
     response = partial(bad, fault="returns_nan", limit=1.0)
-    found = fb.propagate(response, INPUTS, with_all, failed="leave out")
+    found = fb.propagate(response, INPUTS, with_all, failed="skip")
     assert found.attrs["runs_failed"] > 0
     exact = fb.propagate(good, INPUTS, with_all)
     np.testing.assert_allclose(found["mean"], exact["mean"], atol=0.05)
@@ -131,7 +132,7 @@ def test_verification_leaves_failed_runs_out(tmp_path):
     """What is missed of the others is what it is without the failed ones."""
     surrogate = fb.expand(good, INPUTS, fb.AdaptivePCCI(0.3))
     whole = fb.verify(surrogate, good, runs=12)
-    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="leave out")
+    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="skip")
     failed = wrong(*whole["run_values"].values)
     assert 0 < failed.sum() == some.attrs["runs_failed"] < 6
     expected = whole["missed_in_run"].where(xr.DataArray(~failed, dims="sample"))
@@ -157,12 +158,12 @@ def test_held_out_runs_of_the_adaptive_method_are_left_out(tmp_path):
         wrong_runs.extend(a[failing])
         return np.where(failing[:, None], np.nan, good(a, b))
 
-    found = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="leave out", store=tmp_path)
+    found = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
     assert found.attrs["runs_failed"] == len(wrong_runs) > 0
     assert "what fails is rarely random" in found.attrs["not_trusted"]
     exact = fb.propagate(good, inputs, fb.AdaptivePCCI())
     np.testing.assert_allclose(found["error_bar"], exact["error_bar"], atol=1e-3)
-    again = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="leave out", store=tmp_path)
+    again = fb.propagate(corner, inputs, fb.AdaptivePCCI(), failed="skip", store=tmp_path)
     np.testing.assert_array_equal(again["error_bar"], found["error_bar"])
 
 
@@ -171,7 +172,7 @@ def test_a_design_that_needs_every_run_says_which_one_failed():
     with pytest.raises(
         fb.RunError, match=r"needs every run of its design.*spring is slack"
     ) as told:
-        fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="leave out")
+        fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="skip")
     assert "inputs of the run: a = " in str(told.value)
     assert "run 0" not in str(told.value)  # which is another number than that in a store
 
@@ -181,7 +182,7 @@ def test_a_scan_names_the_point_at_which_runs_fail():
         return np.where((a > 1.9)[:, None], np.nan, good(a, b))
 
     with pytest.raises(fb.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"):
-        fb.propagate(response, INPUTS, LHS, failed="leave out")
+        fb.propagate(response, INPUTS, LHS, failed="skip")
 
 
 def test_a_response_that_raises_is_tried_with_one_sample_once():
@@ -193,7 +194,7 @@ def test_a_response_that_raises_is_tried_with_one_sample_once():
             raise ZeroDivisionError("the spring is slack")
         return good(a, b)
 
-    found = fb.propagate(response, INPUTS, LHS, failed="leave out")
+    found = fb.propagate(response, INPUTS, LHS, failed="skip")
     assert found.attrs["runs_failed"] == 28
     assert sizes.count(()) == 1
 
@@ -208,7 +209,7 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
 
     words = WORDS[fault].split(": ")[-1]
     with pytest.raises(fb.RunError, match=rf"all of the first \d+ runs failed.*{words}"):
-        fb.propagate(response, INPUTS, LHS, failed="leave out", store=tmp_path / "s")
+        fb.propagate(response, INPUTS, LHS, failed="skip", store=tmp_path / "s")
     assert (status(tmp_path / "s").status == 2).sum() <= max(FAILURES_BEFORE_STOP, calls[0])
 
 
@@ -255,7 +256,7 @@ def test_an_executor_that_broke_fails_no_runs(tmp_path):
         pytest.raises(fb.RunError, match="the executor cannot go on: BrokenProcessPool"),
     ):
         fb.propagate(
-            response, INPUTS, LHS, store=tmp_path, failed="leave out", executor=executor, batch=4
+            response, INPUTS, LHS, store=tmp_path, failed="skip", executor=executor, batch=4
         )
     assert not (status(tmp_path).status == 2).any()
     executor = ThreadPoolExecutor(1)

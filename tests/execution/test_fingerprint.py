@@ -139,7 +139,8 @@ def test_a_store_is_refused_to_another_response(written, tmp_path):
     with pytest.raises(fb.StoreError, match="the code or the data of the response changed"):
         study(written(texts), store=folder)
     with pytest.raises(
-        fb.StoreError, match="insist=True of the Store uses them; on the command line, --insist"
+        fb.StoreError,
+        match="allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch",
     ):  # the runs disagree
         study(lambda a, b: a + 2 * b, store=folder)
     with pytest.raises(fb.StoreError, match="version: '' before, 'v2' now"):

@@ -37,8 +37,8 @@ def begun(folder):
 @given(steps=STEPS, rows=st.integers(1, 7))
 def test_arrays_keep_what_was_appended(steps, rows):
     folder, expected = Path(tempfile.mkdtemp()), []
-    before, write = chunks.ROWS, growing.write_synced
-    chunks.ROWS = rows
+    before, write = chunks.Array.most_rows, growing.write_synced
+    chunks.Array.most_rows = rows
     try:
         arrays = begun(folder)
         for what, number in steps:
@@ -72,7 +72,7 @@ def test_arrays_keep_what_was_appended(steps, rows):
             assert list(found["text"].values) == [text for _, text in expected]
             np.testing.assert_array_equal(found["x"][:, 2], [x for x, _ in expected])
     finally:
-        chunks.ROWS, growing.write_synced = before, write
+        chunks.Array.most_rows, growing.write_synced = before, write
         shutil.rmtree(folder)
 
 

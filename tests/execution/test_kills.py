@@ -199,7 +199,7 @@ def test_a_store_opens_at_any_moment_of_a_study(tmp_path):
 def study_often_written(folder, log):
     from flexband.execution import record  # noqa: PLC0415
 
-    record.PERIOD = 0.01
+    record.RunRecorder.period = 0.01
     study(folder, log, seconds=0.002)
 
 
@@ -244,6 +244,51 @@ def test_a_run_on_a_dask_worker_that_is_stopped_goes_to_another(dask, tmp_path):
     assert (fb.open_runs(tmp_path / "s").status == 1).all()
 
 
+class SlowToLoad:
+    """A response that takes longer to load than its calls may take."""
+
+    def __init__(self, seconds=0.0):
+        time.sleep(seconds)
+
+    def __call__(self, a, b):
+        return good(a, b)
+
+    def __reduce__(self):
+        return SlowToLoad, (2.5,)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_loading_a_response_takes_no_time_of_its_calls(dask):
+    found = fb.propagate(SlowToLoad(), INPUTS, LHS, executor=fb.Dask(dask, time_limit=1.5))
+    np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
+
+
+class SlowCluster:
+    """A client of a cluster whose only worker takes some time to come back; or it does not."""
+
+    def __init__(self, returns_after):
+        self.asked, self.returns_after = 0, returns_after
+
+    def nthreads(self):
+        self.asked += 1
+        return {"second": 1} if self.asked > self.returns_after else {}
+
+    def restart_workers(self, workers, timeout):
+        raise TimeoutError(f"{workers} did not come back within {timeout} s")
+
+
+def test_a_dask_worker_that_is_slow_to_come_back_is_waited_for():
+    dask = importlib.import_module("flexband.execution.dask")
+    cluster = dask._Timed(SlowCluster(4), 1.0, start=20.0, look=0.01)
+    cluster.loaded = {("second", hash(b""))}
+    cluster.replace("first")
+    assert cluster.workers(b"", b"", "") == {"second": 1}
+    cluster = dask._Timed(SlowCluster(float("inf")), 1.0, start=0.1, look=0.01)
+    cluster.replace("first")
+    with pytest.raises(fb.RunError, match="no Dask worker is left that answers"):
+        cluster.workers(b"", b"", "")
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch):
     """A worker on another machine has neither the study's file nor those beside it, or old ones."""
@@ -254,7 +299,7 @@ def test_modules_beside_the_study_reach_the_workers(dask, tmp_path, monkeypatch)
     monkeypatch.syspath_prepend(tmp_path)
     response = __import__("beside15").model
     with pytest.raises(ModuleNotFoundError):
-        dask.submit(__import__, "beside15").result(timeout=60)
+        dask.submit(__import__, "beside15").result(timeout=300)
     found = fb.propagate(response, INPUTS, LHS, executor=dask)
     exact = fb.propagate(response, INPUTS, LHS)
     np.testing.assert_array_equal(found["mean"], exact["mean"])

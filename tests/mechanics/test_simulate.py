@@ -171,16 +171,19 @@ def test_a_long_simulation_tells_its_steps_and_the_time_left(monkeypatch, capsys
     fb.simulate(swinging(), duration=0.1, step=1e-3)  # which may compile the engine
     capsys.readouterr()
     monkeypatch.setattr(threads, "BEAT", 0.02)
-    monkeypatch.setattr(progress, "MANY_STEPS", 300_000)
-    told = []
-    with progress.hearing(lambda now, line="": told.append((now, line))):
-        progress.doing("the first runs")
+    monkeypatch.setattr(progress.Pace, "many_steps", 300_000)
+    stages, messages = [], []
+    listener = progress.ProgressListener()
+    listener.stage, listener.warn = stages.append, messages.append
+    with progress.listening(listener):
+        progress.listener().stage("the first runs")
         fb.simulate(swinging(), duration=300.0, step=1e-3)
-    assert told[1] == ("the first runs, runs of 300000 steps", "each run has 300000 steps")
-    assert any(re.search(r"% of runs of 300000 steps, about .* left$", now) for now, _ in told)
-    assert told[-1] == ("the first runs", "")
+    assert stages[1] == "the first runs, runs of 300000 steps"
+    assert messages[0] == "each run has 300000 steps"
+    assert any(re.search(r"% of runs of 300000 steps, about .* left$", stage) for stage in stages)
+    assert stages[-1] == "the first runs"
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr(progress, "LONG", 0.0)
+    monkeypatch.setattr(progress.Pace, "long", 0.0)
     fb.simulate(swinging(), duration=300.0, step=1e-3)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "flexband: each run has 300000 steps"

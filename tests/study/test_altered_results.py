@@ -87,12 +87,12 @@ def test_bands_with_other_values_and_answers_beside_an_altered_page_are_refused(
     bands = xr.open_dataset(out / "bands.nc").load()
     bands["mean"] = 2 * bands["mean"]
     bands.to_netcdf(out / "bands.nc", engine="scipy")  # which keeps the attributes
-    for command in ("report", "range"):
+    for command in ("report", "distribution"):
         told = call(command, out)
         assert told.exit_code == 1
         assert "bands.nc is not as written" in text_of(told)
     flip(out / "page.json", 2)  # which has the doubts about all answers
-    told = call("quantiles", out)
+    told = call("distribution", out)
     assert (told.exit_code, "page.json is not as written" in text_of(told)) == (1, True)
 
 

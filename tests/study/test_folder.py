@@ -97,7 +97,7 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
     monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
     first, last = found["verification"], found["answers"]
-    assert (first["now"], last["now"]) == ("new runs that verify the result", "the answers")
+    assert (first["now"], last["now"]) == ("verification runs", "the answers")
     assert (first["recorded"], last["recorded"], last["done"], last["total"]) == (9, 13, 14, 14)
     ran = json.loads((out / "study.json").read_text(encoding="utf-8"))["ran"]
     assert last["rate"] == pytest.approx(13 / ran, rel=1e-9)
@@ -143,7 +143,7 @@ def test_what_serves_is_used_and_other_studies_are_refused(file, tmp_path):
     before = (out / "study.json").read_bytes()
     refused = call("run", file, "-o", out, status=1)
     assert "has runs of another response: the code or the data of the response changed" in refused
-    assert "--insist" in refused
+    assert "--allow-mismatch" in refused
     assert "--replace" in refused
     assert (out / "study.json").read_bytes() == before
     assert "are deleted" in call("run", file, "-o", out, "--verify", 0, "--replace")
@@ -163,7 +163,7 @@ def test_a_refusal_leaves_the_folder_to_its_study(file, tmp_path, command_line):
     text = text.replace('"b": fb', '"c": fb').replace("b * b", "a * c").replace("{b!r}", "{c!r}")
     other.write_text(text, encoding="utf-8")
     before = content(out)
-    told = call("run", other, "-o", out, "--insist", status=1)
+    told = call("run", other, "-o", out, "--allow-mismatch", status=1)
     assert "inputs: 'a, b' before, 'a, c' now" in told
     assert content(out) == before
     made = runs_made(file)
@@ -205,7 +205,7 @@ def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, mon
         assert content(out) == before
 
     call(*compare, other, "-o", out)
-    refused(other, compare, plain, ["run"], ["run", "--insist"])
+    refused(other, compare, plain, ["run"], ["run", "--allow-mismatch"])
     call(*plain, file, "-o", out, "--replace")
     call(*plain, other, "-o", out, "--replace")
     refused(other, compare, plain, ["run"])
@@ -235,10 +235,9 @@ def test_failed_runs_are_listed_and_made_again(file, tmp_path):
     assert json.loads(CliRunner().invoke(app, ["status", str(out), "--json"]).stdout) == state
     file.with_name("broken").unlink()
     made = runs_made(file)
-    told = call("rerun", out, "--failed")
+    told = call("resume", out, "--retry-failed")
     assert "1 failed run is made again" in told
     assert state_of(out)["failed"] == 0
-    assert "requires --failed" in call("rerun", out, status=2)
     assert runs_made(file) < made + 9 + 1 + 16
 
 
@@ -254,12 +253,12 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
     state = state_of(out)
     assert (state["state"], state["done"], state["total"]) == ("finished", 10, 14)
     assert state["doubts"] == ["new runs failed, so that the result is not verified"]
-    options = ["--verify", 4, "--failed", "leave-out"]
+    options = ["--verify", 4, "--failed", "skip"]
     file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
     file.with_name("log").unlink()
     told = call("run", file, "-o", tmp_path / "other", *options)
     assert "3 verification runs (1 more failed, and what fails is rarely random)" in told
-    assert "new runs: 4 of 4 runs" in told
+    assert "verification runs: 4 of 4 runs" in told
 
 
 def started(file, *arguments):
@@ -407,7 +406,7 @@ def test_a_study_that_fails_before_its_first_run_leaves_no_study(file, tmp_path)
 
 
 def test_folders_that_are_none_are_refused(tmp_path):
-    for command in (["status"], ["resume"], ["rerun", "--failed"]):
+    for command in (["status"], ["resume"], ["resume", "--retry-failed"]):
         assert "folder must be that of a study" in call(*command, tmp_path / "none", status=1)
     file = tmp_path / "study.json"
     file.write_text('{"format": 99}', encoding="utf-8")
@@ -422,7 +421,7 @@ def test_folders_that_are_none_are_refused(tmp_path):
         (["--executor", "magic"], "--executor must be processes, processes:4, or the address"),
         (["--executor", "processes:0"], "workers must be 1 or more; got 0"),
         (["--time-limit", "3"], "--time-limit requires --executor processes"),
-        (["--failed", "ignore"], "--failed must be 'stop', 'half-step' or 'leave-out'"),
+        (["--failed", "ignore"], "--failed must be 'stop', 'half-step' or 'skip'"),
         (["--batch", "0"], "--batch must be 1 or more; got 0"),
     ],
 )
@@ -436,7 +435,7 @@ def test_runs_in_processes_that_fail_are_left_out(file, tmp_path):
         "return a +", "if b > 1.2: sys.exit(0)\n    return a +"
     )
     file.write_text(f"import sys\n{text}", encoding="utf-8")
-    options = ["--executor", "processes:1", "--failed", "leave-out", "--time-limit", 20]
+    options = ["--executor", "processes:1", "--failed", "skip", "--time-limit", 20]
     method = ["--method", "monte-carlo", "--samples", 100, "--points", 2]
     told = call("run", file, "-o", tmp_path / "out", *method, *options)
     assert 0 < state_of(tmp_path / "out")["failed"] < 10

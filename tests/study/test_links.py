@@ -33,7 +33,7 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     (folder / "study.py").write_text(STUDY, encoding="utf-8")
     assert call("run", folder / "study.py", "--output", folder / "out", "--verify", 0)[0] == 0
-    assert call("quantiles", folder / "out")[0] == 0
+    assert call("distribution", folder / "out")[0] == 0
     return folder
 
 

@@ -70,12 +70,16 @@ def file(tmp_path):
 
 def test_round_by_round_until_the_method_has_converged(file, tmp_path):
     out, rounds = tmp_path / "out", 0
-    while (result := CliRunner().invoke(app, ["points", str(file), "-o", str(out)])).exit_code == 4:
+    while (
+        result := CliRunner().invoke(app, ["export-points", str(file), "-o", str(out)])
+    ).exit_code == 4:
         assert "to be run" in result.output
         rounds += 1
         results = tmp_path / ("results.nc" if rounds % 2 else "results.csv")
         answer(out, results)
-        assert f"{are(len(asked(out)), 'run')} recorded, 0 of" in call("ingest", out, results)
+        assert f"{are(len(asked(out)), 'run')} recorded, 0 of" in call(
+            "import-results", out, results
+        )
     assert result.exit_code == 0, result.output
     assert rounds >= 3
     inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.1, 0.3),
@@ -89,7 +93,7 @@ def test_round_by_round_until_the_method_has_converged(file, tmp_path):
 
 def test_results_that_do_not_fit_are_refused(file, tmp_path):
     out, results = tmp_path / "out", tmp_path / "results.csv"
-    assert "points are to be run" in call("points", file, "-o", out, status=4)
+    assert "points are to be run" in call("export-points", file, "-o", out, status=4)
     assert "waiting" in call("status", out)
     answer(out, results)
     good = results.read_text(encoding="utf-8")
@@ -106,26 +110,28 @@ def test_results_that_do_not_fit_are_refused(file, tmp_path):
     }
     for message, text in cases.items():
         results.write_text(text, encoding="utf-8")
-        assert message in call("ingest", out, results, status=1), message
-    assert "cannot be read as a table" in call("ingest", out, tmp_path / "none.csv", status=1)
+        assert message in call("import-results", out, results, status=1), message
+    assert "cannot be read as a table" in call(
+        "import-results", out, tmp_path / "none.csv", status=1
+    )
     (tmp_path / "bad.nc").write_bytes(b"none")
-    assert "must be a NetCDF 3 file" in call("ingest", out, tmp_path / "bad.nc", status=1)
+    assert "must be a NetCDF 3 file" in call("import-results", out, tmp_path / "bad.nc", status=1)
     text = "\n".join(
         [header, ",".join([cells[0], *[""] * (len(cells) - 2), cells[-1]]), *lines[1:]]
     )
     results.write_text(text, encoding="utf-8")
-    told = call("ingest", out, results)
+    told = call("import-results", out, results)
     assert "1 of" in told
-    again = call("ingest", out, results)
+    again = call("import-results", out, results)
     assert "0 runs are recorded" in again
     assert "results.csv has no values for it" in call("status", out)
-    call("points", file, "-o", out, status=4)
+    call("export-points", file, "-o", out, status=4)
     assert asked(out)[0]["number"] == cells[-1]  # it keeps its number
 
 
 def test_points_need_a_response_elsewhere(file, tmp_path):
     file.write_text(STUDY.replace("response, inputs", "lambda a, b, oil: a, inputs"))
-    told = call("points", file, "-o", tmp_path / "out", status=1)
+    told = call("export-points", file, "-o", tmp_path / "out", status=1)
     assert "the response must be one that is run elsewhere" in told
     wrong = [((), {}), (("a b",), {}), (("a", "a"), {}), (("a",), {"outputs": "u"}),
              (("a",), {"times": [1, 0]})]  # fmt: skip
@@ -154,7 +160,7 @@ study = fb.Study(response, {"a": fb.Interval(1.0, 2.0), "k": fb.Uniform(0.0, 1.0
 def test_runs_are_exported(tmp_path, monkeypatch):
     file, out = tmp_path / "decay.py", tmp_path / "out"
     file.write_text(DECAY, encoding="utf-8")
-    call("run", file, "-o", out, "--failed", "leave-out", status=3)  # above 5 % failed
+    call("run", file, "-o", out, "--failed", "skip", status=3)  # above 5 % failed
     assert "32 runs" in call("export", out, "--to", tmp_path / "runs.csv")
     with (tmp_path / "runs.csv").open(encoding="utf-8") as opened:
         rows = list(csv.DictReader(opened))

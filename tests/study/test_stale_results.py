@@ -27,7 +27,7 @@ def test_answers_of_earlier_results_are_left_out_after_an_interrupt(tmp_path, mo
     study.write_text(STUDY.format(upper=1.1), encoding="utf-8")
     run = ("run", study, "--output", out)
     assert call(*run).exit_code == 0
-    assert call("quantiles", out).exit_code == 0
+    assert call("distribution", out).exit_code == 0
 
     def interrupted(*_, **__):
         raise KeyboardInterrupt

@@ -10,12 +10,10 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 import flexband as fb
-from flexband.cli.commands import commands, load
-from flexband.cli.messages import EXITS, Ending, print_text
+from flexband.cli.commands import commands, load, renamed
+from flexband.cli.messages import Ending, print_remark, print_text
+from flexband.deprecation import renamed_text
 from flexband.report.terminal import print_anywhere
-
-DURING = "--during"
-"""The option with two values."""
 
 
 class _Commands(TyperGroup):
@@ -37,7 +35,10 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in options
-        known = [a for a in _apart(options) if a != "--debug"]
+        today, names = renamed([a for a in options if a != "--debug"])
+        for former, name in names:
+            print_remark(renamed_text(former, name))
+        known = _apart(today)
         return super().parse_args(ctx, [*known, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:
@@ -48,11 +49,12 @@ class _Commands(TyperGroup):
 def _apart(args: Sequence[str]) -> list[str]:
     """Return arguments with the two times of --during apart: a blank or a comma may be between."""
     arguments: list[str] = []
+    during = "--during"
     for arg in args:
         name, equals, value = arg.partition("=")
-        parts = [name, value] if name == DURING and equals else [arg]
+        parts = [name, value] if name == during and equals else [arg]
         for part in parts:
-            arguments += part.split(",") if arguments[-1:] == [DURING] else [part]
+            arguments += part.split(",") if arguments[-1:] == [during] else [part]
     return arguments
 
 
@@ -70,7 +72,11 @@ def _print_version(requested: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(epilog=EXITS)
+@app.callback(
+    epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, "
+    "or the result is not trusted, or verification runs fail or do not confirm it; 4 points wait "
+    "to be run elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+)
 def main(
     version: Annotated[
         bool,

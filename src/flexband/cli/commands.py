@@ -6,16 +6,53 @@ A study needs most of flexband, which takes more than a second to import, its he
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 MODULES = (  # the order of the help page
-    "runs", "status", "report", "export", "comparison", "points", "answers.ranking",
-    "answers.narrowing", "answers.limits", "answers.ranges", "answers.allocation",
+    "runs", "status", "report", "export", "comparison", "points", "answers.rankings",
+    "answers.narrowing", "answers.limits", "answers.distribution", "answers.allocation",
     "answers.derived", "answers.paths",
 )  # fmt: skip
+
+
+COMMANDS = {
+    "points": ["export-points"],
+    "ingest": ["import-results"],
+    "rerun": ["resume", "--retry-failed"],
+    "quantiles": ["distribution", "--kind", "quantiles"],
+    "range": ["distribution", "--kind", "range"],
+    "p-box": ["distribution", "--kind", "p-box"],
+}
+"""Former commands, which are accepted for one release, and what they are called now."""
+
+OPTIONS = {
+    "--insist": "--allow-mismatch",
+    "leave-out": "skip",
+    "--failed=leave-out": "--failed=skip",
+}
+"""Former options and values, and what they are called now."""
+
+
+def renamed(arguments: Sequence[str]) -> tuple[list[str], list[tuple[str, str]]]:
+    """Return the arguments of the command line with the names of today, and what they replace."""
+    names: list[tuple[str, str]] = []
+    today: list[str] = []
+    place = next((k for k, name in enumerate(arguments) if not name.startswith("-")), -1)
+    for k, argument in enumerate(arguments):
+        replacement = [argument]
+        if k == place and argument in COMMANDS:
+            replacement = COMMANDS[argument]
+            names.append((f"`flexband {argument}`", f"`flexband {' '.join(replacement)}`"))
+        elif arguments[place] == "rerun" and argument == "--failed":
+            continue
+        elif argument in OPTIONS and (argument[:2] == "--" or arguments[k - 1] == "--failed"):
+            replacement = [OPTIONS[argument]]
+            names.append((argument, replacement[0]))
+        today += replacement
+    return today, names
 
 
 @cache
@@ -34,7 +71,10 @@ def commands() -> dict[str, tuple[str, str]]:
 def _names(function: ast.FunctionDef) -> Iterator[str]:
     """Yield the name of the command that a function is, if it is one."""
     for decorator in function.decorator_list:
-        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) == "app.command":
+        if isinstance(decorator, ast.Call) and ast.unparse(decorator.func) in (
+            "app.command",
+            "answer_command",
+        ):
             yield (
                 ast.literal_eval(decorator.args[0])
                 if decorator.args
@@ -49,6 +89,7 @@ def load(arguments: Iterable[str]) -> None:
     ----------
     arguments : those of the command line, options included.
     """
-    name = next((argument for argument in arguments if argument in commands()), None)
+    today, _ = renamed([*arguments])
+    name = next((argument for argument in today if argument in commands()), None)
     if name is not None:
         import_module(commands()[name][0])

@@ -19,11 +19,6 @@ from flexband.files import replaced
 from flexband.study.columns import column_names, different, write_csv
 from flexband.words import number_of
 
-BLOCK = 1024
-"""Runs that are read together."""
-
-KINDS = (".nc", ".csv", ".parquet")
-
 
 @app.command()
 @reported_errors()
@@ -35,8 +30,9 @@ def export(
 
     It works at any moment, also while the study runs.
     """
-    if to.suffix not in KINDS:
-        raise UsageError(f"--to must be a file whose name ends with {', '.join(KINDS)}; got '{to}'")
+    kinds = (".nc", ".csv", ".parquet")
+    if to.suffix not in kinds:
+        raise UsageError(f"--to must be a file whose name ends with {', '.join(kinds)}; got '{to}'")
     runs = open_runs(folder)
     if to.suffix == ".nc":
         from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
@@ -58,11 +54,11 @@ def header(runs: xr.Dataset) -> list[str]:
     return different([*fixed_names, *map(str, runs["input"].values), *outputs])
 
 
-def blocks(runs: xr.Dataset) -> Iterator[list[Any]]:
-    """Yield the columns of some runs after the other."""
+def blocks(runs: xr.Dataset, size: int = 1024) -> Iterator[list[Any]]:
+    """Yield the columns of so many runs after the other."""
     meanings = runs["status"].attrs["flag_meanings"].split()
-    for first in range(0, runs.sizes["run"], BLOCK):
-        block = runs.isel(run=slice(first, first + BLOCK)).load()
+    for first in range(0, runs.sizes["run"], size):
+        block = runs.isel(run=slice(first, first + size)).load()
         count = block.sizes["run"]
         finished = np.datetime_as_string(block["finished"].values.astype("M8[ms]"), timezone="UTC")
         columns: list[Any] = [

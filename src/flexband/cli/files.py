@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flexband.cli.messages import print_remark
 from flexband.errors import InputError
 from flexband.files import replaced, try_write
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from flexband.study.results.limits import LimitCheck
+
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[
-    Path, typer.Option("--output", "-o", help="Folder for data and figures.", file_okay=False)
+    Path,
+    typer.Option("--output", "-o", help="Folder (output).", file_okay=False, show_default=False),
 ]
 Replace = Annotated[
     bool, typer.Option("--replace", help="Replace what is in the folder of another study.")
@@ -31,15 +38,29 @@ def check_folder(folder: Path) -> None:
         raise InputError(f"--output must be a folder to write to; got {error}") from None
 
 
-def draw(figure: Callable[[], Any], file: Path, *, wanted: bool = True) -> bool:
-    """Write a figure; if none is wanted, delete the one that is there, which is older."""
-    if wanted:
-        return try_write(lambda: write_figure(figure(), file))
-    file.unlink(missing_ok=True)
-    return False
+def draw(figure: Callable[[], Figure], file: Path, *, drawable: bool = True) -> bool:
+    """Write a figure as a PNG file; delete an older one if there is nothing to draw.
+
+    The file appears only once it is complete.
+    """
+    if not drawable:
+        file.unlink(missing_ok=True)
+        return False
+
+    def write() -> None:
+        with replaced(file) as partial:
+            figure().savefig(partial, format="png", dpi=150)
+
+    return try_write(write)
 
 
-def write_figure(figure: Any, file: Path, dpi: int = 150) -> None:
-    """Write a figure as a PNG file, which appears only once it is complete."""
-    with replaced(file) as partial:
-        figure.savefig(partial, format="png", dpi=dpi)
+def draw_limits(check: LimitCheck, folder: Path) -> None:
+    """Draw limits.png in a folder, unless it keeps the limits of its study: a remark says so."""
+    from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
+
+    if not check.written:
+        print_remark("the report keeps the limits of the study; others must be in its `limits`")
+        return
+    drawable = check.margins["margin"].ndim <= 2
+    figure = folder / "limits.png"
+    draw(lambda: limits_figure(check.margins, check.probability), figure, drawable=drawable)

@@ -7,6 +7,7 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import IntEnum
 from typing import Any
 
 import typer
@@ -15,19 +16,27 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
+from flexband.deprecation import RenamedWarning
 from flexband.error_text import error_text, signal_of
 from flexband.errors import FlexbandWarning, InputError
 
-ERROR, USAGE, DOUBTFUL, WAITING, STOPPED = 1, 2, 3, 4, 128
-"""Exit statuses besides 0, done: an error; wrong usage; finished, but the result does not meet its
-tolerance, is not trusted or not confirmed; points wait to be run elsewhere; stopped by a signal,
-whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
 
-EXITS = (
-    "Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, or the "
-    "result is not trusted, or new runs fail or do not confirm it; 4 points wait to be run "
-    "elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
-)
+class ExitStatus(IntEnum):
+    """How a command ends."""
+
+    ERROR = 1
+    USAGE = 2
+    """The command line is wrong."""
+    DOUBTFUL = 3
+    """Finished, but the result does not meet its tolerance, is not trusted or not confirmed."""
+    WAITING = 4
+    """Points wait to be run elsewhere."""
+    STOPPED = 128
+    """By a signal, whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
+
+
+Table = tuple[list[str], list[list[str]]]
+"""The header and the rows of a table."""
 
 
 class Ending:
@@ -67,20 +76,23 @@ def reported_errors() -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # those of other packages
             warnings.simplefilter("default", FlexbandWarning)
+            warnings.simplefilter("default", RenamedWarning)
             warnings.showwarning = lambda message, *_, **__: print_remark(str(message))
             yield
     except (typer.Exit, typer.Abort):
         raise
     except KeyboardInterrupt as error:
         print_text(Ending.stopped, "red", error=True)
-        raise typer.Exit(STOPPED + signal_of(error)) from None
+        raise typer.Exit(ExitStatus.STOPPED + signal_of(error)) from None
     except BaseException as error:  # also SystemExit: of a response, for instance
         if isinstance(error.__context__, BrokenPipeError):  # nobody reads what is printed
-            raise typer.Exit(ERROR) from None
+            raise typer.Exit(ExitStatus.ERROR) from None
         if Ending.debug:
             traceback.print_exception(error)
         print_text(f"flexband: {error_text(error)}", "red", error=True)
-        raise typer.Exit(USAGE if isinstance(error, UsageError) else ERROR) from None
+        raise typer.Exit(
+            ExitStatus.USAGE if isinstance(error, UsageError) else ExitStatus.ERROR
+        ) from None
 
 
 def print_text(text: str, style: str = "", *, error: bool = False) -> None:
@@ -109,7 +121,7 @@ def _finite(content: Any) -> Any:
     return content
 
 
-def print_table(title: str, content: tuple[list[str], list[list[str]]]) -> None:
+def print_table(title: str, content: Table) -> None:
     """Print a table; columns that the terminal is too narrow for follow below in a further one.
 
     Cells are never wrapped. The first column, which is left-aligned, is that of every table.

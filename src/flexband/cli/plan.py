@@ -23,9 +23,8 @@ from flexband.study.study import Study, load_study
 from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
-POLICIES = {"stop": "stop", "half-step": "half step", "leave-out": "leave out"}
-"""Values of --failed, and what `propagate` calls them."""
-
+POLICIES = ("stop", "half-step", "skip")
+"""Values of --failed; blanks stand for hyphens where `propagate` takes them."""
 
 Trust = Annotated[
     bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
@@ -49,6 +48,8 @@ class Plan:
     def __post_init__(self) -> None:
         check_option("--failed", self.failed, POLICIES)
         check_integer("--batch", self.batch, 1)
+        if self.verify is not None:
+            check_integer("--verify", self.verify, 2, MAX_RUNS, or_zero=True)
         if self.method:
             check_option("--method", self.method, METHODS)
         self.where()
@@ -57,14 +58,16 @@ class Plan:
     def of(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
         """Return the plan of a study.json, with other values of options that are not None."""
         names = {plan_field.name for plan_field in fields(cls)}
+        if content.get("failed") == "leave-out":  # its former name
+            content = {**content, "failed": "skip"}
         try:
             plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:
             raise StoreError("study.json does not tell which study it is") from None
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
-    def told(self) -> dict[str, Any]:
-        """Return what study.json tells."""
+    def as_json(self) -> dict[str, Any]:
+        """Return what study.json has of it."""
         return {**asdict(self), "values": dict(self.values)}
 
     @property
@@ -88,16 +91,14 @@ class Plan:
             study = study.using(with_options(method, self.values))
             if self.sigmas is not None:
                 study = replace(study, sigmas=checked_sigmas(self.sigmas))
-            if self.verify:
-                check_integer("--verify", self.verify, 2, MAX_RUNS, or_zero=True)
-                if not study.expands:
-                    label = study.method.label
-                    raise InputError(f"--verify requires a method with a surrogate; got {label}")
+            if self.verify and not study.expands:
+                label = study.method.label
+                raise InputError(f"--verify requires a method with a surrogate; got {label}")
         return study
 
     def options(self, **others: Any) -> RunOptions:
         """Return how the study is run."""
-        failed = POLICIES[self.failed]
+        failed = self.failed.replace("-", " ")
         return RunOptions(self.batch, self.where(), failed, self.verify, **others)
 
     @property

@@ -1,4 +1,4 @@
-"""The commands for models that are run elsewhere: points, ingest."""
+"""The commands for models that are run elsewhere."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from flexband.words import are
 @app.command()
 @reported_errors()
 @with_method_options
-def points(
+def export_points(
     file: File,
     output: Output = Path("output"),
     method: Method = None,
     sigmas: Sigmas = None,
     verify: Annotated[
-        int | None, typer.Option(help="New runs that verify the result.  [default: 0]")
+        int | None, typer.Option(help="Runs that verify the result.  [default: 0]")
     ] = None,
     failed: Failed = "stop",
     **values: Any,
@@ -41,19 +41,19 @@ def points(
     """Write the next points of the study in FILE, whose response is run elsewhere.
 
     They are in points.csv in the folder: the number of each point and all its inputs. `flexband
-    ingest` records their results; then this command writes the next points, with exit status 4, or
-    the bands, with exit status 0, once the method has all the runs that it needs.
+    import-results` records their results; then this command writes the next points, with exit
+    status 4, or the bands, with exit status 0, once the method has all the runs that it needs.
     """
     given = {name: value for name, value in values.items() if value is not None}
     with usage():
         plan = Plan(str(file.resolve()), method, given, sigmas, verify, failed)
     response_elsewhere(plan.study())
-    run_plan(plan, output)
+    run_plan(plan, output, plan.options())
 
 
 @app.command()
 @reported_errors()
-def ingest(
+def import_results(
     folder: Folder,
     results: Annotated[Path, typer.Argument(help="Table with the results (.csv or .nc).")],
     trust: Trust = False,
@@ -88,7 +88,7 @@ def ingest(
 
 def response_elsewhere(study: Study) -> Any:
     """Return the response; raise `InputError` if it is not run elsewhere."""
-    if not getattr(study.response, "elsewhere", False):
+    if not study.runs_elsewhere:
         raise InputError(
             "the response must be one that is run elsewhere, fb.elsewhere('a', 'b', …), where a "
             f"and b are inputs; got {study.response!r}. `flexband run` runs others"

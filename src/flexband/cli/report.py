@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 import xarray as xr
@@ -13,16 +13,14 @@ from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import UsageError, print_text, reported_errors, usage
 from flexband.errors import InputError, check_integer
-from flexband.execution.names import (
-    BANDS,
-    CONTRIBUTIONS,
-    SURROGATE,
-    VERIFICATION,
-    WRITTEN_BY_RUN,
-)
+from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.files import try_write
 from flexband.study.results.answers import Unusable, answer_file, read_answers
 from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @app.command("report")
@@ -47,14 +45,18 @@ def report(
         raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
     if missing := [name for name in given["files"] if not (folder / name).is_file()]:
         raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
-    if BANDS not in given["files"]:
-        raise InputError(f"'{folder}' has no {BANDS} of its study; {RESTORED}")
-    data = read_netcdf(folder / BANDS)
+    if FileName.BANDS not in given["files"]:
+        raise InputError(f"'{folder}' has no {FileName.BANDS} of its study; {RESTORED}")
+    data = read_netcdf(folder / FileName.BANDS)
     checked, shares = (
         read_netcdf(folder / name) if name in given["files"] else None
-        for name in (VERIFICATION, CONTRIBUTIONS)
+        for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
-    surrogate = fb.load_surrogate(folder / SURROGATE) if SURROGATE in given["files"] else None
+    surrogate = (
+        fb.load_surrogate(folder / FileName.SURROGATE)
+        if FileName.SURROGATE in given["files"]
+        else None
+    )
     sigmas = float(data.attrs["sigmas"])
     if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
         shares = fb.contributions(surrogate, sigmas=sigmas)
@@ -74,7 +76,9 @@ def check_answers(folder: Path) -> None:
         raise InputError(f"{folder / name}.nc is not as written; {restored}")
 
 
-def add_p_boxes(surrogate: Any, bands: xr.Dataset, folder: Path, count: int) -> None:
+def add_p_boxes(
+    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, folder: Path, count: int
+) -> None:
     """Write the bounds of distribution functions at some times."""
     from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
 

@@ -19,18 +19,12 @@ from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
-from flexband.execution.names import AGAIN, DONE, FAILED
+from flexband.execution.names import RunStatus
 from flexband.report.progress import duration
 from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of
-
-PERIOD = 1.0
-"""Time [s] between two looks."""
-
-SHOWN = 10
-"""Failed runs that are listed."""
 
 
 @app.command()
@@ -63,7 +57,7 @@ def status(
 def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
     yield (facts := state_of(folder))
     while watch and facts["state"] == "running":
-        time.sleep(PERIOD)
+        time.sleep(1.0)
         yield (facts := state_of(folder))
 
 
@@ -125,10 +119,10 @@ def doubts_in(about: dict[str, Any]) -> list[str] | None:
     result = about.get("result")
     if not result:
         return None
-    if result.get("checksum") != checksum_of(result):
-        return ["the result in study.json is not as written; `flexband run` restores it"]
     if about["format"] < FORMAT:
         return ["an older version of flexband has written the result; `flexband run` restores it"]
+    if result.get("checksum") != checksum_of(result):
+        return ["the result in study.json is not as written; `flexband run` restores it"]
     return [doubt_text(Doubt.from_json(content)) for content in result["doubts"]]
 
 
@@ -149,14 +143,14 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     status, sessions = arrays.read("status"), arrays.read("session")
     names = arrays.read("input").tolist()
     settings: Any = arrays.read("setting")
-    made = np.flatnonzero(np.isin(status, [DONE, FAILED]))
+    made = np.flatnonzero(np.isin(status, [RunStatus.DONE, RunStatus.FAILED]))
     rows = zip(made, arrays.read("inputs", made), strict=True)
     last = {(settings[k], row.tobytes()): int(k) for k, row in rows}
     done: dict[bytes, list[Counter[str]]] = {}
     for (setting, point), k in last.items():
-        if status[k] == DONE:
+        if status[k] == RunStatus.DONE:
             done.setdefault(point, []).append(parts_of(setting))
-    failed = np.array([k for k in last.values() if status[k] == FAILED], dtype=int)
+    failed = np.array([k for k in last.values() if status[k] == RunStatus.FAILED], dtype=int)
     inputs, reasons = arrays.read("inputs", failed), arrays.read("reason", failed)
 
     def replaced(k: Any, row: np.ndarray) -> bool:
@@ -164,8 +158,8 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
 
     first = len(arrays.attrs.get("sessions", [])) - 1 if session is None else session
     return {
-        "done": int((status == DONE).sum()),
-        "made": int(((sessions >= first) & np.isin(status, [DONE, FAILED, AGAIN])).sum()),
+        "done": int((status == RunStatus.DONE).sum()),
+        "made": int(((sessions >= first) & (status != RunStatus.LOST)).sum()),
         "failures": [
             {"run": int(k), "inputs": dict(zip(names, row.tolist(), strict=True)),
              "setting": settings[k], "reason": reason, "replaced": replaced(k, row)}
@@ -221,8 +215,8 @@ def now_and_left(facts: dict[str, Any]) -> list[str]:
     return texts
 
 
-def lines(facts: dict[str, Any]) -> list[str]:
-    """Return the state of a study as lines."""
+def lines(facts: dict[str, Any], listed: int = 10) -> list[str]:
+    """Return the state of a study as lines; so many failed runs are listed."""
     state = facts["state"]
     about = f"{facts['folder']}: {state}"
     failures = [failure for failure in facts["failures"] if not failure["replaced"]]
@@ -245,13 +239,13 @@ def lines(facts: dict[str, Any]) -> list[str]:
             f"{facts['replaced']} more failed on a coarse discretization that was tried first, and "
             "were made again on a finer one"
         )
-    for failure in failures[:SHOWN]:
+    for failure in failures[:listed]:
         inputs = ", ".join(f"{name} = {value:.9g}" for name, value in failure["inputs"].items())
         where = f" ({failure['setting']})" if failure["setting"] else ""
         report.append(f"failed: run {failure['run']}{where}: {inputs}: {failure['reason']}")
-    if len(failures) > SHOWN:
+    if len(failures) > listed:
         report.append(
-            f"… and {number_of(len(failures) - SHOWN, 'more failed run')} (--json lists all)"
+            f"… and {number_of(len(failures) - listed, 'more failed run')} (--json lists all)"
         )
     if facts["doubts"]:
         report.append(f"Doubts: {'; '.join(facts['doubts'])}")

@@ -9,24 +9,15 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import google_crc32c
 import numpy as np
 
 from flexband.errors import InputError
 
-CHUNK = 1_000_000
-"""Size of the chunks of outputs [bytes], unless a run is larger."""
-
-ROWS = 4096
-"""Most runs in a chunk."""
-
-FILL: dict[str, Any] = {"float64": "NaN", "int64": 0, "int8": 0, "bool": False, "string": ""}
 CODES = {"float64": "<f8", "int64": "<i8", "int8": "|i1", "bool": "|b1"}
-
-EMPTY = struct.pack("<I", 0)
-"""An empty text."""
+"""NumPy's names of kinds of numbers."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +26,15 @@ class Array:
 
     Attributes
     ----------
-    kind : a key of `FILL`.
+    kind : a key of `CODES`, or "string".
     dims, shape : of all dims, the number of runs left at 0.
     separator : of the numbers in the name of a chunk; "/" makes a folder of each, which is slower.
+    most_rows : runs in a chunk, at most.
+    bytes : size of a chunk of outputs, unless a run is larger.
     """
+
+    most_rows: ClassVar[int] = 4096
+    bytes: ClassVar[int] = 1_000_000
 
     kind: str
     dims: tuple[str, ...]
@@ -55,7 +51,7 @@ class Array:
     def rows(self) -> int:
         """Runs in a chunk."""
         size = 8 * int(np.prod(self.shape[1:], dtype=float))
-        return max(1, min(ROWS, CHUNK // max(1, size))) if self.grows else 0
+        return max(1, min(self.most_rows, self.bytes // max(1, size))) if self.grows else 0
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -76,7 +72,7 @@ class Array:
             "data_type": self.kind,
             "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
             "chunk_key_encoding": keys,
-            "fill_value": FILL[self.kind],
+            "fill_value": {"float64": "NaN", "bool": False, "string": ""}.get(self.kind, 0),
             "codecs": [texts if self.kind == "string" else numbers, {"name": "crc32c"}],
             "attributes": dict(self.attrs),
             "dimension_names": list(self.dims),
@@ -104,7 +100,7 @@ class Array:
             known = {text: str(text).encode() for text in set(texts)}
             framed = {text: struct.pack("<I", len(utf8)) + utf8 for text, utf8 in known.items()}
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
-            content = b"".join(parts) + EMPTY * (count - len(texts))
+            content = b"".join(parts) + struct.pack("<I", 0) * (count - len(texts))
         else:
             content = np.ascontiguousarray(values, CODES[self.kind])
             if content.shape != self.chunk:

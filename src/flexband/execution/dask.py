@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
 
 import cloudpickle
 
@@ -16,21 +16,21 @@ from flexband.execution.executors import (
     Arguments,
     Outcome,
     Performing,
+    Workers,
     dask_client,
+    is_dask_client,
     outcome_of,
     perform_elsewhere,
     sent_by,
+    unpickled,
 )
 
-ATTEMPTS = 2
-"""How often a task is tried."""
-
-RESTART = 10.0
-"""Time [s] in which a worker must have been restarted; otherwise it gets no more tasks."""
+if TYPE_CHECKING:
+    from dask.distributed import Future
 
 
 @frozen()
-class Dask:
+class Dask(Workers):
     """A Dask cluster whose calls have a time limit, as an `executor`.
 
     A worker that exceeds it, because the response or the whole worker hangs, is restarted, or gets
@@ -52,7 +52,7 @@ class Dask:
     time_limit: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.client, str) and not hasattr(self.client, "get_executor"):
+        if not isinstance(self.client, str) and not is_dask_client(self.client):
             raise InputError(
                 "client must be a Dask client, or the address of a scheduler; got "
                 f"{shown(self.client)}"
@@ -67,11 +67,36 @@ class Dask:
 
 
 class _Timed:
-    """Performs tasks; each worker thread has one at a time, so that its time is known."""
+    """Performs tasks; each worker thread has one at a time, so that its time is known.
 
-    def __init__(self, client: Any, time_limit: float):
+    Attributes
+    ----------
+    attempts
+        How often a task is tried.
+    restart
+        Time [s] for which everything waits while a worker is restarted.
+    start
+        Time [s] in which a worker must have started, and have loaded the response. Importing
+        flexband takes a process 2 s, and many times as long where others use the cores.
+    look
+        Time [s] between two looks for a worker that starts.
+    """
+
+    def __init__(
+        self,
+        client: Any,
+        time_limit: float,
+        *,
+        attempts: int = 2,
+        restart: float = 10.0,
+        start: float = 60.0,
+        look: float = 0.2,
+    ):
         self.client, self.time_limit = client, time_limit
+        self.attempts, self.restart, self.start, self.look = attempts, restart, start, look
         self.excluded: set[str] = set()
+        self.loaded: set[tuple[str, int]] = set()
+        self.returning_until = float("-inf")
 
     def perform(
         self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
@@ -79,10 +104,10 @@ class _Timed:
         """Yield the numbers and outcomes of tasks as they finish."""
         pickled, modules = sent_by(response)
         waiting, attempts = deque(range(len(tasks))), Counter[int]()
-        running: dict[Any, tuple[int, float]] = {}  # number and deadline
+        running: dict[Future, tuple[int, float]] = {}  # number and deadline
         try:
             while waiting or running:
-                workers = self.workers()
+                workers = self.workers(pickled, *modules)
                 while waiting and len(running) < sum(workers.values()):
                     number = waiting.popleft()
                     attempts[number] += 1
@@ -96,7 +121,7 @@ class _Timed:
                     outcome = TimeoutError(reason) if reason else outcome_of(future)
                     if isinstance(outcome, Outcome):
                         yield number, outcome
-                    elif attempts[number] < ATTEMPTS:
+                    elif attempts[number] < self.attempts:
                         waiting.append(number)
                     else:
                         yield number, Outcome(None, outcome, self.time_limit)
@@ -104,23 +129,39 @@ class _Timed:
             for future in running:
                 future.cancel()
 
-    def workers(self) -> dict[str, int]:
-        """Return the number of threads of each worker that is in use."""
-        threads = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
-        if not threads:
-            raise RunError("the executor cannot go on: no Dask worker is left that answers", {})
-        return threads
+    def workers(self, response: bytes, with_modules: bytes, code: str) -> dict[str, int]:
+        """Return the number of threads of each worker that has loaded a response.
 
-    def ended(self, running: dict[Any, tuple[int, float]]) -> list[tuple[Any, str]]:
+        A worker that is being restarted is waited for if there is no other.
+        """
+        while True:
+            threads = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
+            key = hash(response)
+            loading = {
+                worker: self.client.submit(
+                    load_response, response, with_modules, code, pure=False, workers=[worker]
+                )
+                for worker in threads
+                if (worker, key) not in self.loaded
+            }
+            self._wait(list(loading.values()), self.start, "ALL_COMPLETED")
+            self.loaded |= {(worker, key) for worker, future in loading.items() if future.done()}
+            for worker in [worker for worker in loading if (worker, key) not in self.loaded]:
+                loading[worker].cancel()
+                self.replace(worker)
+            if ready := {k: n for k, n in threads.items() if (k, key) in self.loaded}:
+                return ready
+            if time.monotonic() > self.returning_until:
+                raise RunError("the executor cannot go on: no Dask worker is left that answers", {})
+            time.sleep(self.look)
+
+    def ended(self, running: dict[Future, tuple[int, float]]) -> list[tuple[Future, str]]:
         """Wait; return the tasks that are finished, and those that took too long, with a reason."""
-        from dask.distributed import wait  # noqa: PLC0415
-
         remaining = min(deadline for _, deadline in running.values()) - time.monotonic()
-        try:
-            done: Any = wait(list(running), max(0.0, remaining), return_when="FIRST_COMPLETED")
-            return [(future, "") for future in done.done]
-        except TimeoutError:
-            late = [k for k, (_, deadline) in running.items() if deadline <= time.monotonic()]
+        self._wait(list(running), max(0.0, remaining), "FIRST_COMPLETED")
+        if done := [future for future in running if future.done()]:
+            return [(future, "") for future in done]
+        late = [k for k, (_, deadline) in running.items() if deadline <= time.monotonic()]
         at = {key: worker for worker, keys in self.client.processing().items() for key in keys}
         slow = {at[future.key] for future in late if future.key in at}
         for future in late:
@@ -130,9 +171,29 @@ class _Timed:
         reason = f"the run was ended after its time limit of {self.time_limit:g} s"
         return [(future, reason) for future in late]
 
+    @staticmethod
+    def _wait(futures: list[Future], seconds: float, until: str) -> None:
+        """Wait until futures are done, at most so long."""
+        from dask.distributed import wait  # noqa: PLC0415
+
+        if futures:
+            with suppress(TimeoutError):
+                wait(futures, seconds, return_when=until)
+
     def replace(self, worker: str) -> None:
         """Restart a worker, or give it no more tasks."""
+        self.returning_until = time.monotonic() + self.start
+        self.loaded = {entry for entry in self.loaded if entry[0] != worker}
         try:
-            self.client.restart_workers([worker], timeout=RESTART)
-        except Exception:  # it has no nanny, or does not come back
+            self.client.restart_workers([worker], timeout=self.restart)
+        except TimeoutError:  # it comes back later, perhaps, unless it hangs still
+            if worker in self.client.nthreads():
+                self.excluded.add(worker)
+        except Exception:  # it has no nanny
             self.excluded.add(worker)
+
+
+def load_response(response: bytes, with_modules: bytes, code: str) -> None:
+    """Load a response in a worker, so that this takes none of the time of its first call."""
+    with suppress(Exception):  # which `perform_elsewhere` reports
+        unpickled(response, with_modules, code)

@@ -10,9 +10,10 @@ import sys
 import time
 import traceback
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
@@ -23,9 +24,6 @@ from flexband.errors import FlexbandWarning, InputError, RunError, warn
 from flexband.execution.fingerprint import fingerprint, modules_of_user
 
 Arguments = dict[str, Any]
-
-IN_FLIGHT = 256
-"""Tasks that an executor is given before the first one is finished."""
 
 
 class Outcome(NamedTuple):
@@ -46,6 +44,20 @@ class Performing(Protocol):
     def __call__(
         self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
     ) -> Generator[tuple[int, Outcome], None, None]: ...
+
+
+class DaskClient(Protocol):
+    """What is called of a client of Dask."""
+
+    def get_executor(self, *, pure: bool) -> Executor: ...
+
+
+class Workers(ABC):
+    """An `executor` of this library, which performs tasks in processes that it starts or knows."""
+
+    @abstractmethod
+    def open(self) -> AbstractContextManager[Performing]:
+        """Give what performs tasks."""
 
 
 def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
@@ -160,8 +172,8 @@ def sent_by(response: Callable[..., Any]) -> tuple[bytes, tuple[bytes, str]]:
     return pickled, (by_value, fingerprint(response) if by_value else "")
 
 
-def with_executor(executor: Executor) -> Performing:
-    """Return what performs tasks by an executor, with up to `IN_FLIGHT` of them at a time.
+def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
+    """Return what performs tasks by an executor, which has up to `in_flight` of them at a time.
 
     Tasks whose workers died are performed once more, one after another: an executor cannot tell
     which of several tasks ended a worker.
@@ -189,7 +201,7 @@ def with_executor(executor: Executor) -> Performing:
             running[future] = number
 
         try:
-            for number, _ in zip(waiting, range(IN_FLIGHT), strict=False):
+            for number, _ in zip(waiting, range(in_flight), strict=False):
                 submit(number)
             while running:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -244,10 +256,10 @@ def performing(executor: Any) -> Iterator[Performing]:
         yield in_process
     elif isinstance(executor, Executor):
         yield with_executor(executor)
-    elif callable(getattr(executor, "open", None)):
+    elif isinstance(executor, Workers):
         with executor.open() as performer:
             yield performer
-    elif isinstance(executor, str) or hasattr(executor, "get_executor"):
+    elif isinstance(executor, str) or is_dask_client(executor):
         with dask_client(executor) as client:
             yield with_executor(client.get_executor(pure=False))
     else:
@@ -255,6 +267,15 @@ def performing(executor: Any) -> Iterator[Performing]:
             "executor must be None, Processes(…), Dask(…), an executor of concurrent.futures, or a "
             f"Dask client or its address; got {executor!r}"
         )
+
+
+ExecutorLike = Workers | Executor | DaskClient | str | None
+"""Where runs are made, as users give it."""
+
+
+def is_dask_client(client: object) -> bool:
+    """Return whether an object is a client of Dask, which is not imported for it."""
+    return hasattr(client, "get_executor")
 
 
 @contextmanager

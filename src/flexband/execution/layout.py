@@ -12,7 +12,7 @@ from flexband.errors import InputError
 from flexband.execution.chunks import Array, described
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Finished
-from flexband.execution.names import AGAIN, DONE, FAILED, LOST
+from flexband.execution.names import RunStatus
 
 OWN = (
     "setting",
@@ -32,7 +32,7 @@ def add_columns(arrays: GrowingArrays, inputs: Sequence[str]) -> None:
     """Add the arrays that every store has."""
     names = np.array(inputs, dtype=object)
     flags = {
-        "flag_values": [LOST, DONE, FAILED, AGAIN],
+        "flag_values": [RunStatus.LOST, RunStatus.DONE, RunStatus.FAILED, RunStatus.AGAIN],
         "flag_meanings": "lost done failed failed_and_run_again",
     }
     since = {"units": "seconds since 1970-01-01"}
@@ -114,7 +114,8 @@ def columns(batch: Sequence[Finished], session: int, shape: Sequence[int] | None
         "finished": repeated([record.time for record in batch], float),
         "session": np.full(sum(counts), session),
         "status": repeated(
-            [FAILED if record.values is None else DONE for record in batch], np.int8
+            [RunStatus.FAILED if record.values is None else RunStatus.DONE for record in batch],
+            np.int8,
         ),
     }
     if shape is not None:

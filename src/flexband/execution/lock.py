@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 import time
 from pathlib import Path
 from weakref import WeakSet
 
 from flexband.errors import StoreError
-from flexband.execution.names import HOLDER, STORE_LOCK
+from flexband.execution.names import FileName
 from flexband.files import open_unlinked, read_unlinked, replaced
 
 if os.name == "posix":
     import fcntl
 else:
     import msvcrt
-
-
-WAITING = 0.5
-"""Time [s] in which a lock that another process only looked at is free again."""
 
 
 class Lock:
@@ -29,10 +26,10 @@ class Lock:
     at once: it would hold the lock after the end of its parent.
     """
 
-    def __init__(self, folder: Path, name: str = STORE_LOCK):
+    def __init__(self, folder: Path, name: str = FileName.STORE_LOCK, seconds: float = 0.5):
         """Take the folder, by a file of this name.
 
-        Another process that only looks whether it is locked is waited for.
+        Another process that only looks whether it is locked is waited for, so many seconds.
 
         Raises
         ------
@@ -42,10 +39,10 @@ class Lock:
             If the file cannot be written to, or is a symbolic link.
         """
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
-        holder = folder / HOLDER
-        end = time.monotonic() + WAITING
+        holder = folder / FileName.HOLDER
+        end = time.monotonic() + seconds
         while not (has_lock := _locked(self._handle)) and time.monotonic() < end:
-            time.sleep(WAITING / 20)
+            time.sleep(seconds / 20)
         if not has_lock:
             self.release()
             try:
@@ -106,5 +103,5 @@ def _close_in_child() -> None:
         lock.release()
 
 
-if hasattr(os, "register_at_fork"):
+if sys.platform != "win32":
     os.register_at_fork(after_in_child=_close_in_child)

@@ -3,16 +3,50 @@
 Who only looks at a folder, as `flexband status` does, needs nothing that computes.
 """
 
-STUDY, OWNER = "study.json", "results.json"
-"""Files of which study it is and how far it is, and of whose the results are."""
+from enum import IntEnum, StrEnum
 
-BANDS, SURROGATE, VERIFICATION, CONTRIBUTIONS = (
-    "bands.nc", "surrogate.npz", "verification.nc", "contributions.nc",
-)  # fmt: skip
-"""Files of the results."""
 
-CONTRIBUTIONS_PICTURE = "contributions.png"
-"""File that ``flexband contributions`` draws."""
+class FileName(StrEnum):
+    """Names of files and folders in the folder of a study."""
+
+    STUDY = "study.json"
+    """Which study it is, and how far it is."""
+    OWNER = "results.json"
+    """Of whose the results are."""
+    BANDS = "bands.nc"
+    SURROGATE = "surrogate.npz"
+    VERIFICATION = "verification.nc"
+    CONTRIBUTIONS = "contributions.nc"
+    CONTRIBUTIONS_PICTURE = "contributions.png"
+    PAGE = "page.json"
+    """What the report shows of the study's code."""
+    REPORT = "report.html"
+    STUDY_LOCK = "study.lock"
+    """Locked while a study runs."""
+    STORE_LOCK = "lock"
+    """Locked while the store is open."""
+    HOLDER = "holder"
+    """Who holds the locks."""
+    RUNS = "runs.zarr"
+    """The recorded runs."""
+    DOMAINS = "domains.json"
+    """Of random fields."""
+    LEDGER = "points.json"
+    """All points that were asked for, of a response that is run elsewhere."""
+    POINTS = "points.csv"
+    """The last of them."""
+
+
+class RunStatus(IntEnum):
+    """What became of a run."""
+
+    LOST = 0
+    """Its chunk was damaged."""
+    DONE = 1
+    FAILED = 2
+    AGAIN = 3
+    """It failed, and is to run again."""
+
 
 ANSWERS = (
     "allocation", "p_boxes", "derived", "limits", "narrowed", "p_box", "path", "probability",
@@ -22,21 +56,3 @@ ANSWERS = (
 
 WRITTEN_BY_RUN = ("limits", "path", "probability")
 """Answers that ``flexband run`` writes, too."""
-
-PAGE, REPORT = "page.json", "report.html"
-"""Files of what the report shows of the study's code, and of the report."""
-
-STUDY_LOCK, STORE_LOCK, HOLDER = "study.lock", "lock", "holder"
-"""Files that are locked while a study runs and while its store is open, and of who holds them."""
-
-RUNS = "runs.zarr"
-"""Folder of the recorded runs."""
-
-DOMAINS = "domains.json"
-"""File of the domains of random fields."""
-
-LEDGER, POINTS = "points.json", "points.csv"
-"""Files of the points that are run elsewhere: all that were asked for, and the last ones."""
-
-LOST, DONE, FAILED, AGAIN = range(4)
-"""Status of a run: its chunk was damaged; it is done; it failed; it failed and is to run again."""

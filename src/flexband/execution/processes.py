@@ -23,20 +23,11 @@ import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import check_integer, check_numbers, check_positive
-from flexband.execution.executors import Arguments, Outcome, Performing, dumped, received
-
-ATTEMPTS = 2
-"""How often a task is tried whose process dies, and the start of a process."""
-
-START = 60.0
-"""Time [s] in which a worker must have started."""
-
-SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Variables that keep libraries from using all cores in every worker."""
+from flexband.execution.executors import Arguments, Outcome, Performing, Workers, dumped, received
 
 
 @frozen()
-class Processes:
+class Processes(Workers):
     """Local worker processes, as an `executor`.
 
     They serve responses that run one sample at a time, as `samplewise` makes them; a vectorized
@@ -67,7 +58,7 @@ class Processes:
     @contextmanager
     def open(self) -> Iterator[Performing]:
         """Give what performs tasks; the processes end with the context."""
-        if hasattr(os, "sched_getaffinity"):
+        if sys.platform == "linux":
             cores = len(os.sched_getaffinity(0))
         else:
             cores = os.cpu_count() or 1
@@ -81,9 +72,13 @@ class Processes:
 class _Worker:
     """A process, its connection, and what it does."""
 
-    def __init__(self) -> None:
-        """Start the process; raise `RuntimeError` if it ends before it is ready."""
-        environment = {**dict.fromkeys(SINGLE, "1"), **os.environ}
+    def __init__(self, seconds: float = 60.0) -> None:
+        """Start the process; raise `RuntimeError` if it ends before it is ready, or takes longer.
+
+        Libraries do not use all cores in every worker.
+        """
+        single = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+        environment = {**dict.fromkeys(single, "1"), **os.environ}
         key = secrets.token_bytes(32)
         listener = Listener(authkey=key)
         self.process = subprocess.Popen(
@@ -98,14 +93,14 @@ class _Worker:
             self.process.stdin.write(cloudpickle.dumps(message))
             self.process.stdin.close()
         try:
-            self.connection: Connection = self._accepted(listener)
+            self.connection: Connection = self._accepted(listener, seconds)
         finally:
             listener.close()
         self.task: int | None = None
         self.response: int | None = None
         self.deadline = float("inf")
 
-    def _accepted(self, listener: Listener) -> Connection:
+    def _accepted(self, listener: Listener, seconds: float) -> Connection:
         """Return the connection that the process opens, unless it ends before."""
         connections: list[Connection] = []
 
@@ -115,7 +110,7 @@ class _Worker:
 
         accepting = threading.Thread(target=accept, daemon=True)
         accepting.start()
-        end = time.monotonic() + START
+        end = time.monotonic() + seconds
         while not connections and time.monotonic() < end and self.process.poll() is None:
             accepting.join(0.1)
         if not connections:
@@ -140,10 +135,13 @@ class _Worker:
 
 
 class _Pool:
-    """Workers, each with a task or idle."""
+    """Workers, each with a task or idle.
 
-    def __init__(self, count: int, limit: float | None):
-        self.limit, self.count = limit, count
+    A task whose process dies is tried `attempts` times.
+    """
+
+    def __init__(self, count: int, limit: float | None, attempts: int = 2):
+        self.limit, self.count, self.attempts = limit, count, attempts
         self.workers: list[_Worker] = []
 
     def close(self) -> None:
@@ -167,15 +165,15 @@ class _Pool:
                 for worker in self._ready():
                     number = worker.task
                     assert number is not None
-                    heard = self._heard(worker)
-                    if isinstance(heard, str):
-                        if attempts[number] < ATTEMPTS:
+                    outcome = self._heard(worker)
+                    if isinstance(outcome, str):
+                        if attempts[number] < self.attempts:
                             waiting.appendleft(number)
                             continue
-                        heard = Outcome(None, RuntimeError(heard), 0.0)
-                    if heard is not None:
+                        outcome = Outcome(None, RuntimeError(outcome), 0.0)
+                    if outcome is not None:
                         done += 1
-                        yield number, heard
+                        yield number, outcome
         finally:
             for worker in [worker for worker in self.workers if worker.task is not None]:
                 worker.process.kill()
@@ -242,7 +240,6 @@ class _Pool:
 
 def _started() -> _Worker:
     """Start a worker, once more if it ends at once."""
-    for _ in range(ATTEMPTS - 1):
-        with suppress(RuntimeError):
-            return _Worker()
+    with suppress(RuntimeError):
+        return _Worker()
     return _Worker()

@@ -22,18 +22,9 @@ from flexband.execution.layout import (
     stored_labels,
 )
 from flexband.execution.lock import Lock, this_process
-from flexband.execution.names import AGAIN, DONE, FAILED, LOST
+from flexband.execution.names import RunStatus
 from flexband.execution.store import Owner, Store, versions
 from flexband.words import are, number_of
-
-PERIOD = 0.5
-"""Time [s] between two writings of the arrays."""
-
-WAITING = 64e6
-"""Runs that wait to be written to the arrays [bytes], at most."""
-
-SLOW = 0.1
-"""Runs that took longer [s] are synced at once."""
 
 
 class RunRecorder:
@@ -47,7 +38,12 @@ class RunRecorder:
     labels : no runs with the dims and coordinates of the response; None if no run has succeeded.
     status : of every run.
     confirmed : whether runs of the store have been made again and agree.
+    period : time [s] between two writings of the arrays.
+    most_waiting : runs that wait to be written to the arrays [bytes], at most.
+    slow : runs that took longer [s] are synced at once.
     """
+
+    period, most_waiting, slow = 0.5, 64e6, 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
         """Open or make the store; find damaged runs, and those of an unfinished session.
@@ -111,7 +107,7 @@ class RunRecorder:
                 self.arrays.clear(name, chunk)
         lost = np.flatnonzero(bad)
         if len(lost):
-            self.arrays.replace("status", lost, LOST)
+            self.arrays.replace("status", lost, RunStatus.LOST)
             for name, chunk in chunks:
                 self.arrays.clear(name, chunk) if name != "status" else None
             text = f"{are(len(lost), 'run')} damaged in {self.store.runs}"
@@ -124,12 +120,12 @@ class RunRecorder:
 
     def _index(self, settings: Sequence[str] | np.ndarray, inputs: np.ndarray, first: int) -> None:
         for k, (setting, row) in enumerate(zip(settings, inputs, strict=True), start=first):
-            if self.status[k] in (DONE, FAILED):
+            if self.status[k] in (RunStatus.DONE, RunStatus.FAILED):
                 self.rows[_key(setting, row)] = k
 
     def _count(self, record: Finished) -> None:
         first, count = len(self.status), len(record.inputs)
-        status = FAILED if record.values is None else DONE
+        status = RunStatus.FAILED if record.values is None else RunStatus.DONE
         self.status = np.concatenate([self.status, np.full(count, status, np.int8)])
         self._index([record.setting] * count, record.inputs, first)
 
@@ -156,7 +152,7 @@ class RunRecorder:
                 if record.values is not None:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
-        failed = np.flatnonzero(self.status[runs] == FAILED)
+        failed = np.flatnonzero(self.status[runs] == RunStatus.FAILED)
         return values, {int(k): str(reasons[k]) for k in failed}
 
     def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
@@ -170,7 +166,7 @@ class RunRecorder:
             return np.zeros(0, int)
         serves = np.array(other)[self.arrays.read("session")]
         serves &= self.arrays.read("setting") == setting
-        return np.flatnonzero(serves & (self.status[: len(serves)] == DONE))
+        return np.flatnonzero(serves & (self.status[: len(serves)] == RunStatus.DONE))
 
     def inputs(self, runs: np.ndarray) -> np.ndarray:
         """Return the numbers of runs that are in the arrays, shape (runs, inputs)."""
@@ -206,10 +202,10 @@ class RunRecorder:
                 self._append_to_journal()
             except OSError as error:
                 self._error = error
-            if self._bytes > WAITING / 2:
+            if self._bytes > self.most_waiting / 2:
                 self._hurry = True
                 self._changed.notify_all()
-            self._changed.wait_for(lambda: self._error or self._bytes <= WAITING)
+            self._changed.wait_for(lambda: self._error or self._bytes <= self.most_waiting)
         if self._error and not self._told:
             self._told = True
             warn(f"runs cannot be recorded in {self.store.folder} at present: {self._error}")
@@ -219,7 +215,7 @@ class RunRecorder:
         first = len(self.status) - sum(len(record.inputs) for record in self._waiting[self._safe :])
         while self._safe < len(self._waiting):
             record = self._waiting[self._safe]
-            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > SLOW)
+            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > self.slow)
             self._safe += 1
             first += len(record.inputs)
 
@@ -237,7 +233,7 @@ class RunRecorder:
         """Write the runs that wait; return whether to go on."""
         error, older = None, []
         with self._changed:
-            self._changed.wait_for(lambda: self._closing or self._hurry, timeout=PERIOD)
+            self._changed.wait_for(lambda: self._closing or self._hurry, timeout=self.period)
             self._hurry = False
             batch, closing = list(self._waiting), self._closing
             try:
@@ -274,10 +270,10 @@ class RunRecorder:
     def forget_failed(self) -> int:
         """Let failed runs be made again; return their number."""
         self.flush()
-        failed = np.flatnonzero(self.status == FAILED)
+        failed = np.flatnonzero(self.status == RunStatus.FAILED)
         if len(failed):
-            self.arrays.replace("status", failed, AGAIN)
-            self.status[failed] = AGAIN
+            self.arrays.replace("status", failed, RunStatus.AGAIN)
+            self.status[failed] = RunStatus.AGAIN
             gone = set(failed.tolist())
             self.rows = {key: k for key, k in self.rows.items() if k not in gone}
         return len(failed)

@@ -13,12 +13,12 @@ import xarray as xr
 from flexband.arguments import frozen
 from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
-from flexband.execution.names import RUNS
+from flexband.execution.names import FileName
 from flexband.files import refuse_links
 from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
-INSIST = "insist=True of the Store uses them; on the command line, --insist"
+ALLOW_MISMATCH = "allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch"
 """What can be done about a store that is refused."""
 
 PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
@@ -30,7 +30,7 @@ def versions() -> str:
     return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
 
 
-@frozen()
+@frozen(renamed={"insist": "allow_mismatch"})
 class Store:
     """A folder in which every run is recorded as soon as it is finished.
 
@@ -43,8 +43,8 @@ class Store:
     folder : path of the folder, which is made if it is missing.
     version : text of yours that belongs to the response, such as the revision of an external
         program: with another one, the store is refused.
-    insist : whether to use a store whose runs come from another response, version or program, or
-        disagree with new ones.
+    allow_mismatch : whether to use a store whose runs come from another response, version or
+        program, or disagree with new ones.
 
     Raises
     ------
@@ -57,20 +57,21 @@ class Store:
 
     folder: str | os.PathLike[str]
     version: str = ""
-    insist: bool = False
+    allow_mismatch: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.folder, str | os.PathLike) or not str(self.folder):
             raise InputError(f"folder must be the path of a folder; got {self.folder!r}")
         if not isinstance(self.version, str):
             raise InputError(f"version must be a text; got {self.version!r}")
-        object.__setattr__(self, "insist", check_flag("insist", self.insist))
+        allow_mismatch = check_flag("allow_mismatch", self.allow_mismatch)
+        object.__setattr__(self, "allow_mismatch", allow_mismatch)
         object.__setattr__(self, "folder", Path(self.folder))
 
     @property
     def runs(self) -> Path:
         """Folder of the recorded runs."""
-        return Path(self.folder) / RUNS
+        return Path(self.folder) / FileName.RUNS
 
 
 def as_store(store: Any) -> Store | None:
@@ -99,7 +100,7 @@ class Owner(NamedTuple):
 
     def check(self, owner: Mapping[str, str] | None, store: Store) -> None:
         """Raise `StoreError` if the runs of a store belong to another response."""
-        if owner is None or (store.insist and owner["inputs"] == self.inputs):
+        if owner is None or (store.allow_mismatch and owner["inputs"] == self.inputs):
             return
         differ = [name for name in Owner._fields if owner.get(name) != getattr(self, name)]
         if differ:
@@ -108,12 +109,12 @@ class Owner(NamedTuple):
                 for name in ("version", "inputs")
                 if name in differ
             )
-            insist = f". If its runs are valid still, {INSIST}"
+            remedy = f". If its runs are valid still, {ALLOW_MISMATCH}"
             changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
                 f"{OTHER_FOLDER}"
-                f"{insist * ('inputs' not in differ)}"
+                f"{remedy * ('inputs' not in differ)}"
             )
 
 
@@ -149,7 +150,7 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
-    path = Path(folder) / RUNS
+    path = Path(folder) / FileName.RUNS
     if not (path / "zarr.json").exists():
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)

@@ -12,9 +12,6 @@ from multiprocessing.connection import Client
 
 import cloudpickle
 
-WATCH = 1.0
-"""Time [s] between two looks whether the study lives still."""
-
 
 def main() -> None:
     """Perform tasks until the connection ends."""
@@ -38,10 +35,13 @@ def main() -> None:
         return
 
 
-def _watch(study: int) -> None:
-    """End this process once that of the study is gone, also in the midst of a task."""
+def _watch(study: int, period: float = 1.0) -> None:
+    """End this process once that of the study is gone, also in the midst of a task.
+
+    That is looked for once in a period [s].
+    """
     while os.getppid() == study:
-        time.sleep(WATCH)
+        time.sleep(period)
     os._exit(1)
 
 

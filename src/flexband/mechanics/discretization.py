@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.errors import without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
-from flexband.mechanics.engine.step_check import SMALLEST_SCALE
+from flexband.mechanics.engine.step_check import StepCheck
 from flexband.mechanics.simulate import simulate
 from flexband.rounding import Units
 
@@ -105,7 +105,7 @@ def _scale(motion: xr.DataArray) -> xr.DataArray:
     size = abs(motion).max("time")
     units, angle = Units.along(motion, ("output",)), size["unit"].values == "rad"
     sizes = np.maximum(size.values, angle).reshape(-1, len(angle))
-    least = [units.least_variation(sample_sizes, SMALLEST_SCALE) for sample_sizes in sizes]
+    least = [units.least_variation(sample_sizes, StepCheck().min_scale) for sample_sizes in sizes]
     scale = np.maximum(motion.std("time").values, np.reshape(least, size.shape))
     return size.copy(data=np.where(scale > 0, scale, 1.0))
 

@@ -16,11 +16,12 @@ from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import SENSE, SETTLE, statics
-from flexband.mechanics.engine.failures import WRONG_BRANCH, raise_failures
+from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
-from flexband.mechanics.engine.static_solver import ITERATIONS, NOT_SETTLED
+from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
@@ -151,7 +152,7 @@ def rest(
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)
         for k in range(1, steps + 1):
-            rows = np.full((ITERATIONS + 1, system.sensed, WIDTH), np.nan)
+            rows = np.full((STATIC.iterations + 1, system.sensed, WIDTH), np.nan)
             run(SETTLE, system, raised(values, k / steps), work, rows, failure)
             on_way.append(rows[~np.isnan(rows).all(axis=(1, 2))])
     balances: list[Balance] = []
@@ -166,7 +167,7 @@ def rest(
         first = z if spin.rate else start[:, lane]
         balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
         balances.append(balance)
-        failed[0, lane] = 0.0 if settled else NOT_SETTLED
+        failed[0, lane] = 0.0 if settled else FAILURE.not_settled
         failed[2, lane] = -1.0 if settled else balance.weakest
         balance.equations.residual(balance.z)
         if balance.equations.failure[0, 0]:
@@ -176,5 +177,5 @@ def rest(
     run(SENSE, system, values, work, rows, failed)
     for condition in range(len(system.conditions)):
         wrong = rows[0, system.sensed - len(system.conditions) + condition] < 0
-        failed[:3, wrong & (failed[0] == 0)] = [[WRONG_BRANCH], [0.0], [condition]]
+        failed[:3, wrong & (failed[0] == 0)] = [[FAILURE.wrong_branch], [0.0], [condition]]
     return np.concatenate([*on_way, rows]), failed, balances, start

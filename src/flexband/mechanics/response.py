@@ -162,14 +162,14 @@ class DynamicResponse(MechanismResponse):
             if self.element_parts > 1:
                 mechanism = mechanism.refined(self.element_parts)
             try:
-                motion = simulated(
+                motion, _ = simulated(
                     mechanism,
                     duration=self.duration,
                     step=self.output_step,
                     substeps=self.step_parts,
                     integrator=self.integrator,
                     threads=self.threads,
-                    progress=listener(),
+                    progress=listener().advance,
                     complete=self.given_step,
                 )
             except RunError as error:

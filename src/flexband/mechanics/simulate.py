@@ -27,15 +27,16 @@ from flexband.mechanics.assembly.rounding import rounding_errors
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
-from flexband.mechanics.engine.failures import LAW_FAILED, raise_failures
-from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
-from flexband.mechanics.engine.redundancy import sharing, warn_of_shared
+from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
 from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
-from flexband.progress import heard, hearing
+from flexband.progress import ProgressListener, listener, listening
 from flexband.rounding import rounding_attributes
 from flexband.words import number_of
 
@@ -86,8 +87,8 @@ def simulate(
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
     """
-    with nullcontext() if heard() else hearing(_printed):
-        motion = simulated(
+    with nullcontext() if listener().shows_stages else listening(_Printed()):
+        motion, system = simulated(
             mechanism,
             duration=duration,
             step=step,
@@ -96,7 +97,8 @@ def simulate(
             threads=threads,
             progress=progress,
         )
-    few = remark_on_few_steps(motion, mechanism, step / substeps, integrator or GeneralizedAlpha())
+    integrator = GeneralizedAlpha() if integrator is None else integrator
+    few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
     if few:
         motion.attrs["few_steps"] = few
         warn(few, ResolutionWarning)
@@ -113,8 +115,8 @@ def simulated(
     threads: int | None = None,
     progress: Progress | None = None,
     complete: bool = True,
-) -> xr.DataArray:
-    """Return the motion as `simulate` does, without a look for few steps per period.
+) -> tuple[xr.DataArray, System]:
+    """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
     If it is not `complete`, samples that diverge are not completed with half the step, but fail.
     """
@@ -139,7 +141,9 @@ def simulated(
         system, times, integrator, every=substeps, threads=threads, progress=progress
     )
     impulses = batch.impulses
-    again = np.flatnonzero(np.isin(batch.failures[:, 0], (DIVERGED, CONTRADICTED, LAW_FAILED)))
+    again = np.flatnonzero(
+        np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
+    )
     if len(again) and complete:
         halves, every = _times(duration, step, 2 * substeps), 2 * substeps
         finer = run_samples(
@@ -149,6 +153,7 @@ def simulated(
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
         batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
         batch.turned[again] = finer.turned
+        batch.unresolved[again] = np.ceil(finer.unresolved / 2)
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for strains, new in zip(batch.strains, finer.strains, strict=True):
             strains[..., again] = new
@@ -169,6 +174,7 @@ def simulated(
         error.results = result
         raise
     warn_of_large_steps(batch.turned, system, times, integrator)
+    warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)
@@ -179,7 +185,7 @@ def simulated(
         sample = min(batch.starts)
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
-    return result if system.samples > 1 else result.isel(sample=0)
+    return result if system.samples > 1 else result.isel(sample=0), system
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:
@@ -207,10 +213,12 @@ def _range(values: list[float], unit: str) -> str:
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
-def _printed(_: str, line: str = "") -> None:
-    """Print what is worth to be read of a call that nobody shows the progress of."""
-    if line:
-        print(f"flexband: {line}", file=sys.stderr, flush=True)
+class _Printed(ProgressListener):
+    """Prints the messages of a call that nobody shows the progress of."""
+
+    def warn(self, message: str) -> None:
+        """Print a message."""
+        print(f"flexband: {message}", file=sys.stderr, flush=True)
 
 
 def _numbers_per_time(system: System, threads: int, substeps: int) -> float:

@@ -57,8 +57,9 @@ def elsewhere(
 ) -> Elsewhere:
     """Return a response that other people run, on another machine or in a laboratory.
 
-    `propagate` with a store raises `RunsNeeded` with the next points. `flexband points` writes them
-    into a file, and `flexband ingest` records their results, until the method has what it needs.
+    `propagate` with a store raises `RunsNeeded` with the next points. `flexband export-points`
+    writes them into a file, and `flexband import-results` records their results, until the method
+    has what it needs.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import field
 from hashlib import sha256
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,17 +25,8 @@ from flexband.errors import (
     check_positive,
     shown,
 )
-from flexband.models.extras import extra
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import ModelError, OneByOne
-
-FATAL = 4
-"""Status after which no function of an FMU may be called."""
-
-SHOWN_MESSAGES = 5
-
-EQUAL = 1e-6
-"""Relative difference of equal steps."""
 
 
 @frozen()
@@ -116,7 +108,7 @@ class FMU(OneByOne):
         given = assigned(description, values)
         messages: list[str] = []
         with TemporaryDirectory(prefix="flexband-") as folder:
-            extra("fmpy", "fmi").extract(self.path, folder)
+            _fmpy("fmpy").extract(self.path, folder)
             run = _Run(folder, description, messages)
             try:
                 run.start(self._start(description), self._ends[-1], given)
@@ -125,7 +117,9 @@ class FMU(OneByOne):
                     run.advance(begin, step, count)
                     rows.append(run.read(outputs))
             except run.failure as error:
-                run.fatal = getattr(error, "status", 0) == FATAL
+                run.fatal = (
+                    getattr(error, "status", 0) == 4
+                )  # after which no function may be called
                 raise ModelError(f"the FMU fails: {error}{_shown(messages)}") from error
             finally:
                 run.end()
@@ -145,7 +139,7 @@ class FMU(OneByOne):
 
     def _description(self, *, validate: bool = False) -> Any:
         """Return what FMPy reads of the FMU; raise `InputError` if it cannot be simulated."""
-        fmpy = extra("fmpy", "fmi")
+        fmpy = _fmpy("fmpy")
         try:
             description = fmpy.read_model_description(self.path, validate=validate)
             platforms = fmpy.supported_platforms(self.path)
@@ -174,13 +168,13 @@ class FMU(OneByOne):
         experiment = description.defaultExperiment
         longest = self.step or float((experiment and experiment.stepSize) or np.inf)
         points = ends if ends[0] == start else (start, *ends)
-        parts = []
+        parts, equal = [], 1e-6  # relative difference of equal steps
         for begin, end in pairwise(points):
-            count = max(1, int(np.ceil((end - begin) / longest - EQUAL)))
+            count = max(1, int(np.ceil((end - begin) / longest - equal)))
             parts.append((begin, (end - begin) / count, count))
         steps = [step for _, step, _ in parts]
         variable = description.coSimulation.canHandleVariableCommunicationStepSize
-        if not variable and steps and max(steps) - min(steps) > EQUAL * max(steps):
+        if not variable and steps and max(steps) - min(steps) > equal * max(steps):
             raise InputError(
                 f"this FMU takes equal communication steps only; FMU times with step "
                 f"{longest:g} s would need steps from {min(steps):g} to {max(steps):g} s"
@@ -193,8 +187,8 @@ class _Run:
 
     def __init__(self, folder: str, description: Any, messages: list[str]):
         self.description, self.fatal = description, False
-        simulation = extra("fmpy.simulation", "fmi")
-        self.failure: type[Exception] = extra("fmpy.fmi1", "fmi").FMICallException
+        simulation = _fmpy("fmpy.simulation")
+        self.failure: type[Exception] = _fmpy("fmpy.fmi1").FMICallException
 
         def logged(*parts: Any) -> None:
             messages.append(parts[-1].decode(errors="replace"))
@@ -255,7 +249,17 @@ def _checksum(path: str | os.PathLike[str]) -> str:
     return sha256(Path(path).read_bytes()).hexdigest()
 
 
-def _shown(messages: list[str]) -> str:
+def _fmpy(module: str) -> Any:
+    """Return a module of FMPy; raise `ImportError` with how to install it if it is missing."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ImportError(
+            "the package 'fmpy' is needed here; install it by: pip install 'flexband[fmi]'"
+        ) from error
+
+
+def _shown(messages: list[str], count: int = 5) -> str:
     """Return the last messages of an FMU, as text to append."""
-    last = [f"\n    {message}" for message in messages[-SHOWN_MESSAGES:]]
+    last = [f"\n    {message}" for message in messages[-count:]]
     return f". Its last messages:{''.join(last)}" if last else ""

@@ -9,18 +9,8 @@ import numpy as np
 
 from flexband.errors import InputError, shown
 
-MAX_NAMES = 20
-"""Names that a message lists."""
-
-ROUNDING = 1e-6
-"""Relative difference of a value and what an FMU of single precision makes of it."""
-
-SETTABLE_STARTS = ("exact", "approx")
-
-NUMBERS = ("Real", "Float64", "Float32")
-TEXTS = ("String",)
-TRUTHS = ("Boolean",)
 NOT_SCALAR = ("Binary", "Clock")
+"""Types of variables that are neither numbers nor texts."""
 
 
 def recorded(description: Any, names: list[str] | None) -> list[Any]:
@@ -77,25 +67,28 @@ def unit(variable: Any) -> str:
     return variable.unit or declared or ""
 
 
-def differs(value: Any, actual_value: Any) -> bool:
-    """Return whether an FMU has another value than it was given."""
+def differs(value: Any, actual_value: Any, rounding: float = 1e-6) -> bool:
+    """Return whether an FMU has another value than it was given.
+
+    `rounding` is the relative difference that single precision may make.
+    """
     if isinstance(value, str):
         return value != (actual_value.decode() if isinstance(actual_value, bytes) else actual_value)
-    return abs(actual_value - value) > ROUNDING * abs(value)
+    return abs(actual_value - value) > rounding * abs(value)
 
 
-def _named(possible: dict[str, Any], name: str, rule: str) -> Any:
+def _named(possible: dict[str, Any], name: str, rule: str, most: int = 20) -> Any:
     if name in possible:
         return possible[name]
     close = get_close_matches(str(name), possible, n=3)
     names = [*close, *(candidate for candidate in possible if candidate not in close)]
-    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    listed = ", ".join(names[:MAX_NAMES]) or "nothing"
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    listed = ", ".join(names[:most]) or "nothing"
     raise InputError(f"{rule}: {listed}{more}; got {name!r}")
 
 
 def _is_number(variable: Any) -> bool:
-    return not variable.shape and variable.type not in (*TEXTS, *NOT_SCALAR)
+    return not variable.shape and variable.type not in ("String", *NOT_SCALAR)
 
 
 def _refusal(variable: Any) -> str:
@@ -106,7 +99,7 @@ def _refusal(variable: Any) -> str:
         return "a constant"
     if variable.causality in ("calculatedParameter", "independent", "structuralParameter"):
         return f"of causality {variable.causality}"
-    if variable.causality != "input" and variable.initial not in SETTABLE_STARTS:
+    if variable.causality != "input" and variable.initial not in ("exact", "approx"):
         return f"a variable of causality {variable.causality} whose start is calculated"
     return ""
 
@@ -116,13 +109,13 @@ def _converted(variable: Any, value: Any) -> Any:
     name = variable.name
     if callable(value):
         raise InputError(f"{name} must be a number for an FMU; got a function of position")
-    if variable.type in TEXTS:
+    if variable.type == "String":
         if not isinstance(value, str):
             raise InputError(f"{name} must be a text for this FMU; got {shown(value)}")
         return value
     if isinstance(value, str) or not np.isfinite(value):
         raise InputError(f"{name} must be a finite number for this FMU; got {shown(value)}")
-    if variable.type in TRUTHS:
+    if variable.type == "Boolean":
         if value not in (0, 1):
             raise InputError(f"{name} must be 0 or 1 for this FMU; got {shown(value)}")
         return bool(value)
@@ -130,7 +123,7 @@ def _converted(variable: Any, value: Any) -> Any:
         bound = getattr(variable, limit)
         if bound is not None and outside(float(bound)) is True:
             raise InputError(f"{name} has the {limit} {bound} in this FMU; got {shown(value)}")
-    if variable.type in NUMBERS:
+    if variable.type in ("Real", "Float64", "Float32"):
         return float(value)
     if value != int(value):
         raise InputError(f"{name} must be a whole number for this FMU; got {shown(value)}")

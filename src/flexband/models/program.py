@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import select
 import shutil
 import signal
 import subprocess
@@ -30,7 +31,6 @@ from flexband.errors import (
     shown,
 )
 from flexband.models.one_by_one import ModelError, OneByOne, result_of_one
-from flexband.models.processes import has_ended
 from flexband.models.template import Template
 
 STDOUT, STDERR = "stdout.txt", "stderr.txt"
@@ -281,3 +281,24 @@ def _last_lines(folder: Path) -> str:
                     [f". The last lines of {name}:", *(f"    {line}" for line in lines)]
                 )
     return ""
+
+
+def has_ended(process: subprocess.Popen, time_limit: float | None) -> bool:
+    """Wait for the end of a process; return whether it has ended within the time limit [s].
+
+    Where the system allows, its number stays taken, so that its group can safely be killed.
+    """
+    try:
+        descriptor = os.pidfd_open(process.pid)
+    except (AttributeError, OSError):  # not Linux, or a Python that was built on an old one
+        try:
+            process.wait(time_limit)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+    try:
+        poll = select.poll()
+        poll.register(descriptor, select.POLLIN)
+        return bool(poll.poll(None if time_limit is None else min(1e3 * time_limit, 2**31 - 1)))
+    finally:
+        os.close(descriptor)

@@ -11,7 +11,7 @@ import rich.progress as rp
 from rich.console import Console
 
 from flexband.errors import InputError, shown
-from flexband.progress import Budget, Progress, duration, hearing
+from flexband.progress import Budget, Progress, ProgressListener, duration, listening
 from flexband.words import number_of
 
 PERIOD = 10.0
@@ -31,17 +31,22 @@ def progress_bars() -> Iterator[Callable[[str], Progress]]:
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     tasks: list[_Lines | _Bar] = []
 
-    def hear(now: str, line: str = "") -> None:
-        if tasks:
-            tasks[-1].hear(now, line)
-        elif line:
-            console.print(line, soft_wrap=True)
+    class LastTask(ProgressListener):
+        def stage(self, name: str) -> None:
+            if tasks:
+                tasks[-1].stage(name)
+
+        def warn(self, message: str) -> None:
+            if tasks:
+                tasks[-1].warn(message)
+            else:
+                console.print(message, soft_wrap=True)
 
     def begun(task: _Lines | _Bar) -> _Lines | _Bar:
         tasks.append(task)
         return task
 
-    with hearing(hear):
+    with listening(LastTask()):
         if not live:
             yield lambda name: begun(_Lines(name, console))
             return
@@ -97,7 +102,7 @@ def _told(done: int, total: int, *, most: bool = False) -> str:
     return f"{done} of {'at most ' * isinstance(total, Budget)}{number_of(total, 'run')}"
 
 
-class _Bar:
+class _Bar(ProgressListener):
     """Progress as a bar, with what is done now beside it."""
 
     def __init__(self, name: str, bars: rp.Progress):
@@ -111,17 +116,18 @@ class _Bar:
             self.now = ""
         self.bars.update(self.task, completed=done, total=known, told=self._told())
 
-    def hear(self, now: str, line: str) -> None:
-        self.now = now.partition(" (")[0]  # a bar has little room, and a line has told the rest
+    def stage(self, name: str) -> None:
+        self.now = name.partition(" (")[0]  # a bar has little room, and a line has told the rest
         self.bars.update(self.task, told=self._told())
-        if line:
-            self.bars.console.print(line, soft_wrap=True)
+
+    def warn(self, message: str) -> None:
+        self.bars.console.print(message, soft_wrap=True)
 
     def _told(self) -> str:
         return ": ".join(filter(None, (self.text, self.now)))
 
 
-class _Lines:
+class _Lines(ProgressListener):
     """Progress as lines: at the start, from time to time, and at the end."""
 
     def __init__(self, name: str, console: Console):
@@ -144,10 +150,11 @@ class _Lines:
             self.printed, self.text = now, text
             self.console.print(f"{self.name}: {text}", soft_wrap=True)
 
-    def hear(self, now: str, line: str) -> None:
-        self.now = f"; now {now}" if now else ""
-        if line:
-            self.console.print(f"{self.name}: {line}", soft_wrap=True)
+    def stage(self, name: str) -> None:
+        self.now = f"; now {name}" if name else ""
+
+    def warn(self, message: str) -> None:
+        self.console.print(f"{self.name}: {message}", soft_wrap=True)
 
     def left(self, now: float, done: int, total: int) -> str:
         """Return the time left in words, once it is known from more than the first batch."""

@@ -7,7 +7,7 @@ from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
-from flexband.execution.names import REPORT
+from flexband.execution.names import FileName
 from flexband.report.page.figures import Drawing, write_figures
 from flexband.report.page.given import field_axes
 from flexband.report.plot import figures
@@ -62,7 +62,7 @@ def write_comparison_report(
         drawn.append(Drawing(caption, draw))
     text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
-    file = folder / REPORT
+    file = folder / FileName.REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 

@@ -22,9 +22,6 @@ from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scann
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
 from flexband.uncertainty.runs.budget import check_method, check_runs
 
-ROUND_OFF_SHARE = 1e-10
-"""An output below this share of the largest output is round-off."""
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -50,15 +47,17 @@ class Comparison:
         return self.bands.attrs["runs"] - self.bands.attrs["runs_repeated"]
 
 
-def relative_error(bounds: xr.DataArray, reference: xr.DataArray) -> xr.DataArray:
+def relative_error(
+    bounds: xr.DataArray, reference: xr.DataArray, round_off: float = 1e-10
+) -> xr.DataArray:
     """Return ∫|Δ| dt / ∫|reference| dt over both bounds, for every output.
 
-    The integral runs over all dims except "output". Outputs that are zero up to round-off, compared
-    with the largest output, have the error NaN.
+    The integral runs over all dims except "output". Outputs that are zero up to `round_off`, in
+    parts of the largest output, have the error NaN.
     """
     dims = [d for d in bounds.dims if d != "output"]
     size = abs(reference).sum(dims)
-    return (abs(bounds - reference).sum(dims) / size).where(size > ROUND_OFF_SHARE * size.max())
+    return (abs(bounds - reference).sum(dims) / size).where(size > round_off * size.max())
 
 
 def compare(
@@ -165,7 +164,7 @@ def warm_up(study: Study, methods: Iterable[Method]) -> None:
     """
     study.nominal()
     space = Space(first_case(study.located().inputs))
-    expanding = [method for method in methods if callable(getattr(method, "expand", None))]
+    expanding = [method for method in methods if study.using(method).expands]
     fewest = sorted(expanding, key=lambda method: method.runs(space), reverse=True)
     for method in {type(method): method for method in fewest}.values():
         resolves = isinstance(method, PhaseResolvedPCCI | AdaptivePCCI)

@@ -24,7 +24,7 @@ from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -35,9 +35,6 @@ from flexband.uncertainty.propagate import propagate
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
-
-PATIENCE = 0.05
-"""Seconds between two looks at the processes."""
 
 
 def _engine() -> None:
@@ -78,7 +75,8 @@ def compile_ahead(study: Study) -> None:
     missing = [name for name in needed if not kept(PARTS[name][0])]
     if min(len(missing), available_cores()) < 2:
         return
-    doing("compiling", "compiling (once per machine, up to a minute) ...")
+    listener().stage("compiling")
+    listener().warn("compiling (once per machine, up to a minute) ...")
     command = [sys.executable, "-m", __name__]
     running: list[subprocess.Popen] = []
     try:
@@ -93,7 +91,7 @@ def compile_ahead(study: Study) -> None:
                         stderr=subprocess.DEVNULL,
                     )
                 )
-            time.sleep(PATIENCE)
+            time.sleep(0.05)
     finally:
         for process in running:
             process.kill()

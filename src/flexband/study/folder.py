@@ -21,21 +21,9 @@ from flexband.errors import StoreError, shown
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
-from flexband.execution.names import (
-    DOMAINS,
-    DONE,
-    HOLDER,
-    LEDGER,
-    OWNER,
-    POINTS,
-    REPORT,
-    RUNS,
-    STORE_LOCK,
-    STUDY,
-    STUDY_LOCK,
-)  # fmt: skip
+from flexband.execution.names import FileName, RunStatus  # fmt: skip
 from flexband.files import read_unlinked, replaced, try_write
-from flexband.progress import doing
+from flexband.progress import listener
 
 FORMAT = 2
 """Of study.json; a program refuses larger numbers. Results of format 1 are computed again."""
@@ -59,7 +47,7 @@ class StudyFolder:
     @property
     def runs(self) -> Path:
         """Folder of the recorded runs."""
-        return self.path / RUNS
+        return self.path / FileName.RUNS
 
     @property
     def recorded(self) -> bool:
@@ -77,13 +65,13 @@ class StudyFolder:
         """
         from flexband.execution.store import open_runs  # noqa: PLC0415
 
-        asked = any((self.path / name).exists() for name in (LEDGER, POINTS))
-        if asked or is_locked(self.path / STORE_LOCK):
+        asked = any((self.path / name).exists() for name in (FileName.LEDGER, FileName.POINTS))
+        if asked or is_locked(self.path / FileName.STORE_LOCK):
             return False
         with suppress(StoreError, OSError, ValueError, KeyError):
             runs = open_runs(self.path)
             other = runs.attrs["owner"]["response"] != response
-            failed = DONE not in runs["status"].values
+            failed = RunStatus.DONE not in runs["status"].values
             return (
                 other
                 and failed
@@ -99,7 +87,7 @@ class StudyFolder:
         StoreError
             If it is damaged, or of a newer version of flexband.
         """
-        file = self.path / STUDY
+        file = self.path / FileName.STUDY
         try:
             content = json.loads(read_unlinked(file))
             newest = int(content["format"])
@@ -123,15 +111,15 @@ class StudyFolder:
     @property
     def begun(self) -> bool:
         """Whether there is study.json."""
-        return (self.path / STUDY).exists()
+        return (self.path / FileName.STUDY).exists()
 
     def forget(self) -> None:
         """Delete study.json."""
-        (self.path / STUDY).unlink(missing_ok=True)
+        (self.path / FileName.STUDY).unlink(missing_ok=True)
 
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
-        with replaced(self.path / STUDY) as partial:
+        with replaced(self.path / FileName.STUDY) as partial:
             text = json.dumps({"format": FORMAT, **content}, indent=1)
             partial.write_text(text, encoding="utf-8")
 
@@ -143,20 +131,22 @@ class StudyFolder:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            lock = Lock(self.path, STUDY_LOCK)
+            lock = Lock(self.path, FileName.STUDY_LOCK)
         except OSError as error:
             raise StoreError(f"{self.path} must be a folder to write to; got {error}") from None
         try:
             yield
         finally:
             if not kept and not self.begun:
-                (self.path / STUDY_LOCK).unlink(missing_ok=True)
-                (self.path / HOLDER).unlink(missing_ok=True)
+                (self.path / FileName.STUDY_LOCK).unlink(missing_ok=True)
+                (self.path / FileName.HOLDER).unlink(missing_ok=True)
             lock.release()
 
     def in_use(self) -> bool:
         """Return whether a process holds the folder."""
-        return any(is_locked(self.path / name) for name in (STUDY_LOCK, STORE_LOCK))
+        return any(
+            is_locked(self.path / name) for name in (FileName.STUDY_LOCK, FileName.STORE_LOCK)
+        )
 
     def claimed(
         self, file: str, response: Any, *, replace: bool, allow_mismatch: bool
@@ -177,19 +167,21 @@ class StudyFolder:
         from flexband.execution.fingerprint import fingerprint  # noqa: PLC0415
 
         if replace and self.recorded:
-            doing("", f"The runs in {self.runs} are deleted.")
+            listener().warn(f"The runs in {self.runs} are deleted.")
             self.delete_runs()
         claimant = file, fingerprint(response)
         if not allow_mismatch and self.has_only_failures_of_others(claimant[1]):
             self.delete_runs()
-        self.check_claim(*claimant, replace=replace, insist=allow_mismatch)
+        self.check_claim(*claimant, replace=replace, allow_mismatch=allow_mismatch)
         return partial(try_write, partial(self.claim, *claimant))
 
     def recorded_runs(self) -> int:
         """Return the number of recorded runs."""
         return GrowingArrays(self.runs).runs
 
-    def check_claim(self, file: str, response: str, *, replace: bool, insist: bool = False) -> None:
+    def check_claim(
+        self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False
+    ) -> None:
         """Refuse to have the folder for the results of a study in a file; nothing is written.
 
         It is the same study if the file or the response is the same.
@@ -198,7 +190,7 @@ class StudyFolder:
         ----------
         response : its fingerprint.
         replace : whether results of another study may be replaced, but not those of its runs.
-        insist : whether runs of another study are used.
+        allow_mismatch : whether runs of another study are used.
 
         Raises
         ------
@@ -210,7 +202,7 @@ class StudyFolder:
         same = not before or any(
             value and before.get(name) == value for name, value in claim.items()
         )
-        if not same and not (insist if self.recorded else replace):
+        if not same and not (allow_mismatch if self.recorded else replace):
             other = "`flexband run --replace` deletes its runs" if self.recorded else "--replace"
             raise StoreError(
                 f"{self.path} has results of another study, {before.get('file')}. Take another "
@@ -221,21 +213,29 @@ class StudyFolder:
         """Have the folder for the results of the study in a file, which `check_claim` allows."""
         claim = {"file": file, "response": response}
         if self._claimed() != claim:
-            with replaced(self.path / OWNER) as partial:
+            with replaced(self.path / FileName.OWNER) as partial:
                 partial.write_text(json.dumps(claim), encoding="utf-8")
 
     def _claimed(self) -> dict[str, Any]:
         """Return whose results are here; nothing if there are none."""
         with suppress(OSError, ValueError, TypeError):
-            return dict(json.loads(read_unlinked(self.path / OWNER)))
+            return dict(json.loads(read_unlinked(self.path / FileName.OWNER)))
         with suppress(StoreError):
             if content := self.read():
                 return {"file": content.get("file")}
-        return {"file": "a study that is not known"} if (self.path / REPORT).exists() else {}
+        return (
+            {"file": "a study that is not known"} if (self.path / FileName.REPORT).exists() else {}
+        )
 
     def delete_runs(self) -> None:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
-        for name in (STUDY, OWNER, DOMAINS, LEDGER, POINTS):
+        for name in (
+            FileName.STUDY,
+            FileName.OWNER,
+            FileName.DOMAINS,
+            FileName.LEDGER,
+            FileName.POINTS,
+        ):
             (self.path / name).unlink(missing_ok=True)
         if self.runs.is_symlink():
             self.runs.unlink()

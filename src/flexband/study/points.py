@@ -12,16 +12,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunsNeeded, StoreError
-from flexband.execution.names import LEDGER, POINTS
+from flexband.execution.names import FileName
 from flexband.files import read_unlinked, replaced
 from flexband.study.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-
-SAME = 1e-6
-"""Inputs in a file of results may differ so much, relatively: programs drop digits."""
 
 
 @dataclass
@@ -41,7 +38,7 @@ class RequestedPoints:
     @classmethod
     def of(cls, folder: Path) -> RequestedPoints:
         """Return the points in a folder; raise `StoreError` if the file is damaged."""
-        file = folder / LEDGER
+        file = folder / FileName.LEDGER
         try:
             content = json.loads(read_unlinked(file))
             asked = [(str(setting), tuple(map(float, row))) for setting, row in content["asked"]]
@@ -64,10 +61,10 @@ class RequestedPoints:
                 self.asked.append(point)
                 known[point] = len(self.asked)
             rows.append([known[point], *row, *options.values()])
-        with replaced(self.folder / LEDGER) as partial:
+        with replaced(self.folder / FileName.LEDGER) as partial:
             content = {"names": self.names, "asked": self.asked}
             partial.write_text(json.dumps(content), encoding="utf-8")
-        file = self.folder / POINTS
+        file = self.folder / FileName.POINTS
         write_csv(file, ["number", *self.names, *options], rows)
         return file
 
@@ -126,7 +123,7 @@ class RequestedPoints:
         for name, value in zip(self.names, self.asked[number - 1][1], strict=True):
             if name in row:
                 cell = _number(f"{place}: {name}", row[name])
-                if abs(cell - value) > SAME * max(abs(value), abs(cell)):
+                if abs(cell - value) > 1e-6 * max(abs(value), abs(cell)):  # programs drop digits
                     raise InputError(
                         f"{place}: {name} must be {value!r}, as point {number} has it; got {cell!r}"
                     )

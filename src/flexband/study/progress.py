@@ -13,7 +13,7 @@ from flexband.error_text import error_text, signal_of
 from flexband.errors import RunsNeeded, free_memory, warn
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
-from flexband.progress import Budget, Progress, doing, hearing
+from flexband.progress import Budget, Progress, ProgressListener, listener, listening
 from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
 from flexband.uncertainty.inputs.choices import cases
@@ -27,20 +27,19 @@ if TYPE_CHECKING:
     from flexband.execution.store import Store
     from flexband.study.study import Study
 
-GIGABYTE = 1e9
 
-WRITING_PERIOD = 0.5
-"""Time [s] between two writings of study.json."""
-
-
-class StudyProgress:
+class StudyProgress(ProgressListener):
     """How far a study is.
 
     Attributes
     ----------
     about
         What study.json has: how to go on with the study, and how far it is.
+    period
+        Time [s] between two writings of study.json.
     """
+
+    period = 0.5
 
     def __init__(
         self,
@@ -81,10 +80,10 @@ class StudyProgress:
         if self.first:
             self.write("running")
         try:
-            with hearing(self._hear):
+            with listening(self):
                 if recorded := self.folder.recorded_runs() if self.store is not None else 0:
                     there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
-                    doing("", f"{there}; matching runs are reused.")
+                    listener().warn(f"{there}; matching runs are reused.")
                 yield
         except BaseException as error:
             self._end(error)
@@ -138,12 +137,13 @@ class StudyProgress:
         new = not self.opened or any(self.about.get(k) != value for k, value in known.items())
         self.opened = True
         self.about |= {"done": done, **known, "ran": now - self.begin}
-        if new or done == total or now > self.written + WRITING_PERIOD:
+        if new or done == total or now > self.written + self.period:
             self.written = now
             self.write("running")
 
-    def _hear(self, now: str, line: str = "") -> None:
-        self.about["now"] = now
+    def stage(self, name: str) -> None:
+        """Write what is done from now on."""
+        self.about["now"] = name
         if self.first or self.opened:
             self.write("running")
 
@@ -158,8 +158,7 @@ class StudyProgress:
         most = in_bytes(peak + MAX_CARRIERS * per_carrier)
         each = f"{in_bytes(per_carrier)} more for each of up to {MAX_CARRIERS} carriers"
         ringing = f", and if they ring {each}, {most} in all"
-        doing(
-            self.about.get("now", ""),
+        listener().warn(
             f"Outputs of {number_of(total, 'run')} take {in_bytes(total * size)}; the study needs "
             f"about {in_bytes(peak)} of memory{ringing * (per_carrier > 0)}.",
         )
@@ -193,4 +192,4 @@ def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tupl
 
 def in_bytes(size: float) -> str:
     """Return a size in bytes as text, in MB or GB."""
-    return f"{1e-9 * size:.3g} GB" if size >= GIGABYTE else f"{1e-6 * size:.3g} MB"
+    return f"{1e-9 * size:.3g} GB" if size >= 1e9 else f"{1e-6 * size:.3g} MB"

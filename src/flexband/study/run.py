@@ -19,12 +19,11 @@ from flexband.errors import (
     check_flag,
     check_instance,
     check_integer,
-    check_option,
     warn,
     without_warnings,
 )
 from flexband.execution.store import Store
-from flexband.progress import Progress, doing
+from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
@@ -32,12 +31,15 @@ from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
-from flexband.uncertainty.runs.evaluations import BATCH, POLICIES, forget_failed
+from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+    StudySurrogate = Surrogate | SurrogateOfChoices | None
 
 
 @frozen()
@@ -71,7 +73,7 @@ class RunOptions:
     """
 
     batch: int = BATCH
-    executor: Any = None
+    executor: ExecutorLike = None
     failed: str = "stop"
     verification_runs: int | None = None
     record: bool = True
@@ -81,7 +83,7 @@ class RunOptions:
 
     def __post_init__(self) -> None:
         check_integer("batch", self.batch, 1)
-        check_option("failed", self.failed, POLICIES)
+        object.__setattr__(self, "failed", checked_policy(self.failed))
         if self.verification_runs is not None:
             check_integer("verification_runs", self.verification_runs, 2, MAX_RUNS, or_zero=True)
         for name in ("record", "allow_mismatch", "replace", "retry_failed"):
@@ -101,7 +103,7 @@ class RunOptions:
             return 0
         if self.verification_runs is not None:
             return self.verification_runs
-        return 0 if getattr(study.response, "elsewhere", False) else RUNS
+        return 0 if study.runs_elsewhere else RUNS
 
 
 def run_study(
@@ -149,7 +151,7 @@ def run_study(
             replace=options.replace,
             allow_mismatch=options.allow_mismatch,
         )
-        store = Store(home.path, insist=options.allow_mismatch) if options.record else None
+        store = Store(home.path, allow_mismatch=options.allow_mismatch) if options.record else None
         if store is not None:
             about["identity"] = identity(study, options.verifying(study), options.failed)
             if options.retry_failed:
@@ -164,7 +166,7 @@ def run_study(
             verification = _verification(progress, options, surrogate, files)
             verifying = options.verifying(study)
             seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
-            doing("the answers")
+            listener().stage("the answers")
             shares = _contributions(study, surrogate, files)
             limits, unchecked = _limits(study, surrogate, home.path)
             result = StudyResult(
@@ -189,10 +191,10 @@ def run_study(
 
 def _bands(
     progress: StudyProgress, options: RunOptions, files: ResultFiles
-) -> tuple[Surrogate | SurrogateOfChoices | None, xr.Dataset]:
+) -> tuple[StudySurrogate, xr.Dataset]:
     """Make the runs; write the surrogate, if the method makes one, and the bands."""
     study = progress.study
-    doing("runs")
+    listener().stage("runs")
     how: dict[str, Any] = {
         "batch": options.batch,
         "store": progress.store,
@@ -204,7 +206,7 @@ def _bands(
         with without_warnings(ToleranceWarning):  # which is one of the doubts
             surrogate = study.expand(**how)
         files.write_surrogate(surrogate)
-        doing("the bands of the expansion")
+        listener().stage("the bands of the expansion")
         bands = surrogate.bands(study.sigmas)
     else:
         surrogate, bands = None, study.run(**how)
@@ -214,13 +216,13 @@ def _bands(
 
 
 def _verification(
-    progress: StudyProgress, options: RunOptions, surrogate: Any, files: ResultFiles
+    progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate, files: ResultFiles
 ) -> xr.Dataset | None:
-    """Write how new runs judge a surrogate; warn and return None if they fail."""
+    """Write how verification runs judge a surrogate; warn and return None if they fail."""
     study, runs = progress.study, options.verifying(progress.study)
-    if not runs:
+    if not runs or surrogate is None:
         return None
-    doing("new runs that verify the result")
+    listener().stage("verification runs")
     try:
         verification = verify(
             surrogate,
@@ -230,7 +232,7 @@ def _verification(
             store=progress.store,
             executor=options.executor,
             failed=options.failed,
-            progress=progress.task("new runs"),
+            progress=progress.task("verification runs"),
         )
     except RunsNeeded:
         raise
@@ -241,7 +243,9 @@ def _verification(
     return verification
 
 
-def _contributions(study: Study, surrogate: Any, files: ResultFiles) -> xr.Dataset | None:
+def _contributions(
+    study: Study, surrogate: StudySurrogate, files: ResultFiles
+) -> xr.Dataset | None:
     """Write how much each input widens the error bars; warn and return None if that fails."""
     if surrogate is None:
         return None
@@ -254,7 +258,7 @@ def _contributions(study: Study, surrogate: Any, files: ResultFiles) -> xr.Datas
     return shares
 
 
-def _limits(study: Study, surrogate: Any, folder: Path) -> tuple[LimitCheck | None, str]:
+def _limits(study: Study, surrogate: StudySurrogate, folder: Path) -> tuple[LimitCheck | None, str]:
     """Return whether the limits of a study are kept, or why that is not known."""
     if not study.limits:
         return None, ""

@@ -16,6 +16,7 @@ import xarray as xr
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
+from flexband.models.elsewhere import Elsewhere
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
@@ -24,13 +25,17 @@ from flexband.uncertainty.methods.pcci import Expanding, Method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.budget import check_method
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
+    from os import PathLike
+
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import Store
     from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @frozen()
@@ -72,12 +77,17 @@ class Study:
         """Whether the method makes a surrogate, so that `expand` can be called."""
         return callable(getattr(self.method, "expand", None))
 
+    @property
+    def runs_elsewhere(self) -> bool:
+        """Whether others run the response: `elsewhere`."""
+        return isinstance(self.response, Elsewhere)
+
     def run(
         self,
         *,
         batch: int = BATCH,
-        store: Any = None,
-        executor: Any = None,
+        store: Store | str | PathLike[str] | None = None,
+        executor: ExecutorLike = None,
         failed: str = "stop",
         progress: Callable[[int, int], object] | None = None,
     ) -> xr.Dataset:
@@ -134,8 +144,8 @@ class Study:
         self,
         *,
         batch: int = BATCH,
-        store: Any = None,
-        executor: Any = None,
+        store: Store | str | PathLike[str] | None = None,
+        executor: ExecutorLike = None,
         failed: str = "stop",
         progress: Callable[[int, int], object] | None = None,
     ) -> Surrogate | SurrogateOfChoices:

@@ -61,8 +61,8 @@ def propagate(
         an executor of `concurrent.futures`, or a Dask client or its address. Bands do not depend on
         it.
     failed : what to do about a run that fails, by an error or by values that are not finite:
-        "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "leave out"
-        and go on without, which regression and the scanning methods can, others only where they
+        "stop"; try "half step", a quarter and an eighth, and stop if these fail too; or "skip"
+        it and go on without, which regression and the scanning methods can, others only where they
         hold runs out.
     check : called after the first runs with the outputs, a DataArray without samples. What it
         raises ends the study before more is run.

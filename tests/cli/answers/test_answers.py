@@ -55,7 +55,7 @@ def test_peaks_and_distribution_functions(folder):
     run("derived", folder, "spectrum", "w")
     assert (folder / "derived.png").read_bytes()[:4] == b"\x89PNG"
 
-    printed = run("p-box", folder, "w", "--time", 0.5)
+    printed = run("distribution", folder, "--kind", "p-box", "w", "--time", 0.5)
     assert "sampling error" in printed.stdout
     with xr.open_dataset(folder / "p_box.nc") as saved:
         value = saved["value"].values
@@ -65,8 +65,13 @@ def test_peaks_and_distribution_functions(folder):
 
 
 def test_the_report_has_the_numbers_of_answers_and_says_what_pictures_show(folder):
-    for words in (["derived", folder, "peak", "X"], ["quantiles", folder], ["range", folder],
-                  ["p-box", folder, "w", "--time", 0.5], ["sobol", folder]):  # fmt: skip
+    for words in (
+        ["derived", folder, "peak", "X"],
+        ["distribution", folder],
+        ["distribution", folder, "--kind", "range"],
+        ["distribution", folder, "--kind", "p-box", "w", "--time", 0.5],
+        ["sobol", folder],
+    ):
         run(*words)
     own = {one.title: one for one in answers_in(folder)[0]}
     peak = own["Quantities made of outputs: Peak(of='X')"]
@@ -110,7 +115,7 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     command = ("run", tmp_path / "study.py", "--output", tmp_path, "--no-store")
     run(*command)
-    run("quantiles", tmp_path)
+    run("distribution", tmp_path)
     with xr.open_dataset(tmp_path / "quantiles.nc") as first:
         first.load()
     assert "quantiles" not in run(*command).output  # the same results
@@ -122,7 +127,7 @@ def test_answers_of_an_earlier_run_are_marked(tmp_path):
     with xr.open_dataset(tmp_path / "quantiles.nc") as marked:
         assert "ask again" in marked.attrs.pop("stale")
         xr.testing.assert_identical(marked.load(), first)
-    run("quantiles", tmp_path)
+    run("distribution", tmp_path)
     with xr.open_dataset(tmp_path / "quantiles.nc") as new:
         assert "stale" not in new.attrs
 
@@ -144,11 +149,11 @@ def test_a_series_without_labels_needs_no_names(tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     found = json.loads(run("derived", tmp_path, "peak", "--json").stdout)
     assert found["range"] == pytest.approx([0.5, 1.0], rel=1e-6)
-    run("p-box", tmp_path, "--time", 10)
+    run("distribution", tmp_path, "--kind", "p-box", "--time", 10)
     with xr.open_dataset(tmp_path / "p_box.nc") as distribution:
         assert distribution["value"].values[[0, -1]] == pytest.approx([0.5, 1.0], rel=1e-6)
     assert "positions from 0 to 20, since dim_1 has no labels" in refused(
-        "p-box", tmp_path, "--time", 3.5
+        "distribution", tmp_path, "--kind", "p-box", "--time", 3.5
     )
     for command in (("derived", tmp_path, "peak", "x"), ("path", tmp_path, "x", "y")):
         assert "response names no outputs; got 'x'. If it has one only" in refused(*command)

@@ -44,9 +44,7 @@ CASES = {  # command -> what is always given, and each option
         {"below": "X=3", "above": "X=3", "during": "0,0.5", "sigmas": 1, "accuracy": 0.1,
          "seed": 3, "runs": 16},
     ),
-    "quantiles": ((), {"probability": 0.3, "samples": 512, "seed": 3}),
-    "range": ((), {"probability": 0.5}),
-    "p-box": (("w", "--time", 0.5), {"time": 1.0, "samples": 512, "seed": 3}),
+    "distribution": ((), {"probability": 0.3, "samples": 512, "seed": 3, "kind": "range"}),
     "allocate": (
         CHEAP,
         {"cost": ("e=1", "x=9"), "below": "X=10.5", "above": "w=-9", "during": "0 0.5",
@@ -58,12 +56,21 @@ CASES = {  # command -> what is always given, and each option
     "path": (("X", "Y"), {"sigmas": 3, "probability": 0.9, "directions": 16}),
 }  # fmt: skip
 
+OTHER_KINDS = {  # of a distribution
+    "range": (("--kind", "range"), {"probability": 0.5}),
+    "p-box": (
+        ("w", "--kind", "p-box", "--time", 0.5), {"time": 1.0, "samples": 512, "seed": 3}
+    ),
+}  # fmt: skip
 OF_STUDY_LIMITS = {  # the same of a study that has limits
     "narrow": (("e=0..0.5",), {"probability": None}),
     "limits": ((), {"only": "w"}),
     "allocate": (("--cost", "e=1", "--cost", "x=1"), {"only": "X"}),
 }
-BOTH = [*CASES.items(), *OF_STUDY_LIMITS.items()]
+BOTH = [
+    *CASES.items(), *(("distribution", case) for case in OTHER_KINDS.values()),
+    *OF_STUDY_LIMITS.items(),
+]  # fmt: skip
 
 ANSWERS = (
     "allocate", "check_limits", "contributions", "derived", "failure_probability", "p_box", "path",
@@ -154,7 +161,7 @@ def changed(arguments, option, value):
 def test_every_option_changes_what_is_printed_drawn_and_dumped(command, case, request, tmp_path):
     own = tmp_path / "out"
     always, options = case
-    of = "folder" if case is CASES[command] else "limited"
+    of = "limited" if case is OF_STUDY_LIMITS.get(command) else "folder"
     shutil.copytree(request.getfixturevalue(of), own)
     text, plain, pictures = told(own, command, always)
     assert bool(pictures) == (command not in WITHOUT)
@@ -174,6 +181,8 @@ def test_all_options_are_judged():
         found = get_command(app).commands[name].params
         named = {one.opts[0].removeprefix("--") for one in found if one.opts[0].startswith("--")}
         options = {**CASES[name][1], **OF_STUDY_LIMITS.get(name, ((), {}))[1]}
+        if name == "distribution":
+            options |= OTHER_KINDS["p-box"][1]
         judged = {option.replace("no-confirm", "confirm") for option in options}
         assert named - {"json", "trust"} == judged
 
@@ -188,13 +197,19 @@ def test_all_options_are_judged():
         (("limits", *LIMIT, "--only", "w"), "--only selects limits of the study; leave out"),
         (("tolerance", "q"), "name must be an input with a tolerance"),
         (("contributions", "--sigmas", -1), "sigmas"),
-        (("quantiles", "-p", 1), "above 0 and below 1; got"),
+        (("distribution", "-p", 1), "above 0 and below 1; got"),
         (("limits", *LIMIT, "--sigmas", -1), "sigmas must be positive; got -1"),
         (("limits", "--below", "w=1", "--above", "w=2"), "above=2 and below=1"),
         (("allocate", *CHEAP, "--sigmas", -1), "sigmas must be positive; got -1"),
         (("allocate", *CHEAP, "--probability", 5), "from 1e-08 to 0.3; got 5"),
-        (("range", "-p", 2), "probability"),
-        (("p-box", "q"), "must be one of"),
+        (("distribution", "--kind", "range", "-p", 2), "probability"),
+        (("distribution", "q", "--kind", "p-box"), "must be one of"),
+        (("distribution", "--time", 1), "--time is one of --kind p-box; got --kind quantiles"),
+        (
+            ("distribution", "w", "--kind", "range"),
+            "output is one of --kind p-box; got --kind range",
+        ),
+        (("distribution", "--kind", "range", "-p", 0.5, "-p", 0.9), "must be given once"),
         (("derived", "peak", "X", "Y", "w"), "one output, or two"),
         (("derived", "peak", "q"), "must be one of"),
         (("path", "X", "q"), "must be one of"),

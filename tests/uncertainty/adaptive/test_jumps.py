@@ -66,6 +66,8 @@ def test_a_study_says_that_its_probability_is_not_reliable(tmp_path):
     assert (
         "; this is NOT reliable." in told.split("The probability of leaving")[1].split(" What")[0]
     )
-    asked = CliRunner().invoke(app, ["range", str(tmp_path / "out")]).output
+    asked = (
+        CliRunner().invoke(app, ["distribution", "--kind", "range", str(tmp_path / "out")]).output
+    )
     assert "as probabilities do, is NOT reliable" in " ".join(asked.split())
     assert "Not reliable: the error expected" in " ".join(asked.split())

@@ -120,7 +120,7 @@ def test_a_builder_of_one_mechanism_is_recognized(scalar):
     np.testing.assert_allclose(fallen, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
 
 
-@pytest.mark.parametrize("failed", ["stop", "leave out"])
+@pytest.mark.parametrize("failed", ["stop", "skip"])
 def test_failing_runs_are_no_functions_of_one_sample(failed):
     calls = []
 

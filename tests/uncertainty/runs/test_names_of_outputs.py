@@ -96,7 +96,7 @@ study = fb.Study(response, inputs, fb.PCCI(1, 1), limits=fb.Limit("1", below=2.0
     )
     for words in (
         ["run", study, "--output", out, "--verify", 0],
-        ["p-box", out, "2", "--time", 1],
+        ["distribution", out, "2", "--kind", "p-box", "--time", 1],
         ["limits", out, "--below", "2=2.5"],
         ["limits", out, "--only", "1", "--trust"],
         ["derived", out, "peak", "1"],

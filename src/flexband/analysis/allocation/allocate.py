@@ -23,7 +23,6 @@ from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.analysis.limits import corridors, joint
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
-from flexband.uncertainty.inputs.space import Response
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -33,7 +32,7 @@ def allocate(
     limits: Any,
     costs: Mapping[str, Any],
     *,
-    response: Response | None = None,
+    response: Any = None,
     sigmas: float = 3.0,
     probability: float | None = None,
     store: Any = None,

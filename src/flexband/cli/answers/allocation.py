@@ -10,28 +10,22 @@ import flexband as fb
 from flexband.analysis.allocation.costs import checked_costs
 from flexband.analysis.allocation.stated_probability import checked_probability
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.cli.answers.limits import During, Only, Side, limits_of
-from flexband.cli.answers.saved import Json, Saved, one_of, runs_in, saved
-from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw
-from flexband.cli.messages import (
-    UsageError,
-    print_json,
-    print_table,
-    print_text,
-    reported_errors,
-    usage,
+from flexband.cli.answers.frame import (
+    CommandOutput,
+    SavedResult,
+    SomeSigmas,
+    answer_command,
+    one_of,
 )
+from flexband.cli.answers.limits import During, Only, Side, limits_of
+from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust
-from flexband.files import try_write
-from flexband.study.results.answers import answer_file
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
-@app.command("allocate")
-@reported_errors()
+@answer_command("allocate")
 def allocate(
-    folder: Saved,
+    result: SavedResult,
     cost: Annotated[
         list[str],
         typer.Option(
@@ -43,9 +37,7 @@ def allocate(
     above: Side = None,
     during: During = None,
     only: Only = None,
-    sigmas: Annotated[
-        float | None, typer.Option(help="k of the error bar μ ± kσ.  [default: 3.0]")
-    ] = None,
+    sigmas: SomeSigmas = None,
     probability: Annotated[
         float | None,
         typer.Option(help="The most with which limits may be left at any time, instead of sigmas."),
@@ -54,23 +46,21 @@ def allocate(
         bool, typer.Option("--confirm/--no-confirm", help="Make runs where limits bind.")
     ] = True,
     trust: Trust = False,
-    as_json: Json = False,
-) -> None:
+) -> CommandOutput:
     """Find the cheapest tolerances with which outputs keep limits, and confirm them by runs.
 
     Tolerances are half the widths of intervals, or standard deviations; those of the study are the
     largest. Without --below and --above, limits are those of the study; --only selects some by
     their output. Sizes that are free
-    (Sizing) are chosen as well. allocation.nc and allocation.png are written. New runs are kept
+    (Sizing) are chosen as well. allocation.nc and allocation.png are written. Runs are kept
     with those of the study.
     """
     from flexband.report.page.answers import allocation_table  # noqa: PLC0415
     from flexband.report.plot.figures import allocation_figure  # noqa: PLC0415
-    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
+    surrogate = result.surrogate
     k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
-    limits = limits_of(below or [], above or [], during, place, surrogate, only or [], trust=trust)
+    limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     if isinstance(surrogate, fb.Surrogate):
         with usage():
             checked_sigmas(k)
@@ -78,20 +68,25 @@ def allocate(
             if probability is not None:
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
-    options = runs_in(place, purpose, trust=trust) if confirm else {}
-    allocation = fb.allocate(surrogate, limits, costs, sigmas=k, probability=probability, **options)
-    check_folder(place)
-    try_write(lambda: write_netcdf(allocation, answer_file(place, "allocation")))
-    draw(lambda: allocation_figure(allocation), place / "allocation.png")
-    if as_json:
-        dims = {"name", "sizing", "limit", "binding", "input"}
-        plain = {
-            k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims
-        }
-        print_json({str(k): v for k, v in (plain | allocation.attrs).items()})
-        return
-    print_table("Tolerances", allocation_table(allocation))
-    print_text(allocation.attrs["verdict"])
+    options = result.response_and_store(purpose, trust=trust) if confirm else {}
+    allocation = fb.allocate(
+        surrogate,  # pyright: ignore[reportArgumentType]  # one with choices is refused
+        limits,
+        costs,
+        sigmas=k,
+        probability=probability,
+        **options,
+    )
+    dims = {"name", "sizing", "limit", "binding", "input"}
+    plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}
+    return CommandOutput(
+        {str(k): v for k, v in (plain | allocation.attrs).items()},
+        [("Tolerances", allocation_table(allocation))],
+        allocation.attrs["verdict"],
+        name="allocation",
+        data=allocation,
+        figure=lambda: allocation_figure(allocation),
+    )
 
 
 def costs_of(texts: list[str]) -> dict[str, Any]:

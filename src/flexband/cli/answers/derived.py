@@ -11,19 +11,15 @@ import xarray as xr
 
 import flexband as fb
 from flexband.analysis.selection import labels_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
-from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw
-from flexband.cli.messages import (
-    UsageError,
-    print_json,
-    print_table,
-    print_text,
-    reported_errors,
-    usage,
+from flexband.cli.answers.frame import (
+    CommandOutput,
+    Samples,
+    SavedResult,
+    Seed,
+    Sigmas,
+    answer_command,
 )
-from flexband.files import try_write
-from flexband.study.results.answers import answer_file
+from flexband.cli.messages import UsageError, usage
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 
@@ -37,19 +33,9 @@ class Quantity(StrEnum):
     spectrum = "spectrum"
 
 
-KINDS = {
-    Quantity.peak: fb.Peak,
-    Quantity.trough: fb.Trough,
-    Quantity.peak_time: fb.PeakTime,
-    Quantity.rms: fb.RootMeanSquare,
-    Quantity.spectrum: fb.Spectrum,
-}
-
-
-@app.command("derived")
-@reported_errors()
+@answer_command("derived")
 def derived(
-    folder: Saved,
+    result: SavedResult,
     quantity: Annotated[Quantity, typer.Argument(help="What is made of the output.")],
     output: Annotated[
         list[str] | None,
@@ -62,40 +48,44 @@ def derived(
     probability: Annotated[
         float, typer.Option("--probability", "-p", help="Of the values in the range.")
     ] = 0.99,
-    samples: Annotated[int, typer.Option(help="Samples of the random inputs.")] = 2048,
-    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
-    as_json: Json = False,
-) -> None:
+    samples: Samples = 2048,
+    seed: Seed = 0,
+) -> CommandOutput:
     """Bound the largest value of an output over time, or another quantity made of it.
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
     from flexband.report.page.answers import derived_table  # noqa: PLC0415
     from flexband.report.plot.figures import derived_figure  # noqa: PLC0415
-    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
+    surrogate = result.surrogate
     made_of = _output(output or [], labels_of(surrogate))
+    kinds = {
+        Quantity.peak: fb.Peak,
+        Quantity.trough: fb.Trough,
+        Quantity.peak_time: fb.PeakTime,
+        Quantity.rms: fb.RootMeanSquare,
+        Quantity.spectrum: fb.Spectrum,
+    }
     with usage():
         bounds = fb.derived(
-            surrogate, KINDS[quantity](made_of), sigmas=sigmas, probability=probability,
+            surrogate, kinds[quantity](made_of), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
         )  # fmt: skip
-    check_folder(place)
-    try_write(lambda: write_netcdf(bounds, answer_file(place, "derived")))
-    figure = place / "derived.png"
-    draw(lambda: derived_figure(bounds), figure, wanted=bounds["range"].ndim == 2)
-    if as_json:
-        names = ("mean", "error_bar", "range")
-        ends = {k: [float(bounds[k][0].min()), float(bounds[k][1].max())] for k in names}
-        errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
-        print_json(ends | errors | {str(k): v for k, v in bounds.attrs.items()})
-        return
+    names = ("mean", "error_bar", "range")
+    ends = {k: [float(bounds[k][0].min()), float(bounds[k][1].max())] for k in names}
+    errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
     unit = bounds["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    print_table(title, derived_table(bounds))
-    print_text(f"Written: {place / 'derived.nc'}")
+    return CommandOutput(
+        ends | errors | {str(k): v for k, v in bounds.attrs.items()},
+        [(title, derived_table(bounds))],
+        name="derived",
+        data=bounds,
+        figure=lambda: derived_figure(bounds),
+        drawable=bounds["range"].ndim == 2,
+    )
 
 
 def _output(names: list[str], labels: xr.DataArray) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -14,21 +13,12 @@ from flexband.analysis.limits import corridors
 from flexband.analysis.probability.failure import COARSEST, FINEST
 from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
 from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.checking import draw_limits
-from flexband.cli.answers.saved import Json, Saved, Sigmas, runs_in, saved
-from flexband.cli.application import app
-from flexband.cli.files import check_folder
-from flexband.cli.messages import (
-    UsageError,
-    print_json,
-    print_table,
-    print_text,
-    reported_errors,
-    usage,
-)
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.files import check_folder, draw_limits
+from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust, plan_in
 from flexband.errors import check_integer
-from flexband.execution.names import STUDY
+from flexband.execution.names import FileName
 from flexband.report.progress import progress_bars
 from flexband.study.results.limits import check_limits_in, has_probability
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -49,10 +39,9 @@ Only = Annotated[
 ]
 
 
-@app.command("limits")
-@reported_errors()
+@answer_command("limits")
 def limits(
-    folder: Saved,
+    result: SavedResult,
     below: Side = None,
     above: Side = None,
     during: During = None,
@@ -65,26 +54,23 @@ def limits(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
     runs: Annotated[
         int,
-        typer.Option(help="New runs that correct each bound of a probability; 0 for none."),
+        typer.Option(help="Runs that correct each bound of a probability; 0 for none."),
     ] = 0,
     trust: Trust = False,
-    as_json: Json = False,
-) -> None:
+) -> CommandOutput:
     """Check whether outputs keep limits, and how likely they leave them, by default without runs.
 
     Without --below and --above, limits are those of the study in FOLDER. The margin is that of
     μ ± kσ for all values of the interval inputs; the probability is that of leaving a limit at any
     time. limits.nc, probability.nc and limits.png are written; other limits never take the place
-    of the study's there. New runs are kept with those of the study.
+    of the study's there. Runs are kept with those of the study.
     """
     from flexband.report.page.answers import limits_table  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
+    surrogate, place = result
     with usage():
         checked_sigmas(sigmas)
-    requested_limits = limits_of(
-        below or [], above or [], during, place, surrogate, only or [], trust=trust
-    )
+    requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
         raise UsageError(
@@ -94,30 +80,28 @@ def limits(
         with usage():
             check_integer("--runs", runs, MIN_RUNS, MAX_RUNS, or_zero=True)
         purpose = "corrects probabilities; --runs 0 does without"
-        options |= {**runs_in(place, purpose, trust=trust), "runs": runs}
+        options |= {**result.response_and_store(purpose, trust=trust), "runs": runs}
     check_folder(place)
     with progress_bars() as task:
         if runs:
-            options["progress"] = task("new runs")
+            options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
         check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
     draw_limits(check, place)
     checked, probability = check.margins, check.probability
-    if as_json:
-        print_json({"limits": as_rows(checked), "probability": as_rows(probability)})
-        return
-    print_table("Limits", limits_table(checked, probability))
-    told_of = [checked.attrs["verdict"]]
-    told_of += [] if probability is None else [probability.attrs["verdict"]]
-    print_text("\n".join(told_of))
+    verdicts = [answer.attrs["verdict"] for answer in (checked, probability) if answer is not None]
+    return CommandOutput(
+        {"limits": as_rows(checked), "probability": as_rows(probability)},
+        [("Limits", limits_table(checked, probability))],
+        "\n".join(verdicts),
+    )
 
 
 def limits_of(
     below: list[str],
     above: list[str],
     during: tuple[float, float] | None,
-    place: Path,
-    surrogate: Any,
+    result: SavedResult,
     only: list[str],
     *,
     trust: bool,
@@ -142,15 +126,15 @@ def limits_of(
                 raise UsageError(f"--{side} must be given once for {name or 'the output'}")
             known_limits[side] = value
     if not sides:
-        known = during is None and (place / STUDY).is_file()
-        if known and (known_limits := plan_in(place, trust=trust).study().limits):
+        known = during is None and (result.folder / FileName.STUDY).is_file()
+        if known and (known_limits := plan_in(result.folder, trust=trust).study().limits):
             return selected(known_limits, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )
     with usage():
         output_limits = [fb.Limit(name, during=during, **bounds) for name, bounds in sides.items()]
-        corridors(output_limits, next(iter(surrogates_of(surrogate).values())).labels)
+        corridors(output_limits, next(iter(surrogates_of(result.surrogate).values())).labels)
     return output_limits
 
 

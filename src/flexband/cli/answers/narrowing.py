@@ -14,20 +14,10 @@ import xarray as xr
 import flexband as fb
 from flexband.analysis.probability.texts import NOT_GIVEN
 from flexband.analysis.selection import labels_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved, study_limits
-from flexband.cli.application import app
-from flexband.cli.files import check_folder
-from flexband.cli.messages import (
-    UsageError,
-    print_json,
-    print_table,
-    print_text,
-    reported_errors,
-    usage,
-)
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.plan import Trust
 from flexband.errors import InputError
-from flexband.files import try_write
 from flexband.report.text.numbers import number, percent_to_tenth
 from flexband.report.text.tables import (
     CONSTANT,
@@ -38,21 +28,16 @@ from flexband.report.text.tables import (
     outputs_of,
     select,
 )
-from flexband.study.results.answers import answer_file
 from flexband.study.results.limits import has_probability
 from flexband.uncertainty.inputs.correlated import Score
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import with_article
 
-SPREADS = {"std", "cv"}
-"""Parameters of which a distribution has one."""
 
-
-@app.command("narrow")
-@reported_errors()
+@answer_command("narrow")
 def narrow(
-    folder: Saved,
+    result: SavedResult,
     changes: Annotated[
         list[str],
         typer.Argument(
@@ -66,26 +51,23 @@ def narrow(
         typer.Option("--probability", help="Also how likely the study's limits are left."),
     ] = False,
     trust: Trust = False,
-    as_json: Json = False,
-) -> None:
-    """Show the bands for tighter tolerances or less scatter, without new runs.
+) -> CommandOutput:
+    """Show the bands for tighter tolerances or less scatter, without further runs.
 
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
     from flexband.report.page.inputs import known_of  # noqa: PLC0415
     from flexband.study.results.answers import read_answer  # noqa: PLC0415
-    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
+    surrogate, place = result
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
         new_inputs = changes_of(surrogate, changes)
         both = surrogate, surrogate.narrowed(**new_inputs)
         before, after = (expansion.bands(sigmas) for expansion in both)
-    limits = limits_before_and_after(both, study_limits(place, trust=trust), likely=probability)
-    check_folder(place)
+    limits = limits_before_and_after(both, result.limits(trust=trust), likely=probability)
     changed = "; ".join(
         f"{name}: {known_of(name, new_input)[1]}" for name, new_input in new_inputs.items()
     )
@@ -96,16 +78,8 @@ def narrow(
             f"The earlier narrowed.nc is replaced ({earlier.attrs.get('changes', 'other inputs')})"
         )
         print_text(text, error=True)
-    try_write(lambda: write_netcdf(after, answer_file(place, "narrowed")))
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
-    if as_json:
-        mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
-        print_json(
-            {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **mean_widths,
-             "expected_error": error, "limits": {row.pop("limit"): row for row in limits}}
-        )  # fmt: skip
-        return
     pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
     still = constants(before)
     rows = [
@@ -116,11 +90,20 @@ def narrow(
     ]
     width = f"width of the error bar{averaged(before)}"
     header = ["output", width, "narrowed", "of what it was"]
-    print_table(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))
+    printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
     if limits:
-        print_table("Limits, margins of μ ± 3σ", limits_table(limits))
-    sentence = error_in_words(after) if isinstance(error, float) else f"Expected error: {error}."
-    print_text(f"{changed}\n{sentence}\nWritten: {place / 'narrowed.nc'}")
+        printed.append(("Limits, margins of μ ± 3σ", limits_table(limits)))
+    sentence = error_in_words(after) if isinstance(error, float) else f"Estimated error: {error}."
+    mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
+    content = {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **mean_widths}
+    by_limit = {row["limit"]: {k: v for k, v in row.items() if k != "limit"} for row in limits}
+    return CommandOutput(
+        {**content, "expected_error": error, "limits": by_limit},
+        printed,
+        f"{changed}\n{sentence}",
+        name="narrowed",
+        data=after,
+    )
 
 
 def limits_before_and_after(
@@ -155,7 +138,7 @@ def limits_before_and_after(
     return rows
 
 
-def limits_table(limits: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
+def limits_table(limits: list[dict[str, Any]]) -> Table:
     """Return one row per limit, before and after inputs are narrowed."""
     header = ["limit", "least margin", "narrowed", "verdict"]
     likely = "probability" in limits[0]
@@ -182,21 +165,19 @@ def _likely(probability: float | None, most: float | None) -> str:
     return number(probability, 3) if probability else f"below {number(most, 2)}"
 
 
-@app.command("tolerance")
-@reported_errors()
+@answer_command("tolerance")
 def tolerance(
-    folder: Saved,
+    result: SavedResult,
     name: Annotated[str, typer.Argument(help="Name of the input.")],
     share: Annotated[float, typer.Option(help="Part of the width that is wanted.")] = 0.5,
     sigmas: Sigmas = 1.0,
-    as_json: Json = False,
-) -> None:
+) -> CommandOutput:
     """Find the tolerance of an input with which the error bars have a part of their width.
 
     Widths are the largest over time, as in the report's panel "What if". All other inputs stay as
     they are. No runs are made and no file is written.
     """
-    surrogate, _ = saved(folder)
+    surrogate = result.surrogate
     with usage():
         tolerances = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
     names = ("width", "least_width", "factor", "tolerance")
@@ -208,13 +189,6 @@ def tolerance(
         output: [float(select(tolerances[k], output)) for k in names]
         for output in outputs_of(tolerances)
     }
-    if as_json:
-        options = {"share": share, "sigmas": sigmas}
-        tolerances = {
-            output: dict(zip(names, values, strict=True)) for output, values in table.items()
-        }
-        print_json({output: values | options for output, values in tolerances.items()})
-        return
     still = [output for output in table if not bool(select(tolerances["varies"], output))]
     reached = [output for output in table if np.isfinite(table[output][3]) and output not in still]
     header = ["output", "largest width", "without its uncertainty", "part of the width"]
@@ -235,10 +209,16 @@ def tolerance(
         f"Tolerance of {name}, all others as they are; widths are those of μ ± "
         f"{deviations(tolerances)}{largest}"
     )
-    print_table(title, (header, rows))
     moving = {output: values for output, values in table.items() if output not in still}
-    if len(reached) < len(moving):
-        print_text(out_of_reach(name, share, moving))
+    options = {"share": share, "sigmas": sigmas}
+    return CommandOutput(
+        {
+            output: dict(zip(names, values, strict=True)) | options
+            for output, values in table.items()
+        },
+        [(title, (header, rows))],
+        out_of_reach(name, share, moving) if len(reached) < len(moving) else "",
+    )
 
 
 def out_of_reach(name: str, share: float, table: dict[str, list[float]]) -> str:
@@ -286,8 +266,9 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
             raise InputError(f"{narrowed_by(owner, uncertain_input, names)}; got {text!r}")
         if name not in inputs and parameter in names:
             changed: dict[str, Any] = {parameter: numbers[0]}
-            if parameter in SPREADS:  # one of them alone is given
-                changed = dict.fromkeys(SPREADS & {*names}) | changed
+            spreads = {"std", "cv"}
+            if parameter in spreads:  # one of them alone is given
+                changed = dict.fromkeys(spreads & {*names}) | changed
             changes[owner] = replace(changes.get(owner, uncertain_input), **changed)
         else:
             changes[name] = fb.Interval(*numbers) if dots else numbers[0]

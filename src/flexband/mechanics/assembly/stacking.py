@@ -13,7 +13,10 @@ from flexband.errors import InputError
 
 def stack(values: Sequence[ArrayLike]) -> np.ndarray:
     """Stack numbers and arrays of shape (n,) to shape (rows, n or 1)."""
-    arrays = [np.atleast_1d(np.asarray(v, dtype=float)) for v in values]
+    arrays = [np.asarray(v, dtype=float) for v in values]
+    if arrays and all(array.size == 1 for array in arrays):
+        return np.concatenate([array.ravel() for array in arrays])[:, None]
+    arrays = [np.atleast_1d(array) for array in arrays]
     stacked = np.empty((len(arrays), count_samples(arrays)))
     for row, array in zip(stacked, arrays, strict=True):
         row[:] = array

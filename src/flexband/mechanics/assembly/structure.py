@@ -203,6 +203,7 @@ class WorkSpace(NamedTuple):
     turned: np.ndarray  # of the angle φ of each turning vector in a step Σ φ⁴, Σ φ, its max, −min
     before: np.ndarray  # z and a before a step
     reached: np.ndarray  # number of the last step, one row
+    unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
@@ -213,7 +214,8 @@ class WorkSpace(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, KEPT * rows[1])
+        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1)
+        rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]
         memory = zeros(starts[-1])
         return WorkSpace(*(memory[start:end] for start, end in pairwise(starts)))

@@ -171,7 +171,8 @@ def assemble(mechanism: Mechanism) -> System:
     functions = [f for f in dict.fromkeys(used) if f is not None]
     owners = [owner for owner, _ in mechanism.constraints]
     couples = set(chain.from_iterable(table.couples() for table in tables.values()))
-    among = [(i, j) for i, j in couples if 0 < i < state.angle and 0 < j < state.angle]
+    angle = state.angle
+    among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
     pattern, slots = analyse(_pairs(state, owners), state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)

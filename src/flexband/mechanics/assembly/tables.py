@@ -94,8 +94,12 @@ class MassTable:
     def structure(self, places: Places) -> Mass:
         i, j = (indices(couple[axis] for couple in self.mass) for axis in range(2))
         slots = indices(places.slot(*couple) for couple in self.mass)
-        differ = [np.any(m != self.regular_mass[couple]) for couple, m in self.mass.items()]
-        return Mass(i, j, slots, massless=indices(np.flatnonzero(differ)))
+        replaced = (
+            n
+            for n, (couple, m) in enumerate(self.mass.items())
+            if self.regular_mass[couple] is not m and np.any(self.regular_mass[couple] != m)
+        )
+        return Mass(i, j, slots, massless=indices(replaced))
 
     def values(self) -> np.ndarray:
         return stack(list(self.mass.values()))

@@ -12,11 +12,11 @@ from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
-from flexband.mechanics.engine.failures import WRONG_BRANCH, blame_laws
+from flexband.mechanics.engine.failures import blame_laws
 from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
-from flexband.mechanics.engine.initial_conditions import CONSTRAINT_TOLERANCE
+from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.loop_closure import closed, guessed
-from flexband.mechanics.engine.projection import MASSLESS_PIVOT, SMALLEST_PIVOT, ZERO_PIVOT
+from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import Largest, Members, kept_steps
 from flexband.mechanics.engine.threads import (
@@ -25,6 +25,7 @@ from flexband.mechanics.engine.threads import (
     stop_flag,
     while_compiling,
 )
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, address
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
@@ -50,6 +51,7 @@ class Batch(NamedTuple):
     starts: dict[int, np.ndarray]  # sample with redundant constraints -> its z at the start
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies, 4), see `Work`
+    unresolved: np.ndarray  # (samples,), number of the first time, see `WorkSpace`, or 0
     strains: Largest
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
@@ -89,7 +91,7 @@ def run_samples(
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
-    turned = np.zeros((len(chosen), len(system.turning), 4))
+    turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [Largest.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
     impulses: list[Impulse] = []
@@ -115,6 +117,7 @@ def run_samples(
         outputs[places] = derived[:, ::every].transpose(2, 0, 1)[: len(numbers)]
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
+        unresolved[places] = work.unresolved[0, : len(numbers)]
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             strains[block] = members.largest(states, chosen[lanes])
@@ -138,6 +141,7 @@ def run_samples(
         starts,
         corrections(system, firsts, chosen),
         turned,
+        unresolved,
         largest,
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
@@ -183,11 +187,11 @@ def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
     """
     guess = guessed(system, values)
     massless = (values.mass != values.regular_mass).any(axis=0)
-    pivots = np.where(massless, MASSLESS_PIVOT, SMALLEST_PIVOT)
+    pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
     if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
         near, misfit = closed(system, values)
         guess = np.where(
-            np.abs(misfit).max(axis=0, initial=0.0) < CONSTRAINT_TOLERANCE, near, guess
+            np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
         )
     work, failure = _started(system, values, guess, pivots)
     failed = failure[0] > 0
@@ -198,7 +202,9 @@ def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
     if failure[3].any() or massless.any():
         dependent = rank_deficiency(system, values, work.z)
         independent = failure[3] > dependent
-        pivots = np.where(independent | (massless & (dependent == 0)), ZERO_PIVOT, pivots)
+        pivots = np.where(
+            independent | (massless & (dependent == 0)), PROJECTION.zero_pivot, pivots
+        )
         if independent.any():
             work, failure = _started(system, values, guess, pivots)
         work.smallest[:] = pivots
@@ -270,6 +276,6 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
     failure = failure.copy()
     times, rows, lanes = np.nonzero(conditions < 0)
     for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
-        if failure[0, lane] in (0, WRONG_BRANCH) or time < failure[1, lane]:
-            failure[:3, lane] = WRONG_BRANCH, time, row
+        if failure[0, lane] in (0, FAILURE.wrong_branch) or time < failure[1, lane]:
+            failure[:3, lane] = FAILURE.wrong_branch, time, row
     return failure

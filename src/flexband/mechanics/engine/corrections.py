@@ -11,17 +11,25 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian
 
-MIN_TURN, MIN_MOVE, MIN_RATE = 1e-6, 1e-6, 1e-6
-"""Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate."""
 
-LARGE_TURN = 0.1
-"""Turns [rad] from here on are warned of."""
+class ReportedChanges(NamedTuple):
+    """Which changes of the given start are reported and warned of.
 
-LARGE_RATE = 0.1
-"""Relative changes of given velocities from here on are warned of."""
+    Attributes
+    ----------
+    min_turn, min_move, min_rate
+        Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate.
+    large_turn
+        Turns [rad] from here on are warned of.
+    large_rate
+        Relative changes of given velocities from here on are warned of.
+    """
 
-BRANCH_TURN = 0.01
-"""Loops whose bodies turned by less [rad] are not examined for another branch."""
+    min_turn: float = 1e-6
+    min_move: float = 1e-6
+    min_rate: float = 1e-6
+    large_turn: float = 0.1
+    large_rate: float = 0.1
 
 
 class Corrections(NamedTuple):
@@ -36,8 +44,13 @@ class Corrections(NamedTuple):
     )  # whether loops closed in another branch than that of the guess, (samples,)
 
 
-def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Corrections:
-    """Return how the states `z` of these samples at the start, (rows, …), differ from the given."""
+def corrections(
+    system: System, z: np.ndarray, samples: np.ndarray, *, branch_turn: float = 0.01
+) -> Corrections:
+    """Return how the states `z` of these samples at the start, (rows, …), differ from the given.
+
+    Loops whose bodies turned by less than `branch_turn` [rad] are not examined for another branch.
+    """
     z, velocity = z[:, : len(samples)], system.structure.state.velocity
     q, v = z[:velocity], z[velocity:]
     given = _of(samples, system.given)
@@ -59,7 +72,7 @@ def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Correctio
             now = _cross(q, v, first) / _dot(q, q, first)
             rates[b] = _relative(np.abs(now - rate), np.abs(rate))
     changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
-    turned = np.flatnonzero(turns.max(axis=0) > BRANCH_TURN)
+    turned = np.flatnonzero(turns.max(axis=0) > branch_turn)
     if len(turned):
         guess = np.zeros((len(z), len(turned)))
         guess[: len(given)] = _of(samples[turned], system.values.start)
@@ -67,7 +80,9 @@ def corrections(system: System, z: np.ndarray, samples: np.ndarray) -> Correctio
     return changes
 
 
-def report(system: System, found: Corrections) -> dict[str, str | float]:
+def report(
+    system: System, changes: Corrections, limits: ReportedChanges = ReportedChanges()
+) -> dict[str, str | float]:
     """Return attributes that state the largest changes; warn of large ones."""
     names, said, attributes = list(system.mechanism.bodies), [], {}
     size = float(np.min(1 / system.values.inverse_scale[1]))
@@ -77,26 +92,26 @@ def report(system: System, found: Corrections) -> dict[str, str | float]:
         where = f" (sample {sample})" if system.samples > 1 else ""
         return float(change[b, sample]), f"body {names[b]!r}", where
 
-    turn, body, where = largest(found.turns)
-    if turn > MIN_TURN:
+    turn, body, where = largest(changes.turns)
+    if turn > limits.min_turn:
         attributes["largest_turn"] = turn
         said.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
-        if turn > LARGE_TURN:
+        if turn > limits.large_turn:
             warn(said[-1] + ", since the joints cannot be met at the given angles")
-    move, body, where = largest(found.moves)
-    if move > MIN_MOVE * size:
+    move, body, where = largest(changes.moves)
+    if move > limits.min_move * size:
         attributes["largest_move"] = move
         said.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
-    for change, what in ((found.rates, "rate"), (found.speeds, "velocity")):
+    for change, what in ((changes.rates, "rate"), (changes.speeds, "velocity")):
         relative, body, where = largest(change)
-        if relative > MIN_RATE:
+        if relative > limits.min_rate:
             said.append(
                 f"joints change the given {what} of {body} by {100 * relative:.3g} %{where}"
             )
-            if relative > LARGE_RATE:
+            if relative > limits.large_rate:
                 warn(said[-1] + "; give all bodies velocities that joints and drives allow")
-    if found.reversed.any():
-        where = f" (sample {np.argmax(found.reversed)})" if system.samples > 1 else ""
+    if changes.reversed.any():
+        where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
         said.append(f"a loop closed in another branch than that of the given angles{where}")
         warn(said[-1] + "; give angles that are closer to the branch that is meant")
     if said:

@@ -6,10 +6,8 @@ import numpy as np
 
 from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.generalized_alpha import CONTRADICTED, DIVERGED, UNDETERMINED
-from flexband.mechanics.engine.initial_conditions import NOT_ASSEMBLED, SINGULAR_START
 from flexband.mechanics.engine.loop_closure import gaps
-from flexband.mechanics.engine.static_solver import NOT_SETTLED
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.loads.compiled_laws import take_failures
 from flexband.words import number_of
 
@@ -21,8 +19,6 @@ SHORTER = (
 
 MAX_SHOWN = 5
 """Causes in a message, and samples of a cause."""
-
-WRONG_BRANCH, LAW_FAILED, OUT_OF_REACH, SNAPPED_THROUGH = 5.0, 7.0, 8.0, 9.0
 
 
 def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
@@ -38,7 +34,7 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
             loads = [repr(name) for name, law in system.laws if law is law_failure.law]
             text = f"the law of load {' or '.join(dict.fromkeys(loads))} {law_failure.reason}"
             system.law_failures[number] = text
-            failure[:3, law_failure.lane] = LAW_FAILED, time, number
+            failure[:3, law_failure.lane] = FAILURE.law_failed, time, number
 
 
 def raise_failures(
@@ -58,37 +54,38 @@ def raise_failures(
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
     for sample in failed:
-        names = {WRONG_BRANCH: system.conditions, LAW_FAILED: system.law_failures}.get(
-            code[sample], system.constraints
-        )
+        names = {
+            FAILURE.wrong_branch: system.conditions,
+            FAILURE.law_failed: system.law_failures,
+        }.get(code[sample], system.constraints)
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
-            NOT_ASSEMBLED: "the constraints cannot be met",
-            SINGULAR_START: "constraints contradict each other, or their Jacobian loses rank "
-            f"at the guess; the worst is {where}",
-            WRONG_BRANCH: f"joint {where!r} holds its body the wrong way round; the body must "
-            "start within 90° of the prescribed angle",
-            DIVERGED: f"Newton's method diverged with {tried}",
-            NOT_SETTLED: "no equilibrium was found; "
+            FAILURE.not_assembled: "the constraints cannot be met",
+            FAILURE.singular_start: "constraints contradict each other, or their Jacobian loses "
+            f"rank at the guess; the worst is {where}",
+            FAILURE.wrong_branch: f"joint {where!r} holds its body the wrong way round; the body "
+            "must start within 90° of the prescribed angle",
+            FAILURE.diverged: f"Newton's method diverged with {tried}",
+            FAILURE.not_settled: "no equilibrium was found; "
             + (
                 f"{where} is in a position where constraints depend on each other and cannot "
                 "carry every load"
                 if where
                 else "there may be none, or the loads have to be applied in more steps"
             ),
-            LAW_FAILED: where,
-            CONTRADICTED: f"constraints contradict each other; the worst is {where}",
-            SNAPPED_THROUGH: f"the mechanism snaps through at {part[sample]:.3g} of the loads; "
-            "PrescribedTravel in place of the force follows it",
-            UNDETERMINED: f"{_massless(system)} can move while all that has mass is at rest, as at "
-            "a dead centre; give it mass and inertia",
-            OUT_OF_REACH: f"{drives} asks for a position that the mechanism cannot reach",
+            FAILURE.law_failed: where,
+            FAILURE.contradicted: f"constraints contradict each other; the worst is {where}",
+            FAILURE.snapped_through: f"the mechanism snaps through at {part[sample]:.3g} of the "
+            "loads; PrescribedTravel in place of the force follows it",
+            FAILURE.undetermined: f"{_massless(system)} can move while all that has mass is at "
+            "rest, as at a dead centre; give it mass and inertia",
+            FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
-    if DIVERGED in code[failed]:
+    if FAILURE.diverged in code[failed]:
         lines.append(SHORTER)
-    apart = np.flatnonzero(np.isin(code, (NOT_ASSEMBLED, SINGULAR_START)))
+    apart = np.flatnonzero(np.isin(code, (FAILURE.not_assembled, FAILURE.singular_start)))
     if len(apart) and not np.any(number[apart]):
         lines.append(_advice(system, int(apart[0])))
     text = "\n".join(lines)

@@ -19,11 +19,12 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_positive, warn
 from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
-    ZERO_PIVOT,
+    PROJECTION,
     accelerate,
     light,
     project,
     refine,
+    released,
     share,
     strike,
 )
@@ -37,6 +38,7 @@ from flexband.mechanics.kernels.equations import (
     violated_constraint,
 )
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -50,32 +52,39 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 
-FACTORIZATIONS, ITERATIONS_PER_FACTORIZATION = 6, 5
-"""The most per step, and the most iterations of Newton's method with each."""
-
-DAMPED_ITERATIONS, LONGEST_CORRECTION = 100, 0.1
-"""The most of a second attempt at a step, and the largest correction of each, relative to the size
-of the mechanism."""
-
-INITIAL_RATE = 0.1
-"""Rate of convergence of Newton's method that is assumed before it has been observed."""
-
-REDUNDANT_TOLERANCE = 1e-8
-"""Of redundant constraints during the motion, relative to the size of the mechanism."""
-
-LONGEST_FALL = 0.05
-"""Largest part of a predicted motion that is due to accelerations, relative to the size of the
-mechanism."""
-
 ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
 
-TINY_TOLERANCE, LARGE_TOLERANCE = 1e-15, 1e-4
-"""Tolerances of Newton's method beyond which rounding, or the tolerance itself, is all there is."""
-
-DIVERGED, CONTRADICTED, UNDETERMINED = 3.0, 4.0, 10.0
-
 GOLDEN = (5**0.5 - 1) / 2
+
+
+class NewtonOptions(NamedTuple):
+    """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
+
+    Attributes
+    ----------
+    factorizations, iterations
+        The most per step, and the most iterations with each.
+    damped_iterations, max_correction
+        The most of a second attempt at a step, and the largest correction of each.
+    initial_rate
+        Rate of convergence that is assumed before it has been observed.
+    redundant_tolerance
+        Of redundant constraints during the motion.
+    max_fall
+        Largest part of a predicted motion that is due to accelerations.
+    """
+
+    factorizations: int = 6
+    iterations: int = 5
+    damped_iterations: int = 100
+    max_correction: float = 0.1
+    initial_rate: float = 0.1
+    redundant_tolerance: float = 1e-8
+    max_fall: float = 0.05
+
+
+NEWTON = NewtonOptions()
 
 
 @frozen(kw_only=True)
@@ -102,7 +111,7 @@ class GeneralizedAlpha:
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be from 0 to 1; got {rho:g}")
         check_positive("tolerance", check_numbers("tolerance", self.tolerance))
-        if not TINY_TOLERANCE < self.tolerance < LARGE_TOLERANCE:
+        if not 1e-15 < self.tolerance < 1e-4:  # rounding, or the tolerance itself, is all there is
             warn(
                 f"GeneralizedAlpha tolerance is {self.tolerance:g} of the mechanism's size; "
                 f"it is usually 1e-12 to 1e-8"
@@ -152,7 +161,7 @@ def of_part(method, part):
 def predict(structure, method, values, z, a):
     """Move to the next time with q̈ unchanged; `a` becomes that of the new time.
 
-    Where the accelerations would move a coordinate by more than `LONGEST_FALL` they are those of
+    Where the accelerations would move a coordinate by more than `NEWTON.max_fall` they are those of
     vibrations that the step does not resolve. The coordinate then moves with its velocity alone.
     """
     h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
@@ -162,7 +171,7 @@ def predict(structure, method, values, z, a):
         old, kept = load(a, i), load(z, acceleration + i)
         new = (kept - alpha_m * old) / (1.0 - alpha_m)
         v, fall = load(z, velocity + i), h * h * ((0.5 - beta) * old + beta * new)
-        small = less(magnitude(fall) * load(values.inverse_scale, i), filled(LONGEST_FALL))
+        small = less(magnitude(fall) * load(values.inverse_scale, i), filled(NEWTON.max_fall))
         new = where(small, new, (1.0 - 0.5 / beta) * old)
         changed = ((1.0 - alpha_m) * new + alpha_m * old - alpha_f * kept) / (1.0 - alpha_f)
         store(z, i, load(z, i) + h * v + where(small, fall, filled(0.0)))
@@ -193,13 +202,13 @@ def correct(structure, method, values, z, a, x, active):
 
 @inlined
 def shorten(structure, method, values, x):
-    """Shorten Newton's corrections to `LONGEST_CORRECTION`."""
+    """Shorten Newton's corrections to `NEWTON.max_correction`."""
     largest = filled(0.0)
     for i in range(1, structure.state.coordinates + 1):
         largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
     largest = method.dq_da * largest
-    short = less(largest, filled(LONGEST_CORRECTION))
-    part = where(short, filled(1.0), LONGEST_CORRECTION / largest)
+    short = less(largest, filled(NEWTON.max_correction))
+    part = where(short, filled(1.0), NEWTON.max_correction / largest)
     for i in range(1, structure.state.angle):
         store(x, i, part * load(x, i))
 
@@ -231,8 +240,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     lost = none
     age, first = 0, True  # iterations since the factorization, and whether this is the first one
-    most = 1 if damped else ITERATIONS_PER_FACTORIZATION
-    for _ in range(DAMPED_ITERATIONS if damped else FACTORIZATIONS * most):
+    most = 1 if damped else NEWTON.iterations
+    for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         if age == 0:
@@ -336,7 +345,7 @@ def stand_still(structure, method, work, failed):
         store(z, state.velocity + i, where(failed, rate, load(z, state.velocity + i)))
         store(z, state.acceleration + i, where(failed, second, load(z, state.acceleration + i)))
         store(a, i, where(failed, new, load(a, i)))
-    store(work.rate, 0, where(failed, filled(INITIAL_RATE), load(work.rate, 0)))
+    store(work.rate, 0, where(failed, filled(NEWTON.initial_rate), load(work.rate, 0)))
     clear(work.r, state.velocity + 1)  # and of what is not finite
     clear(work.s, state.velocity + 1)
 
@@ -349,13 +358,15 @@ def examine(structure, values, now, work, known, left_out):
     `known` is the number of redundant constraints at the start.
     """
     none = filled(0.0)
-    violated = violated_constraint(structure, values, now, work.z, work.r, REDUNDANT_TOLERANCE)
+    violated = violated_constraint(
+        structure, values, now, work.z, work.r, NEWTON.redundant_tolerance
+    )
     violated = where(left_out, violated, none)
-    code, more = where(violated, filled(CONTRADICTED), none), less(known, left_out)
+    code, more = where(violated, filled(FAILURE.contradicted), none), less(known, left_out)
     if any_true(more):
         more = where(more, light(structure, values, now, work, left_out), none)
-        store(work.smallest, 0, where(more, filled(ZERO_PIVOT), load(work.smallest, 0)))
-        code = where(more, where(violated, filled(DIVERGED), none), code)
+        store(work.smallest, 0, where(more, filled(PROJECTION.zero_pivot), load(work.smallest, 0)))
+        code = where(more, where(violated, filled(FAILURE.diverged), none), code)
     return code, violated
 
 
@@ -409,8 +420,8 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
             structure, method, tolerance, values, now, work, failed, number > 0
         )
         left_out = where(diverged, none, where(failed, left_out, none))
-        code = where(diverged, filled(DIVERGED), none)
-        code = where(lost, filled(UNDETERMINED), code)
+        code = where(diverged, filled(FAILURE.diverged), none)
+        code = where(lost, filled(FAILURE.undetermined), code)
         redundant = where(failed, left_out, redundant)
         if any_true(left_out):
             contradicted, violated = examine(structure, values, now, work, known, left_out)
@@ -429,7 +440,7 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)
-    store(work.rate, 0, filled(INITIAL_RATE))
+    store(work.rate, 0, filled(NEWTON.initial_rate))
     code, known = load(failure, 0), load(failure, 3)
     restart(structure, work, filled(1.0))
     sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
@@ -458,8 +469,18 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
         shared = where(stepping, where(redundant, redundant, known), none)
+        unresolved, more = none, where(stepping, less(known, redundant), none)
         if any_true(shared):
-            share(structure, values, now, work, shared)
+            unresolved = share(structure, values, now, work, shared)
+        more = where(
+            less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), more, none
+        )  # not light ones
+        if any_true(more):
+            unresolved += released(structure, values, now, work, more)
+        if any_true(unresolved):
+            since = where(unresolved, load(values.numbers, n), none)
+            since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
+            store(work.unresolved, 0, since)
         struck = none
         if divided:
             go_back(structure, work, still)

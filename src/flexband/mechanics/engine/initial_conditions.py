@@ -9,6 +9,8 @@ gives accelerations and multipliers.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from flexband.mechanics.engine import projection
@@ -29,6 +31,7 @@ from flexband.mechanics.kernels.equations import (
     violated_constraint,
 )
 from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -43,21 +46,35 @@ from flexband.mechanics.kernels.lanes import (
 )
 from flexband.mechanics.kernels.springs import set_rest
 
-ITERATIONS = 50
-CONSTRAINT_TOLERANCE = 1e-9
-"""Of the constraints, relative to the size of the mechanism."""
 
-POSITION_TOLERANCE = 1e-12
-"""Of the last correction, relative to the size of the mechanism."""
+class AssemblyOptions(NamedTuple):
+    """How the start is found. Lengths are relative to the size of the mechanism.
 
-LONGEST_STEP = 0.2
-"""Of a correction, relative to the size of the mechanism; longer ones might leave the branch."""
-SMALLEST_PIVOT = 1e-12
-"""As in `projection`; it is smaller since members are almost rigid here."""
+    Attributes
+    ----------
+    iterations
+        Of Newton's method, at most.
+    constraint_tolerance
+        Of the constraints.
+    position_tolerance
+        Of the last correction.
+    max_step
+        Of a correction; longer ones might leave the branch.
+    min_pivot
+        As in `projection`; it is smaller since members are almost rigid here.
+    velocity_sweeps
+        Projections of the velocities.
+    """
 
-VELOCITY_SWEEPS = 4
+    iterations: int = 50
+    constraint_tolerance: float = 1e-9
+    position_tolerance: float = 1e-12
+    max_step: float = 0.2
+    min_pivot: float = 1e-12
+    velocity_sweeps: int = 4
 
-NOT_ASSEMBLED, SINGULAR_START = 1.0, 2.0
+
+ASSEMBLY = AssemblyOptions()
 
 
 @compiled
@@ -89,9 +106,11 @@ def assemble(structure, values, s, work):
     """
     state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
-    for iteration in range(ITERATIONS):
+    for iteration in range(ASSEMBLY.iterations):
         update_angles(structure.vectors, values.vectors, state, z)
-        left_out = elastic_matrix(structure, values, values.metric, s, work, filled(SMALLEST_PIVOT))
+        left_out = elastic_matrix(
+            structure, values, values.metric, s, work, filled(ASSEMBLY.min_pivot)
+        )
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
@@ -104,16 +123,16 @@ def assemble(structure, values, s, work):
         for i in range(1, state.coordinates + 1):
             step = magnitude(s * load(r, i)) * load(values.inverse_scale, i)
             largest = maximum(largest, step)
-        short = less(largest, filled(LONGEST_STEP))
-        part = where(short, filled(1.0), LONGEST_STEP / largest)
+        short = less(largest, filled(ASSEMBLY.max_step))
+        part = where(short, filled(1.0), ASSEMBLY.max_step / largest)
         for i in range(1, state.coordinates + 1):
             step = part * (s * load(r, i))
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        moving = where(less(largest, filled(POSITION_TOLERANCE)), filled(0.0), moving)
+        moving = where(less(largest, filled(ASSEMBLY.position_tolerance)), filled(0.0), moving)
         if not any_true(moving):
             break
     return violated_constraint(
-        structure, values, np.int64(0), z, r, CONSTRAINT_TOLERANCE
+        structure, values, np.int64(0), z, r, ASSEMBLY.constraint_tolerance
     ), redundant
 
 
@@ -121,11 +140,11 @@ def assemble(structure, values, s, work):
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
-    elastic_matrix(structure, values, values.regular_mass, s, work, filled(SMALLEST_PIVOT))
+    elastic_matrix(structure, values, values.regular_mass, s, work, filled(ASSEMBLY.min_pivot))
     velocity, terms = state.velocity, structure.terms
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(values.velocity, i))
-    for _ in range(VELOCITY_SWEEPS):
+    for _ in range(ASSEMBLY.velocity_sweeps):
         clear(r, state.velocity)
         add_mass_product(structure.mass, values.mass, z, velocity, r)
         for t in range(len(terms.k)):
@@ -156,7 +175,7 @@ def start(structure, values, work, failure):
     left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):
         projection.share(structure, values, np.int64(0), work, left_out)
-    code = where(redundant, filled(SINGULAR_START), filled(NOT_ASSEMBLED))
+    code = where(redundant, filled(FAILURE.singular_start), filled(FAILURE.not_assembled))
     store(failure, 0, where(failed, code, filled(0.0)))
     store(failure, 1, filled(0.0))
     store(failure, 2, failed - float(state.multiplier))

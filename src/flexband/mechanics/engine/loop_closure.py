@@ -8,28 +8,39 @@ unknowns for each body, turns that are exact, and the steps of Levenberg and Mar
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.initial_conditions import (
-    CONSTRAINT_TOLERANCE,
-    ITERATIONS,
-    LONGEST_STEP,
-)
+from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.redundancy import RANK, derivatives
 
-TOLERANCE = 1e-13
-"""Of the constraints, relative to the size of the mechanism."""
 
-TURN = 30.0
-"""How much more a turn by 1 rad counts than a move by the size of the mechanism."""
+class ClosureOptions(NamedTuple):
+    """How loops are closed.
 
-MIN_DAMPING, FIRST_DAMPING, DAMPED = 1e-10, 1e-4, 10.0
-"""Of a step: the least, with which redundant constraints do no harm, that after the first step that
-leads away, and the factor from one step to the next."""
+    Attributes
+    ----------
+    tolerance
+        Of the constraints, relative to the size of the mechanism.
+    turn_weight
+        How much more a turn by 1 rad counts than a move by the size of the mechanism.
+    min_damping
+        Of a step, with which redundant constraints do no harm.
+    first_damping
+        After the first step that leads away.
+    damping_factor
+        From one step to the next.
+    """
+
+    tolerance: float = 1e-13
+    turn_weight: float = 30.0
+    min_damping: float = 1e-10
+    first_damping: float = 1e-4
+    damping_factor: float = 10.0
 
 
 def guessed(system: System, values: Values) -> np.ndarray:
@@ -39,7 +50,9 @@ def guessed(system: System, values: Values) -> np.ndarray:
     return z
 
 
-def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
+def closed(
+    system: System, values: Values, options: ClosureOptions = ClosureOptions()
+) -> tuple[np.ndarray, np.ndarray]:
     """Return z as near to meeting the constraints as rigid motions get, and what is left of Φ.
 
     Φ, shape (multipliers, lanes), is divided by the size of the mechanism.
@@ -47,20 +60,20 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * _constraints(system, values, c, z)
-    damping = np.full(z.shape[1], MIN_DAMPING)
-    for _ in range(ITERATIONS):
-        apart = np.abs(misfit).max(axis=0, initial=0.0) > TOLERANCE
+    damping = np.full(z.shape[1], options.min_damping)
+    for _ in range(ASSEMBLY.iterations):
+        apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
         if not apart.any():
             break
         rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
-        rows[:, :, 2::3] /= TURN
+        rows[:, :, 2::3] /= options.turn_weight
         matrix = rows @ rows.transpose(0, 2, 1) + damping[:, None, None] * np.eye(rows.shape[1])
         step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None])
-        step[:, 2::3] /= TURN
+        step[:, 2::3] /= options.turn_weight
         largest = np.abs(step).max(axis=1, keepdims=True)
-        step *= LONGEST_STEP / np.maximum(largest, LONGEST_STEP)
+        step *= ASSEMBLY.max_step / np.maximum(largest, ASSEMBLY.max_step)
         moved = z.copy()
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
         next_misfit = inverse * _constraints(system, values, c, moved)
@@ -68,8 +81,8 @@ def closed(system: System, values: Values) -> tuple[np.ndarray, np.ndarray]:
         z, misfit = np.where(nearer, moved, z), np.where(nearer, next_misfit, misfit)
         damping = np.where(
             nearer,
-            np.maximum(damping / DAMPED, MIN_DAMPING),
-            np.maximum(damping * DAMPED, FIRST_DAMPING),
+            np.maximum(damping / options.damping_factor, options.min_damping),
+            np.maximum(damping * options.damping_factor, options.first_damping),
         )
     return z, misfit
 
@@ -90,7 +103,7 @@ def gaps(system: System, sample: int) -> dict[str, float]:
         if owner.startswith("joint ") and np.abs(row).max() > RANK * size[0]:
             name = owner.removeprefix("joint ")[1:-1]
             open_by[name] = math.hypot(open_by.get(name, 0.0), part * size[0])
-    least = CONSTRAINT_TOLERANCE * size[0]
+    least = ASSEMBLY.constraint_tolerance * size[0]
     return {name: gap for name, gap in open_by.items() if gap > least}
 
 

@@ -11,6 +11,8 @@ The derivatives of Φ(q, t) = 0 are Φ_q v + Φ_t = 0 and Φ_q q̈ + γ = 0 with
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from flexband.mechanics.kernels.angles import (
     add_angle_tangent,
     angle_drift,
@@ -45,42 +47,70 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 
-INEXACT = 1e-12
-"""Error of a projected velocity, times the step and relative to the size of the mechanism, that
-calls for a new matrix."""
 
-LARGE_STEP = 3e-5
-"""The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
-turns by φ in a step."""
+class ProjectionOptions(NamedTuple):
+    """How velocities and accelerations are moved onto the constraints.
 
-SMALLEST_PIVOT = 1e-7
-"""Relative size of the pivot of a multiplier below which its constraint is left out of a step.
+    Attributes
+    ----------
+    max_error
+        Error of a projected velocity, times the step and relative to the size of the mechanism,
+        that calls for a new matrix.
+    max_change
+        The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
+        turns by φ in a step.
+    min_pivot
+        Relative size of the pivot of a multiplier below which its constraint is left out of a step.
+        It is the squared sine of the angle between its gradient and those of all other constraints.
+        In a mechanism that passes a position where constraints depend on each other, reactions next
+        to it would be rounding errors divided by this sine.
+    zero_pivot
+        The same for mechanisms that start nearly locked, with a light body between heavy ones, or
+        with massless bodies and no redundant constraint.
+    massless_pivot
+        The same where bodies are massless: what matrices have in place of zeros is small as well.
+    softening, small_softening
+        Compliance of the constraints that share forces, relative to that of the masses they move,
+        and the one after that where the passes do not settle: next to a position where constraints
+        depend on each other, and where masses differ much.
+    min_passes, max_passes
+        With each of them: the least, which is enough where masses differ by less than 1e4, and the
+        most.
+    min_refinements, max_refinements
+        Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its
+        error, and the most, where masses hardly determine the motion.
+    settled, unsettled
+        Size of a correction, relative to the solution, below which no other follows, and that of
+        the last one from which on they do not converge.
+    unshared
+        Size of what the last pass adds to shared forces, relative to them, beyond which some are
+        missed. Rounding errors of the passes are far below it.
+    released
+        Change of the accelerations, relative to the largest, that a constraint that is left out
+        would make, from which on it has a force that is missed.
+    solutions
+        The most for accelerations at the start: rounding errors matter where bodies are light.
+    """
 
-It is the squared sine of the angle between its gradient and those of all other constraints. In a
-mechanism that passes a position where constraints depend on each other, reactions next to it would
-be rounding errors divided by this sine.
-"""
+    max_error: float = 1e-12
+    max_change: float = 3e-5
+    min_pivot: float = 1e-7
+    zero_pivot: float = 1e-13
+    massless_pivot: float = 1e-10
+    softening: float = 1e-7
+    small_softening: float = 1e-10
+    min_passes: int = 4
+    max_passes: int = 40
+    min_refinements: int = 2
+    max_refinements: int = 20
+    settled: float = 1e-8
+    unsettled: float = 1e-2
+    unshared: float = 1e-3
+    released: float = 1e-3
+    solutions: int = 6
 
-ZERO_PIVOT = 1e-13
-"""The same for mechanisms that start nearly locked, with a light body between heavy ones, or with
-massless bodies and no redundant constraint."""
 
-MASSLESS_PIVOT = 1e-10
-"""The same where bodies are massless: what matrices have in place of zeros is small as well."""
-
-SHARING_PASSES, MAX_SHARING_PASSES = 4, 40
-"""The least, which is enough where masses differ by less than 1e4, and the most."""
-
-REFINEMENTS, MAX_REFINEMENTS = 2, 20
-"""Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its error,
-and the most, where masses hardly determine the motion."""
-
-SETTLED, UNSETTLED = 1e-8, 1e-2
-"""Size of a correction, relative to the solution, below which no other follows, and that of the
-last one from which on they do not converge."""
-
-SOLUTIONS = 6
-"""The most for accelerations at the start: rounding errors matter where bodies are light."""
+PROJECTION = ProjectionOptions()
 
 
 @inlined
@@ -171,7 +201,7 @@ def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matri
     largest, last = none, none
     for i in range(state.angle):
         store(t, i, load(x, i))
-    for count in range(MAX_REFINEMENTS):
+    for count in range(PROJECTION.max_refinements):
         n = 0
         for i in range(state.angle):
             p = mass.massless[n]
@@ -184,11 +214,11 @@ def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matri
             store(x, i, load(x, i) + where(pending, load(t, i), none))
         largest = greatest(x, inverse_scale, 1, state.coordinates + 1)
         last = where(pending, greatest(t, inverse_scale, 1, state.coordinates + 1), last)
-        if count >= REFINEMENTS - 1:
-            pending = where(less(SETTLED * largest, last), pending, none)
+        if count >= PROJECTION.min_refinements - 1:
+            pending = where(less(PROJECTION.settled * largest, last), pending, none)
             if not any_true(pending):
                 break
-    return less(UNSETTLED * largest, last)
+    return less(PROJECTION.unsettled * largest, last)
 
 
 @inlined
@@ -209,8 +239,8 @@ def project(structure, method, values, now, work, solved, moved):
     largest = none
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
-    inexact = less(filled(INEXACT), method.step * largest * moved)
-    inexact = where(less(moved, filled(LARGE_STEP)), inexact, filled(1.0))
+    inexact = less(filled(PROJECTION.max_error), method.step * largest * moved)
+    inexact = where(less(moved, filled(PROJECTION.max_change)), inexact, filled(1.0))
     mask = where(inexact, none, solved)
     for i in range(1, state.coordinates + 1):
         store(z, velocity + i, load(z, velocity + i) + where(mask, load(r, i), none))
@@ -251,7 +281,7 @@ def accelerate(structure, values, now, work, chosen):
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     pending = chosen
-    for count in range(SOLUTIONS):
+    for count in range(PROJECTION.solutions):
         residual(structure, values, now, z, r, work.blocks)
         for i in range(1, state.angle):
             store(r, i, -load(r, i) if i <= state.coordinates else none)
@@ -263,7 +293,7 @@ def accelerate(structure, values, now, work, chosen):
             change = maximum(change, magnitude(load(r, k)))
             largest = maximum(largest, magnitude(load(z, k)))
         if count > 0:
-            pending = where(less(SETTLED * largest, change), pending, none)
+            pending = where(less(PROJECTION.settled * largest, change), pending, none)
             if not any_true(pending):
                 break
         for i in range(1, state.coordinates + 1):
@@ -287,7 +317,7 @@ def strike(structure, method, values, now, work, struck):
         structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
         work.matrix, work.blocks,
     )  # fmt: skip
-    factorize(structure.pattern, work.matrix, filled(ZERO_PIVOT), r)
+    factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
     clear(r, state.velocity)
     subtract_velocity_errors(structure, values, now, z, r)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
@@ -313,36 +343,64 @@ def light(structure, values, now, work, left_out):
 
 
 @compiled
+def released(structure, values, now, work, chosen):
+    """Return where the accelerations would not be the same with all constraints but redundant ones.
+
+    Only the `chosen` lanes are looked at. The state z remains, the work space does not.
+    """
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
+    factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
+    residual(structure, values, now, z, r, work.blocks)
+    for i in range(1, state.angle):
+        store(r, i, -load(r, i) if i <= state.coordinates else none)
+    subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    change, largest = none, none
+    for i in range(1, state.coordinates + 1):
+        scale = load(values.inverse_scale, i)
+        change = maximum(change, scale * magnitude(load(r, i)))
+        largest = maximum(largest, scale * magnitude(load(z, state.acceleration + i)))
+    return where(less(PROJECTION.released * largest, change), chosen, none)
+
+
+@compiled
 def share(structure, values, now, work, shared):
     """Replace the multipliers of the lanes in `shared` by the least ones with the same forces.
 
     They minimize Σ λ_k²/m_k with 1/m_k = Σ_i Φ_ki²/M_ii: each constraint carries in proportion to
     the mass that it moves, whatever its unit. Light bodies count with a part of the whole mass.
+    Returns the mask of lanes where they do not settle: they may miss a part of the forces.
     """
     state, z, r, least, matrix = structure.state, work.z, work.r, work.s, work.matrix
     none, pending = filled(0.0), shared
-    mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
-    soften(structure.pattern, matrix, SMALLEST_PIVOT)
-    factorize(structure.pattern, matrix, none, r)
+    change, largest = none, none
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
-    for count in range(MAX_SHARING_PASSES):  # z holds what is left to carry
-        clear(r, state.velocity)
-        add_constraints(structure.terms, values.terms, values.functions, now, z, r)
-        pass_on_moments(structure.vectors, values.vectors, state, z, r)
-        for k in range(state.multiplier, state.angle):
-            store(r, k, none)
-        solve(structure.pattern, structure.pattern.below, matrix, (r,))
-        change, largest = none, none
-        for k in range(state.multiplier, state.angle):
-            passed = where(pending, load(r, k), none)
-            store(least, k, load(least, k) + passed)
-            store(z, k, load(z, k) - passed)
-            change = maximum(change, magnitude(passed))
-            largest = maximum(largest, magnitude(load(least, k)))
-        if count >= SHARING_PASSES - 1:
-            pending = where(less(SETTLED * largest, change), pending, none)
-            if not any_true(pending):
-                break
+    for part in (PROJECTION.softening, PROJECTION.small_softening):
+        mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
+        soften(structure.pattern, matrix, part)
+        factorize(structure.pattern, matrix, none, r)
+        for count in range(PROJECTION.max_passes):  # z holds what is left to carry
+            clear(r, state.velocity)
+            add_constraints(structure.terms, values.terms, values.functions, now, z, r)
+            pass_on_moments(structure.vectors, values.vectors, state, z, r)
+            for k in range(state.multiplier, state.angle):
+                store(r, k, none)
+            solve(structure.pattern, structure.pattern.below, matrix, (r,))
+            change, largest = none, none
+            for k in range(state.multiplier, state.angle):
+                passed = where(pending, load(r, k), none)
+                store(least, k, load(least, k) + passed)
+                store(z, k, load(z, k) - passed)
+                change = maximum(change, magnitude(passed))
+                largest = maximum(largest, magnitude(load(least, k)))
+            if count >= PROJECTION.min_passes - 1:
+                pending = where(less(PROJECTION.settled * largest, change), pending, none)
+                if not any_true(pending):
+                    break
+        if not any_true(pending):
+            break
     for k in range(state.multiplier, state.angle):
         store(z, k, load(least, k) + where(shared, none, load(z, k)))
+    return where(pending, less(PROJECTION.unshared * largest, change), none)

@@ -8,8 +8,8 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH, START
-from flexband.mechanics.engine.failures import OUT_OF_REACH
-from flexband.mechanics.engine.generalized_alpha import DIVERGED, GeneralizedAlpha
+from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 
 MAX_EXAMINED = 5
@@ -31,7 +31,7 @@ def find_out_of_reach(
     if not np.any(system.structure.terms.f > 0):
         return
     method = integrator.coefficients(times[1] - times[0])._replace(attempts=2)
-    for place in np.flatnonzero(failures[:, 0] == DIVERGED)[:MAX_EXAMINED]:
+    for place in np.flatnonzero(failures[:, 0] == FAILURE.diverged)[:MAX_EXAMINED]:
         number, lane_samples = int(failures[place, 1]), np.full(WIDTH, samples[place])
         packed = pack(system, times, lane_samples)
         values = packed(0)
@@ -44,4 +44,4 @@ def find_out_of_reach(
         )(0)
         run(START, system, next_values, work, failure=failure)
         if failure[0, 0]:
-            failures[place, 0] = OUT_OF_REACH
+            failures[place, 0] = FAILURE.out_of_reach

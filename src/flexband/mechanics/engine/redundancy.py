@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
-from flexband.errors import InputError, returned, warn
+from flexband.errors import InputError, ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 
@@ -162,6 +162,29 @@ def warn_of_shared(system: System, joints: list[str]) -> list[str]:
             "out what is redundant, or let a body between them be flexible"
         )
     return joints
+
+
+def warn_of_unresolved(system: System, unresolved: np.ndarray, times: np.ndarray) -> None:
+    """Warn of sensors of forces of joints if the motion passes where more constraints depend.
+
+    Parameters
+    ----------
+    unresolved : of each sample, the number of the first time at which a constraint with a force
+        was left out that is independent of the others at the start, or at which forces could not be
+        shared; 0 if there is none.
+    """
+    samples = np.flatnonzero(unresolved)
+    if not len(samples) or not system.impulsive:
+        return
+    sample = samples[np.argmin(unresolved[samples])]
+    where = f" (sample {sample})" if system.samples > 1 else ""
+    warn(
+        f"at t = {times[int(unresolved[sample])]:.4g} s{where} the mechanism is where "
+        "more of its constraints depend on each other than at the start: next to it their forces "
+        "can be arbitrarily large, and reactions there are not resolved; keep the motion away from "
+        "this position, or let a body be flexible",
+        ResolutionWarning,
+    )
 
 
 def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:

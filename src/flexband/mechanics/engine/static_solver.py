@@ -7,11 +7,14 @@ steps shrink, so that the last steps are Newton's.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from flexband.mechanics.engine.initial_conditions import SMALLEST_PIVOT
+from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
 from flexband.mechanics.kernels.factorization import backward, factorize
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
     filled,
@@ -24,25 +27,38 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 
-ITERATIONS = 200
-TOLERANCE = 1e-10
-"""Of the last step, relative to the size of the mechanism."""
 
-LONGEST_STEP = 0.1
-"""Relative to the size of the mechanism; longer steps are shortened."""
+class StaticOptions(NamedTuple):
+    """How a rest is found. Lengths are relative to the size of the mechanism.
 
-GROWTH, TOTAL_GROWTH = 10.0, 1e3
-"""Of w, from one step to the next and over all steps."""
+    Attributes
+    ----------
+    iterations
+        Of Newton's method, at most.
+    tolerance
+        Of the last step.
+    max_step
+        Longer steps are shortened.
+    growth, total_growth
+        Of the weight w, from one step to the next and over all steps.
+    """
 
-NOT_SETTLED = 6.0
+    iterations: int = 200
+    tolerance: float = 1e-10
+    max_step: float = 0.1
+    growth: float = 10.0
+    total_growth: float = 1e3
+
+
+STATIC = StaticOptions()
 
 
 @inlined
 def settle(structure, values, work, outputs, failure, stop):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 
-    Fills `outputs`, shape (`ITERATIONS` + 1, rows, WIDTH), with the sensors' rows at the start and
-    after every iteration that is made, and updates `failure`.
+    Fills `outputs`, shape (`STATIC.iterations` + 1, rows, WIDTH), with the sensors' rows at the
+    start and after every iteration that is made, and updates `failure`.
     """
     state = structure.state
     z, r, matrix = work.z, work.r, work.matrix
@@ -52,27 +68,27 @@ def settle(structure, values, work, outputs, failure, stop):
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
-    for n in range(ITERATIONS + 1):
+    for n in range(STATIC.iterations + 1):
         sense(structure, values, now, z, outputs[n], work.blocks)
-        if n == ITERATIONS or any_true(load(stop, 0)) or not any_true(moving):
+        if n == STATIC.iterations or any_true(load(stop, 0)) or not any_true(moving):
             break
         residual(structure, values, now, z, r, work.blocks)
         tangent(structure, values, now, z, w, 0.0, matrix, work.blocks)
         to_right_side(structure, r, w)
-        factorize(structure.pattern, matrix, filled(SMALLEST_PIVOT), r)
+        factorize(structure.pattern, matrix, filled(ASSEMBLY.min_pivot), r)
         backward(structure.pattern, matrix, (r,))
         largest = filled(0.0)
         for i in range(1, state.coordinates + 1):
             largest = maximum(largest, magnitude(w * load(r, i)) * load(values.inverse_scale, i))
-        part = where(less(largest, filled(LONGEST_STEP)), filled(1.0), LONGEST_STEP / largest)
+        part = where(less(largest, filled(STATIC.max_step)), filled(1.0), STATIC.max_step / largest)
         for i in range(1, state.angle):
             step = part * load(r, i)
             if i <= state.coordinates:
                 step = w * step
             store(z, i, where(moving, load(z, i) + step, load(z, i)))
-        grown = less(w, 0.99 * TOTAL_GROWTH * least)
-        short = less(largest, filled(LONGEST_STEP))
-        done = where(grown, filled(0.0), less(largest, filled(TOLERANCE)))
+        grown = less(w, 0.99 * STATIC.total_growth * least)
+        short = less(largest, filled(STATIC.max_step))
+        done = where(grown, filled(0.0), less(largest, filled(STATIC.tolerance)))
         moving = where(done, filled(0.0), moving)
-        w = where(short, where(grown, GROWTH * w, w), w)
-    store(failure, 0, where(moving, filled(NOT_SETTLED), load(failure, 0)))
+        w = where(short, where(grown, STATIC.growth * w, w), w)
+    store(failure, 0, where(moving, filled(FAILURE.not_settled), load(failure, 0)))

@@ -6,55 +6,72 @@ A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import ResolutionWarning, returned, warn
-from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.rounding import Units
 
-LARGEST_LOSS = 0.01
-"""Of the speed of a body over a run, or lag of its angle, without a warning."""
 
-LARGEST_ERROR = 0.04
-"""Of an output's variation, without a remark."""
+class StepCheck(NamedTuple):
+    """Which errors of a step are remarked on, and how vibrations are read off outputs.
 
-WANTED = 0.01
-"""Error for which a step is recommended."""
+    Attributes
+    ----------
+    max_loss
+        Of the speed of a body over a run, or lag of its angle, without a warning.
+    max_error
+        Of an output's variation, without a remark.
+    target_error
+        Error for which a step is recommended.
+    half_width
+        Of the band about a vibration's frequency, relative to it.
+    contrast
+        Energy of a vibration's band over that of the bands on either side.
+    min_periods, min_times
+        In the record.
+    min_swings
+        To and fro in a run, of a part whose lag adds up over them.
+    min_turns
+        Periods of a function of time in the record, of those that force vibrations.
+    harmonics
+        Multiples of the frequency of a function of time whose vibrations count as forced.
+    window_floor
+        Where the window is above this, the size of a vibration is known.
+    driven_share
+        Of the energy of a function of time, that makes a frequency one of its own.
+    min_scale
+        Of the variation of an output, relative to the largest output of the same unit.
+    candidates
+        Outputs whose vibrations are followed in time.
+    """
 
-HALF_WIDTH = 0.15
-"""Of the band about a vibration's frequency, relative to it."""
+    max_loss: float = 0.01
+    max_error: float = 0.04
+    target_error: float = 0.01
+    half_width: float = 0.15
+    contrast: float = 2.0
+    min_periods: int = 6
+    min_times: int = 24
+    min_swings: float = 1.5
+    min_turns: int = 3
+    harmonics: int = 12
+    window_floor: float = 0.2
+    driven_share: float = 1e-2
+    min_scale: float = 1e-6
+    candidates: int = 4
 
-CONTRAST = 2.0
-"""Energy of a vibration's band over that of the bands on either side."""
-
-MIN_PERIODS, MIN_TIMES = 6, 24
-"""In the record."""
-
-MIN_SWINGS = 1.5
-"""To and fro in a run, of a part whose lag adds up over them."""
-
-MIN_TURNS = 3
-"""Periods of a function of time in the record, of those that force vibrations."""
-
-HARMONICS = 12
-"""Multiples of the frequency of a function of time whose vibrations count as forced."""
-
-MIDDLE = 0.2
-"""Where the window is above this, the size of a vibration is known."""
-
-DRIVEN = 1e-2
-"""Share of the energy of a function of time that makes a frequency one of its own."""
-
-SMALLEST_SCALE = 1e-6
-"""Of the variation of an output, relative to the largest output of the same unit."""
-
-CANDIDATES = 4
-"""Outputs whose vibrations are followed in time."""
+    def edges(self, k: np.ndarray, count: int, power: int) -> np.ndarray:
+        """Return the first number of a band about each of k, and the first after it."""
+        low = np.maximum(np.floor(k * (1 - self.half_width) ** power), 1)
+        high = np.minimum(np.ceil(k * (1 + self.half_width) ** power) + 1, count)
+        return np.stack([low, np.maximum(low, high)]).astype(int)
 
 
 class Vibration(NamedTuple):
@@ -64,18 +81,22 @@ class Vibration(NamedTuple):
     ----------
     lag : phase [rad] at the end.
     error : root mean square error of the output, in parts of its standard deviation.
-    wanted : steps per period with which the error would be `WANTED`.
+    recommended : steps per period with which the error would be the `target_error` of the check.
     """
 
     output: int
     frequency: float
     lag: float
     error: float
-    wanted: float
+    recommended: float
 
 
 def warn_of_large_steps(
-    turned: np.ndarray, system: System, times: np.ndarray, integrator: GeneralizedAlpha
+    turned: np.ndarray,
+    system: System,
+    times: np.ndarray,
+    integrator: GeneralizedAlpha,
+    check: StepCheck = StepCheck(),
 ) -> None:
     """Warn of the part whose speed is wrong by the most, if it is by more than one per cent.
 
@@ -89,24 +110,26 @@ def warn_of_large_steps(
     if not turned.size:
         return
     rho, count = float(integrator.spectral_radius), len(times) - 1
-    _warn_of_swings(turned, system, count, rho)
+    _warn_of_swings(turned, system, count, rho, check)
     turned = turned[..., 0]
     sample, part = np.unravel_index(np.argmax(turned), turned.shape)
     most = float(turned[sample, part])
     loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * most / 8)
     angle = (most / count) ** 0.25
     lag = angle**2 / 12
-    if max(loss, lag) > LARGEST_LOSS:
+    if max(loss, lag) > check.max_loss:
         warn(
             f"{system.turning[part]} turns by about {angle:.2g} rad per step: numerical "
             f"damping takes about {loss:.2%} of its speed and its angle lags by about {lag:.2%}, "
             "unless a drive holds it; take a shorter step"
-            + (" or a spectral_radius nearer to 1" if loss > LARGEST_LOSS else ""),
+            + (" or a spectral_radius nearer to 1" if loss > check.max_loss else ""),
             ResolutionWarning,
         )
 
 
-def _warn_of_swings(turned: np.ndarray, system: System, count: int, rho: float) -> None:
+def _warn_of_swings(
+    turned: np.ndarray, system: System, count: int, rho: float, check: StepCheck
+) -> None:
     """Warn of the part whose swings are late by the most, if it is by more than 4 %.
 
     A part that swings by A cos ωt turns by up to φ = Aωh in a step. To the leading order it lags
@@ -116,21 +139,25 @@ def _warn_of_swings(turned: np.ndarray, system: System, count: int, rho: float) 
     angle = (turned[..., 0] / count * 8 / 3) ** 0.25
     phase = count * angle / (reach / 2)
     lag = 3 / 32 * (1 + 3 * ((1 - rho) / (1 + rho)) ** 2) * angle**2 * phase
-    lag = np.where(phase > 2 * np.pi * MIN_SWINGS, lag, 0.0)
+    lag = np.where(phase > 2 * np.pi * check.min_swings, lag, 0.0)
     sample, part = np.unravel_index(np.argmax(lag), lag.shape)
     most = float(lag[sample, part])
-    if most > LARGEST_ERROR:
+    if most > check.max_error:
         warn(
             f"{system.turning[part]} swings by about ± {reach[sample, part] / 2:.3g} rad and turns "
             f"by up to {angle[sample, part]:.2g} rad per step: its phase lags by about "
             f"{most:.2g} rad at the end, unless a drive holds it; a step that is "
-            f"{np.sqrt(most / WANTED):.2g} times shorter would make it 0.01 rad",
+            f"{np.sqrt(most / check.target_error):.2g} times shorter would make it 0.01 rad",
             ResolutionWarning,
         )
 
 
 def remark_on_few_steps(
-    motion: xr.DataArray, mechanism: Mechanism, h: float, integrator: GeneralizedAlpha
+    motion: xr.DataArray,
+    functions: Sequence[TimeFunction],
+    h: float,
+    integrator: GeneralizedAlpha,
+    check: StepCheck = StepCheck(),
 ) -> str:
     """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
@@ -139,33 +166,33 @@ def remark_on_few_steps(
     Parameters
     ----------
     motion : of which the first sample is judged, computed with steps of h.
+    functions : the functions of time of the mechanism.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
     outputs, times = first.values, first["time"].values
     count = len(times)
-    if count < MIN_TIMES or not len(outputs):
+    if count < check.min_times or not len(outputs):
         return ""
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
     units, std = Units.along(first, ("output",)), outputs.std(axis=-1)
-    varies = std > units.least_variation(size, SMALLEST_SCALE)
-    scale = np.maximum(std, units.rounding / LARGEST_ERROR)  # errors are above rounding
+    varies = std > units.least_variation(size, check.min_scale)
+    scale = np.maximum(std, units.rounding / check.max_error)  # errors are above rounding
     free = np.ones(count // 2 + 1, dtype=bool)
-    worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
-    if worst is not None and worst.error > LARGEST_ERROR:
-        functions = assemble(mechanism).functions
+    worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
+    if worst is not None and worst.error > check.max_error:
         values = [[float(np.ravel(returned(f, t))[0]) for t in times] for f in functions]
-        free = not_driven(np.array(values).reshape(-1, count))
-        worst = worst_vibration(outputs, varies, scale, free, dt, h, rho)
-    if worst is None or worst.error <= LARGEST_ERROR:
+        free = not_driven(np.array(values).reshape(-1, count), check)
+        worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
+    if worst is None or worst.error <= check.max_error:
         return ""
     name = str(first["output"].values[worst.output])
     return (
         f"output {name!r} vibrates at about {worst.frequency:.3g} Hz, "
         f"with {1 / (worst.frequency * h):.3g} steps per period: its phase lags by about "
         f"{worst.lag:.3g} rad at the end, which is an error of about {worst.error:.0%} of the "
-        f"output's variation; {worst.wanted:.0f} steps per period would make it about 1 %"
+        f"output's variation; {worst.recommended:.0f} steps per period would make it about 1 %"
     )
 
 
@@ -177,6 +204,7 @@ def worst_vibration(
     dt: float,
     h: float,
     rho: float,
+    check: StepCheck = StepCheck(),
 ) -> Vibration | None:
     """Return the free vibration with the largest error, integrated at steps of h and ρ∞.
 
@@ -192,45 +220,50 @@ def worst_vibration(
     moved = moved - (moved @ tau / (tau @ tau))[:, None] * tau
     window = np.hanning(count)
     energy = np.abs(np.fft.rfft(moved * window)) ** 2
-    k, band, beside = bands(energy)
+    k, band, beside = bands(energy, check)
     omega = 2 * np.pi * k / (count * dt)
     lag = omega * count * dt * factor * (omega * h) ** 2
-    tonal = (band > CONTRAST * beside) & free[k] & varies[:, None]
+    tonal = (band > check.contrast * beside) & free[k] & varies[:, None]
     weight = np.where(tonal, band * np.minimum(lag / 3**0.5, 2**0.5) ** 2, 0.0)
     total = (window @ window) * count / 2 * np.maximum(scale**2, 1e-300)
     vibrations = []
     rough = np.sqrt(weight.max(axis=-1) / total)
-    for o in np.argsort(-rough)[:CANDIDATES]:
-        if rough[o] < LARGEST_ERROR / 2:
+    for o in np.argsort(-rough)[: check.candidates]:
+        if rough[o] < check.max_error / 2:
             break
         at = k[np.argmax(weight[o])]
-        peak_band = slice(*_edges(np.array([at]), energy.shape[-1], 1).ravel())
+        peak_band = slice(*check.edges(np.array([at]), energy.shape[-1], 1).ravel())
         frequency = np.average(np.arange(energy.shape[-1])[peak_band], weights=energy[o, peak_band])
         omega = 2 * np.pi * frequency / (count * dt)
         spectrum = np.zeros(count, dtype=complex)
         spectrum[peak_band] = 2 * np.fft.fft(moved[o] * window)[peak_band]
-        middle = np.flatnonzero(window > MIDDLE)
+        middle = np.flatnonzero(window > check.window_floor)
         inside = np.clip(np.arange(count), middle[0], middle[-1])
-        amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, MIDDLE))[inside]
+        amplitude = (np.abs(np.fft.ifft(spectrum)) / np.maximum(window, check.window_floor))[inside]
         lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
         share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
-        steps = 2 * np.pi / (omega * h) * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / WANTED)
+        steps = (
+            2
+            * np.pi
+            / (omega * h)
+            * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / check.target_error)
+        )
         vibrations.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
     return max(vibrations, key=lambda vibration: vibration.error, default=None)
 
 
-def bands(energy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def bands(energy: np.ndarray, check: StepCheck) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return numbers of periods, the energy of a band about each, and the larger one beside it."""
-    k = np.arange(MIN_PERIODS, energy.shape[-1] - 1)
+    k = np.arange(check.min_periods, energy.shape[-1] - 1)
     total = np.concatenate([np.zeros_like(energy[..., :1]), energy.cumsum(axis=-1)], axis=-1)
-    (low, high), (lower, higher) = (_edges(k, energy.shape[-1], power) for power in (1, 3))
+    (low, high), (lower, higher) = (check.edges(k, energy.shape[-1], power) for power in (1, 3))
     band = total[..., high] - total[..., low]
     below, above = total[..., low] - total[..., lower], total[..., higher] - total[..., high]
     return k, band, np.maximum(below, above)
 
 
-def not_driven(functions: np.ndarray) -> np.ndarray:
+def not_driven(functions: np.ndarray, check: StepCheck) -> np.ndarray:
     """Return for which frequencies no function, or angle, of shape (functions, times), has 1/m."""
     count = functions.shape[-1]
     window = np.hanning(count)
@@ -240,18 +273,11 @@ def not_driven(functions: np.ndarray) -> np.ndarray:
         spectrum = np.abs(np.fft.fft(signal * window)) ** 2
         energy = spectrum[:, : len(free)].copy()
         energy[:, 1:] += spectrum[:, -1 : -len(free) : -1]
-        peaks = energy > DRIVEN * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
+        peaks = energy > check.driven_share * np.maximum(energy.sum(axis=-1, keepdims=True), 1e-300)
         for line in np.flatnonzero(peaks.any(axis=0)):
-            if line < MIN_TURNS:
+            if line < check.min_turns:
                 continue
-            for m in range(1, HARMONICS + 1):
-                low, high = _edges(np.array([line * m]), len(free), 1).ravel()
+            for m in range(1, check.harmonics + 1):
+                low, high = check.edges(np.array([line * m]), len(free), 1).ravel()
                 free[low:high] = False
     return free
-
-
-def _edges(k: np.ndarray, count: int, power: int) -> np.ndarray:
-    """Return the first number of a band about each of k, and the first after it."""
-    low = np.maximum(np.floor(k * (1 - HALF_WIDTH) ** power), 1)
-    high = np.minimum(np.ceil(k * (1 + HALF_WIDTH) ** power) + 1, count)
-    return np.stack([low, np.maximum(low, high)]).astype(int)

@@ -20,9 +20,6 @@ from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
 from flexband.mechanics.kernels.lane_type import WIDTH
 
-LARGEST = 0.1
-"""Strain without a warning: metals yield far below it, only rubbers reach it."""
-
 
 class Largest(NamedTuple):
     """The largest strains of some samples, each array of shape (members, 2, samples).
@@ -96,17 +93,23 @@ def kept_steps(steps: int) -> np.ndarray:
 
 
 def warn_of_large_strains(
-    system: System, largest: Largest, failed: np.ndarray, times: np.ndarray | None = None
+    system: System,
+    largest: Largest,
+    failed: np.ndarray,
+    times: np.ndarray | None = None,
+    *,
+    max_strain: float = 0.1,
 ) -> None:
-    """Warn of the largest strain of all samples that did not fail, if it is above 10 %.
+    """Warn of the largest strain of all samples that did not fail.
 
     Parameters
     ----------
     failed : whether each sample did, (samples,).
     times : of the kept states [s], if they are states of a motion.
+    max_strain : without a warning: metals yield far below it, only rubbers reach it.
     """
     size = np.where(failed, 0.0, np.abs(largest.strain))
-    if not size.max(initial=0.0) > LARGEST:
+    if not size.max(initial=0.0) > max_strain:
         return
     m, kind, sample = np.unravel_index(size.argmax(), size.shape)
     strain = float(largest.strain[m, kind, sample])

@@ -16,8 +16,8 @@ from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import SETTLE
-from flexband.mechanics.engine.failures import SNAPPED_THROUGH
-from flexband.mechanics.engine.static_solver import ITERATIONS
+from flexband.mechanics.engine.static_solver import STATIC
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.linearize import Equations, Spin
@@ -95,7 +95,7 @@ def snap_throughs(
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raised(values, first), before, int(lane))
         if soft < search.softness * _lowest(system, raised(values, 0.0), unloaded, int(lane)):
-            failure[:, lane] = SNAPPED_THROUGH, 0.0, -1.0, first[lane]
+            failure[:, lane] = FAILURE.snapped_through, 0.0, -1.0, first[lane]
 
 
 def _lowest(system: System, values: Values, z: np.ndarray, lane: int) -> float:
@@ -111,6 +111,6 @@ def _settled(
     """Return the rests under parts of the loads near some states, and which samples have one."""
     work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
     work.z[:] = z
-    rows = np.empty((ITERATIONS + 1, system.sensed, WIDTH))
+    rows = np.empty((STATIC.iterations + 1, system.sensed, WIDTH))
     run(SETTLE, system, raised(values, part), work, rows, failure)
     return work.z.copy(), failure[0] == 0

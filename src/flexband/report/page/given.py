@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from flexband.errors import InputError, warn, without_warnings
-from flexband.execution.names import PAGE
+from flexband.execution.names import FileName
 from flexband.files import read_json, write_json
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
@@ -150,7 +150,7 @@ def write_given(folder: Path, given: dict[str, Any]) -> None:
     it belongs to, by the files' names.
     """
     doubts = [doubt.as_json() for doubt in given["doubts"]]
-    write_json(folder / PAGE, {**given, "doubts": doubts})
+    write_json(folder / FileName.PAGE, {**given, "doubts": doubts})
 
 
 def read_given(folder: Path) -> dict[str, Any]:
@@ -161,7 +161,7 @@ def read_given(folder: Path) -> dict[str, Any]:
     InputError
         If it, or one of the results that it belongs to, is not as written.
     """
-    file = folder / PAGE
+    file = folder / FileName.PAGE
     try:
         given = read_json(file)
     except FileNotFoundError:

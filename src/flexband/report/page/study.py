@@ -12,7 +12,7 @@ import xarray as xr
 from flexband.analysis.margins import LeastMargin, LimitVerdict
 from flexband.analysis.probability.texts import chance
 from flexband.analysis.results import ERRORS
-from flexband.execution.names import REPORT
+from flexband.execution.names import FileName
 from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data
 from flexband.report.page.definitions import definitions
@@ -69,7 +69,7 @@ def write_report(
     others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
-    page = folder / REPORT
+    page = folder / FileName.REPORT
     write_page(
         page,
         "study.html.j2",

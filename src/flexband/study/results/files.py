@@ -4,29 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from flexband.execution.names import (
-    BANDS,
-    CONTRIBUTIONS,
-    CONTRIBUTIONS_PICTURE,
-    PAGE,
-    REPORT,
-    SURROGATE,
-    VERIFICATION,
-)
+from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import mark_stale, stale_files
 from flexband.study.results.netcdf import write_netcdf
 from flexband.uncertainty.surrogates.files import save_surrogate
 
+if TYPE_CHECKING:
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
 
 def stale_results(folder: Path, names: Collection[str]) -> list[str]:
     """Return the names of files of earlier results in a folder, where `names` were written."""
-    others = (name for name in (SURROGATE, VERIFICATION, CONTRIBUTIONS) if name not in names)
+    others = (
+        name
+        for name in (FileName.SURROGATE, FileName.VERIFICATION, FileName.CONTRIBUTIONS)
+        if name not in names
+    )
     stale = [name for name in others if (folder / name).exists()]
     return stale + [file.name for file in stale_files(folder)]
 
@@ -45,37 +45,39 @@ class ResultFiles:
     def __init__(self, folder: StudyFolder) -> None:
         self.folder, self.names, self.changed = folder, list[str](), False
 
-    def write_surrogate(self, surrogate: Any) -> None:
+    def write_surrogate(self, surrogate: Surrogate | SurrogateOfChoices | None) -> None:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""
-        file = self.folder.path / SURROGATE
+        file = self.folder.path / FileName.SURROGATE
         known = file.is_file() and not file.is_symlink()
         earlier = self.folder.signed([file]) if known else {}
         if surrogate is not None:
-            self._write(SURROGATE, lambda: save_surrogate(surrogate, file))
-        self.changed = SURROGATE not in self.names or self.folder.signed([file]) != earlier
+            self._write(FileName.SURROGATE, lambda: save_surrogate(surrogate, file))
+        self.changed = FileName.SURROGATE not in self.names or self.folder.signed([file]) != earlier
         if self.changed:
             mark_stale(self.folder.path)  # before anything may end this process
-            if surrogate is not None and SURROGATE in self.names:
+            if surrogate is not None and FileName.SURROGATE in self.names:
                 self._delete_report()
 
     def write_bands(self, bands: xr.Dataset) -> None:
         """Write the bands; delete the report of other ones."""
-        if self._write(BANDS, lambda: write_netcdf(bands, self.folder.path / BANDS)):
+        if self._write(
+            FileName.BANDS, lambda: write_netcdf(bands, self.folder.path / FileName.BANDS)
+        ):
             self._delete_report()
 
     def write_verification(self, verification: xr.Dataset) -> None:
         """Write a result of `verify`."""
-        file = self.folder.path / VERIFICATION
-        self._write(VERIFICATION, lambda: write_netcdf(verification, file))
+        file = self.folder.path / FileName.VERIFICATION
+        self._write(FileName.VERIFICATION, lambda: write_netcdf(verification, file))
 
     def write_contributions(self, contributions: xr.Dataset) -> None:
         """Write a result of `contributions`."""
-        file = self.folder.path / CONTRIBUTIONS
-        self._write(CONTRIBUTIONS, lambda: write_netcdf(contributions, file))
+        file = self.folder.path / FileName.CONTRIBUTIONS
+        self._write(FileName.CONTRIBUTIONS, lambda: write_netcdf(contributions, file))
 
     def stale(self) -> list[str]:
         """Return the names of files in the folder that belong to earlier results."""
-        pictures = [CONTRIBUTIONS_PICTURE] * self.changed
+        pictures = [FileName.CONTRIBUTIONS_PICTURE] * self.changed
         return stale_results(self.folder.path, self.names) + [
             name for name in pictures if (self.folder.path / name).exists()
         ]
@@ -86,5 +88,5 @@ class ResultFiles:
         return written
 
     def _delete_report(self) -> None:
-        for name in (PAGE, REPORT):
+        for name in (FileName.PAGE, FileName.REPORT):
             (self.folder.path / name).unlink(missing_ok=True)

@@ -19,9 +19,6 @@ from flexband.files import checksum, read_unlinked, replaced
 SEAL, DIGITS = b"\nCRC-32C ", 8
 """What stands behind the data of a file, before the digits of its checksum."""
 
-LISTS = '["', "[]"
-"""How lists of texts begin as JSON."""
-
 RESTORED = "`flexband run` restores it"
 """What can be done about a result that was altered."""
 
@@ -82,7 +79,7 @@ def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:
 
 def _attribute(value: Any) -> Any:
     """Return an attribute as it was before it was written: lists of texts are kept as JSON."""
-    if isinstance(value, str) and value[:2] in LISTS:
+    if isinstance(value, str) and value[:2] in ('["', "[]"):
         with suppress(ValueError):
             return json.loads(value)
     return value

@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from flexband.errors import InputError, StoreError, warn
-from flexband.execution.names import BANDS, CONTRIBUTIONS, SURROGATE, VERIFICATION, WRITTEN_BY_RUN
+from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
@@ -21,10 +21,6 @@ from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
-
-INACCURATE_SHARE = 0.25
-"""An error that verification runs imply, in parts of the error bar's width, above which a result is
-doubtful, unless its tolerance is larger."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,7 @@ class StudyResult:
     @property
     def result_files(self) -> list[str]:
         """Names of the files that no command but ``flexband run`` writes."""
-        return [name for name in self.files if name != CONTRIBUTIONS]
+        return [name for name in self.files if name != FileName.CONTRIBUTIONS]
 
     @property
     def answers(self) -> list[str]:
@@ -139,7 +135,7 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
     files = record["files"]
     verification, contributions = (
         read_netcdf(folder / name) if name in files else None
-        for name in (VERIFICATION, CONTRIBUTIONS)
+        for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
     answers, limits = read_answers(folder, WRITTEN_BY_RUN), None
     if Unusable.ALTERED in answers.unusable.values():
@@ -153,8 +149,8 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
     return StudyResult(
         folder,
         record["label"],
-        read_netcdf(folder / BANDS),
-        load_surrogate(folder / SURROGATE) if SURROGATE in files else None,
+        read_netcdf(folder / FileName.BANDS),
+        load_surrogate(folder / FileName.SURROGATE) if FileName.SURROGATE in files else None,
         verification,
         contributions,
         limits,
@@ -169,11 +165,19 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
 
 
 def doubts_about(
-    bands: xr.Dataset, verification: xr.Dataset | None, *, requested: bool
+    bands: xr.Dataset,
+    verification: xr.Dataset | None,
+    *,
+    requested: bool,
+    inaccurate_share: float = 0.25,
 ) -> tuple[Doubt, ...]:
     """Return why a result is not what was asked for.
 
-    `requested` is whether runs were to verify it.
+    Parameters
+    ----------
+    requested : whether runs were to verify it.
+    inaccurate_share : an error that verification runs imply, in parts of the error bar's width,
+        above which a result is doubtful, unless its tolerance is larger.
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")
@@ -185,6 +189,6 @@ def doubts_about(
         return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
     if verification.attrs["confirmed"] == "no":
         doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
-    elif (error := inferred_share(verification)) > max(INACCURATE_SHARE, tolerance or 0.0):
+    elif (error := inferred_share(verification)) > max(inaccurate_share, tolerance or 0.0):
         doubts.append(Doubt(DoubtKind.INACCURATE, error))
     return tuple(doubts)

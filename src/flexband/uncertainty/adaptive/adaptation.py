@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 
 from flexband.errors import InputError, RunError
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.uncertainty.adaptive.choice import BestFits, released
 from flexband.uncertainty.adaptive.discretization import (
     at_compared_times,
@@ -96,7 +96,7 @@ class Adaptation:
         """Make the first runs, `most` is the budget."""
         self.space, self.evaluate, self.most = space, evaluate, most
         self.told = f" ({text})" if (text := in_words(evaluate)) else ""
-        doing(f"the first runs{self.told}")
+        listener().stage(f"the first runs{self.told}")
         m, families = space.interval_dimension, space.families
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
@@ -122,7 +122,7 @@ class Adaptation:
 
     def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
-        doing(f"runs until the expansion meets its tolerance{self.told}")
+        listener().stage(f"runs until the expansion meets its tolerance{self.told}")
         confirmed, width = False, np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < SEVERAL
         while True:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import RunError, warn
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
 from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
@@ -87,7 +87,7 @@ def runs_on_finer(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray) -> dict[s
     runs: dict[str, np.ndarray] = {}
     try:
         for name, response in refinements(evaluate).items():
-            doing(
+            listener().stage(
                 f"{number_of(len(xi), 'run')} that tell the error of the {name} "
                 f"({in_words(response)})"
             )

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flexband.errors import AssemblyError, InputError, RunError
-from flexband.progress import doing
+from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.discretization import in_words, refinements
 from flexband.uncertainty.methods.pcci import Evaluate
@@ -104,7 +104,8 @@ def solved(
             names = [*names, *[name] * times]
         halved += max(halvings.values())
         finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
-        doing(finer, f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
+        listener().stage(finer)
+        listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
 
 
 def _raised(error: RunError) -> bool:

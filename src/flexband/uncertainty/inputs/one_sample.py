@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, without_warnings
-from flexband.progress import listening
+from flexband.progress import RunListener, listening
 
 COPIES = 5
 """Samples of a call that a vectorized response returns as many values for."""
@@ -62,7 +62,7 @@ def _shape_of_result(
 ) -> tuple[int, ...] | None:
     """Return the shape of what a response returns; None if it fails or returns no real numbers."""
     try:
-        with warnings.catch_warnings(), without_warnings(), listening(None):
+        with warnings.catch_warnings(), without_warnings(), listening(RunListener()):
             warnings.simplefilter("ignore")
             result = response(**arguments)
             if result is None or isinstance(result, Mapping | xr.Dataset):

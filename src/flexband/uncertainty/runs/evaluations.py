@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.deprecation import warn_renamed
 from flexband.errors import (
     InputError,
     RunError,
@@ -26,7 +27,7 @@ from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, as_store
-from flexband.progress import Advance, doing, listening
+from flexband.progress import Advance, RunListener, listener, listening
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Response, Space
@@ -34,7 +35,7 @@ from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import located, texts
 from flexband.words import all_of, are, number_of
 
-POLICIES = ("stop", "half step", "leave out")
+POLICIES = ("stop", "half step", "skip")
 """What to do about a run that fails."""
 
 BATCH = 2048
@@ -45,6 +46,18 @@ HALVINGS = 3
 
 FAILURES_BEFORE_STOP = 8
 """Runs without a success after which all are taken to fail."""
+
+
+def checked_policy(failed: str) -> str:
+    """Return what to do about a run that fails; "leave out" is the former name of "skip".
+
+    Raise `InputError` if it is none of `POLICIES`.
+    """
+    if failed == "leave out":
+        warn_renamed('failed="leave out"', 'failed="skip"')
+        return "skip"
+    check_option("failed", failed, POLICIES)
+    return failed
 
 
 @dataclass
@@ -127,7 +140,7 @@ class Evaluations:
         evaluation.stored = hits[good]
         if len(good):
             evaluation.take(evaluation.stored, values[good])
-        if self.failed == "leave out":
+        if self.failed == "skip":
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
         advance(len(rows) - len(evaluation.missing))
 
@@ -145,8 +158,8 @@ class Evaluations:
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}
         one_call_at_a_time = self.perform is in_process
-        heard = (lambda done, total: advance(0, done)) if one_call_at_a_time else None
-        with listening(heard), closing(self.perform(evaluation.response, tasks)) as outcomes:
+        within = RunListener((lambda done, total: advance(0, done)) if one_call_at_a_time else None)
+        with listening(within), closing(self.perform(evaluation.response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 good, values, bad, error = evaluation.judged(part, outcome)
@@ -184,7 +197,7 @@ class Evaluations:
         evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
         for reason, raised, _ in failed.values():
             error = InputError(reason) if raised is None else raised
-            if self.failed != "leave out":
+            if self.failed != "skip":
                 raise error
             if evaluation.values is None and len(evaluation.failed) >= FAILURES_BEFORE_STOP:
                 raise RunError(
@@ -256,7 +269,7 @@ def evaluations(
 ) -> Iterator[Evaluations]:
     """Give what makes the runs of a study; its store is closed with the context."""
     batch = check_integer("batch", batch, 1)
-    check_option("failed", failed, POLICIES)
+    failed = checked_policy(failed)
     if failed == "half step" and not callable(getattr(response, "refinements", None)):
         raise InputError(
             "failed='half step' requires a response whose `refinements` have a step, as that of "
@@ -286,4 +299,4 @@ def forget_failed(response: Response, inputs: Mapping[str, Any], store: Any) -> 
     with evaluations(response, located(response, inputs, store)[0], store=store) as evaluate:
         assert evaluate.record is not None
         count = evaluate.record.forget_failed()
-    doing("", f"{are(count, 'failed run')} made again if needed.")
+    listener().warn(f"{are(count, 'failed run')} made again if needed.")

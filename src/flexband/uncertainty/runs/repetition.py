@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, StoreError, warn
-from flexband.execution.store import INSIST, OTHER_FOLDER, Store
+from flexband.execution.store import ALLOW_MISMATCH, OTHER_FOLDER, Store
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, units_of
 from flexband.uncertainty.surrogates.diagnostics import variation
 
@@ -115,8 +115,8 @@ def check_stored(
         f"runs in {store.folder} were made again and {name} differs by {part}: the response has "
         "changed in a way that its code does not show, or is noisy"
     )
-    if off > LARGE and not store.insist:
-        raise StoreError(f"{text}. {OTHER_FOLDER}. To use them nevertheless, {INSIST}")
+    if off > LARGE and not store.allow_mismatch:
+        raise StoreError(f"{text}. {OTHER_FOLDER}. To use them nevertheless, {ALLOW_MISMATCH}")
     warn(text)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint
-from flexband.execution.names import DOMAINS
+from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store
 from flexband.files import read_json, write_json
@@ -69,7 +69,7 @@ def located(
     loose = [k for k, field in inputs.items() if isinstance(field, Field) and field.domain is None]
     if store is not None and loose:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
-            content = read_json(Path(store.folder) / DOMAINS)
+            content = read_json(Path(store.folder) / FileName.DOMAINS)
             if content["owner"] == _owner(response, store):
                 domains = {name: tuple(content["domains"][name]) for name in loose}
                 placed = {n: replace(inputs[n], domain=d) for n, d in domains.items()}
@@ -83,7 +83,7 @@ def keep_domains(response: Response, inputs: Mapping[str, Any], record: RunRecor
         return
     domains = {name: field.domain for name, field in inputs.items() if isinstance(field, Field)}
     content = {"owner": _owner(response, record.store), "domains": domains}
-    file = Path(record.store.folder) / DOMAINS
+    file = Path(record.store.folder) / FileName.DOMAINS
     with suppress(OSError):  # the store says what is wrong with it
         write_json(file, content)
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from flexband.errors import RunError, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -119,7 +118,7 @@ def _recorded(
     every = -(-outputs // FRAMES)
     between = every * response.output_step
     try:
-        motion: xr.DataArray = simulated(
+        motion, _ = simulated(
             mechanism,
             duration=outputs // every * between,
             step=between,

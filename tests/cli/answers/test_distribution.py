@@ -26,7 +26,7 @@ def call(*arguments):
 def test_quantiles_and_range(tmp_path):
     inputs = {"amplitude": fb.Normal(1.5, 0.2), "rate": fb.Interval(0.1, 0.2)}
     fb.save_surrogate(fb.expand(decay, inputs, fb.PCCI(1, 3)), tmp_path / "surrogate.npz")
-    result = call("quantiles", tmp_path, "-p", 0.1, "-p", 0.9, "--samples", 128)
+    result = call("distribution", tmp_path, "-p", 0.1, "-p", 0.9, "--samples", 128)
     assert result.exit_code == 0, result.output
     assert "lowest" in result.output
     assert (tmp_path / "quantiles.png").is_file()
@@ -34,10 +34,10 @@ def test_quantiles_and_range(tmp_path):
         assert found["quantiles"].dims == ("bound", "probability", "output", "time")
         upper = found["quantiles"].sel(bound="upper", probability=0.9, output="v", time=0)
         assert abs(float(upper) - 2 * (1.5 + 1.28155 * 0.2)) < 0.04
-    result = call("range", tmp_path / "surrogate.npz", "--json")
+    result = call("distribution", tmp_path / "surrogate.npz", "--kind", "range", "--json")
     assert result.exit_code == 0, result.output
     assert '"probability": "0.99"' in result.output
     assert (tmp_path / "range.png").is_file()
-    result = call("quantiles", tmp_path, "-p", 2)
+    result = call("distribution", tmp_path, "-p", 2)
     assert result.exit_code == 2
     assert "above 0 and below 1" in result.output

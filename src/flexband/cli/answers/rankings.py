@@ -12,39 +12,29 @@ import xarray as xr
 
 import flexband as fb
 from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.saved import Json, Saved, Sigmas, saved
-from flexband.cli.application import app
-from flexband.cli.files import check_folder, draw
-from flexband.cli.messages import print_json, print_table, print_text, reported_errors, usage
-from flexband.execution.names import CONTRIBUTIONS, CONTRIBUTIONS_PICTURE
-from flexband.files import try_write
+from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.messages import Table, usage
 from flexband.report.text.numbers import percent_to_tenth
 from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
-from flexband.study.results.answers import answer_file
 
 
-@app.command("contributions")
-@reported_errors()
+@answer_command("contributions")
 def contributions(
-    folder: Saved,
+    result: SavedResult,
     sigmas: Sigmas = 1.0,
     shapley: Annotated[bool, typer.Option(help="Share the width by Shapley's values.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Rank the inputs by how much they widen the error bar, without new runs.
+) -> CommandOutput:
+    """Rank the inputs by how much they widen the error bar, without further runs.
 
     With --shapley, all inputs together share the whole width, which takes eight inputs at most.
     contributions.nc and contributions.png are written.
     """
     from flexband.report.page.inputs import over_time  # noqa: PLC0415
     from flexband.report.plot.figures import contributions_figure  # noqa: PLC0415
-    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
     with usage():
-        ranking = fb.contributions(surrogate, sigmas=sigmas, shapley=shapley)
-    check_folder(place)
-    try_write(lambda: write_netcdf(ranking, place / CONTRIBUTIONS))
+        data = fb.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
+    ranking = data
     kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
     title = f"How much narrower μ ± {deviations(ranking)} is with the input at its nominal value"
     if shapley:
@@ -53,19 +43,21 @@ def contributions(
         share = ranking[kinds[0]]
         largest = share.max([dim for dim in share.dims if dim != "name"]).values
         ranking = ranking.isel(name=np.argsort(-largest, kind="stable"))
-    figure = place / CONTRIBUTIONS_PICTURE
-    draw(lambda: contributions_figure(ranking, drawn), figure, wanted=over_time(ranking))
     names = [str(name) for name in ranking["name"].values]
     shares = {kind: _by_output(ranking[kind].where(ranking["varies"])) for kind in kinds}
-    if as_json:
-        print_json({"sigmas": sigmas, "inputs": names, **shares})
-        return
     mean, widest = shares.values()
     if over_time(ranking):
         parts = {"mean over time": mean, "where the bar is widest": widest}
     else:
         parts = {"": mean}
-    _print_tables(title, names, parts, _part)
+    return CommandOutput(
+        {"sigmas": sigmas, "inputs": names, **shares},
+        _tables(title, names, parts, _part),
+        name="contributions",
+        data=data,
+        figure=lambda: contributions_figure(ranking, drawn),
+        drawable=over_time(ranking),
+    )
 
 
 def _part(share: float) -> str:
@@ -73,8 +65,10 @@ def _part(share: float) -> str:
     return CONSTANT if isnan(share) else percent_to_tenth(share)
 
 
-def _print_tables(title: str, names: list[str], parts: dict[str, dict], cell: Callable) -> None:
-    """Print what parts tell of the inputs: a table of all, or of each if there are several outputs.
+def _tables(
+    title: str, names: list[str], parts: dict[str, dict], cell: Callable
+) -> list[tuple[str, Table]]:
+    """Return what parts tell of the inputs: a table of all, or one of each for several outputs.
 
     Parameters
     ----------
@@ -90,12 +84,19 @@ def _print_tables(title: str, names: list[str], parts: dict[str, dict], cell: Ca
             f"{title}, {kind}".rstrip(", "): {of or "response": by_output[of] for of in outputs}
             for kind, by_output in parts.items()
         }
-    for heading, columns in tables.items():
-        rows = [
-            [name, *(cell(column[k]) for column in columns.values())]
-            for k, name in enumerate(names)
-        ]
-        print_table(heading, (["input", *columns], rows))
+    return [
+        (
+            heading,
+            (
+                ["input", *columns],
+                [
+                    [name, *(cell(column[k]) for column in columns.values())]
+                    for k, name in enumerate(names)
+                ],
+            ),
+        )
+        for heading, columns in tables.items()
+    ]
 
 
 def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
@@ -109,10 +110,9 @@ def _by_output(share: xr.DataArray) -> dict[str, list[float]]:
     return {name: flat[:, k].tolist() for k, name in enumerate(names)}
 
 
-@app.command("sobol")
-@reported_errors()
-def sobol(folder: Saved, as_json: Json = False) -> None:
-    """Rank the random inputs by their Sobol' indices, without new runs.
+@answer_command("sobol")
+def sobol(result: SavedResult) -> CommandOutput:
+    """Rank the random inputs by their Sobol' indices, without further runs.
 
     The indices are parts of the variance, at the time at which σ is largest, each with its lowest
     and its highest value for any values of the interval inputs. sobol.nc and sobol.png have them at
@@ -120,14 +120,9 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
     """
     from flexband.report.page.answers import only_one  # noqa: PLC0415
     from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
-    from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
-    surrogate, place = saved(folder)
-    indices = fb.sobol_indices(surrogate)
-    check_folder(place)
-    try_write(lambda: write_netcdf(indices, answer_file(place, "sobol")))
+    indices = fb.sobol_indices(result.surrogate)
     outputs_to_draw = indices["defined"].ndim and drawable_outputs(indices["total"].isel(name=0))
-    draw(lambda: bounds_figure(indices, "total"), place / "sobol.png", wanted=bool(outputs_to_draw))
     names = [str(name) for name in indices["name"].values]
     kinds = ("first_order", "total")
     ends = {
@@ -137,20 +132,23 @@ def sobol(folder: Saved, as_json: Json = False) -> None:
         }
         for kind in kinds
     }
-    if as_json:
-        print_json({"inputs": names, **ends, "undefined": indices.attrs["undefined"]})
-        return
-    if len(names) == 1:
-        print_text(only_one(indices))
-        return
     where = ", where it is largest" if indices["defined"].ndim else ""
-    spaces = [case_surrogate.space for case_surrogate in surrogates_of(surrogate).values()]
+    spaces = [case_surrogate.space for case_surrogate in surrogates_of(result.surrogate).values()]
     intervals = any(space.interval_dimension for space in spaces)
     span = "; lowest to highest for any values of the interval inputs" * intervals
     title = f"Part of the variance due to each random input{where}{span}"
     parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
-    _print_tables(title, names, parts, _from_to)
-    print_text("\n".join(indices.attrs[k] for k in ("sampling", "undefined") if k in indices.attrs))
+    remarks = [indices.attrs[k] for k in ("sampling", "undefined") if k in indices.attrs]
+    alone = len(names) == 1
+    return CommandOutput(
+        {"inputs": names, **ends, "undefined": indices.attrs["undefined"]},
+        [] if alone else _tables(title, names, parts, _from_to),
+        only_one(indices) if alone else "\n".join(remarks),
+        name="sobol",
+        data=indices,
+        figure=lambda: bounds_figure(indices, "total"),
+        drawable=bool(outputs_to_draw),
+    )
 
 
 def _where_widest(index: xr.DataArray, std: xr.DataArray) -> list[list[float]]:

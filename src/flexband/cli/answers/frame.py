@@ -1,0 +1,230 @@
+"""The frame of the commands that ask a surrogate: what they load, print and write."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+import flexband as fb
+from flexband.cli.application import app
+from flexband.cli.files import check_folder, draw
+from flexband.cli.messages import (
+    Table,
+    UsageError,
+    print_json,
+    print_remark,
+    print_table,
+    print_text,
+    reported_errors,
+)
+from flexband.cli.plan import plan_in
+from flexband.error_text import error_text
+from flexband.errors import InputError
+from flexband.execution.lock import is_locked
+from flexband.execution.names import FileName
+from flexband.files import try_write
+from flexband.study.results.answers import answer_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
+SomeSigmas = Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")]
+Samples = Annotated[int, typer.Option(help="Samples of the random inputs.")]
+Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
+
+
+class SavedResult(NamedTuple):
+    """What a question is asked of.
+
+    Attributes
+    ----------
+    surrogate
+        Of the study.
+    folder
+        Where it is, and where answers are written.
+    """
+
+    surrogate: Surrogate | SurrogateOfChoices
+    folder: Path
+
+    def limits(self, *, trust: bool) -> list[fb.Limit]:
+        """Return the limits of the study; print a remark if it cannot be read.
+
+        Raise `UsageError` if its file is run only with `trust`.
+        """
+        if not (self.folder / FileName.STUDY).is_file():
+            return []
+        try:
+            return list(plan_in(self.folder, trust=trust).study().limits)
+        except UsageError:
+            raise
+        except Exception as error:  # the study is a program
+            print_remark(f"limits of the study are left out: {error_text(error)}")
+            return []
+
+    def response_and_store(self, purpose: str, *, trust: bool) -> dict[str, object]:
+        """Return the response of the study, and the folder of its runs if there are any, by name.
+
+        Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
+        """
+        if not (self.folder / FileName.STUDY).is_file():
+            raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
+        store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
+        return {"response": plan_in(self.folder, trust=trust).study().response, "store": store}
+
+
+@dataclass(frozen=True)
+class CommandOutput:
+    """What a command answers.
+
+    Attributes
+    ----------
+    content
+        What --json prints.
+    tables
+        Titles and tables that are printed otherwise, before the text.
+    text
+        Lines that follow.
+    name
+        Of the files that are written: NAME.nc and NAME.png.
+    data
+        Content of NAME.nc; None writes none.
+    figure
+        Makes the figure of NAME.png; None for a command that draws none.
+    drawable
+        Whether there is something to draw; otherwise an older picture is deleted.
+    """
+
+    content: Mapping[str, object]
+    tables: Sequence[tuple[str, Table]] = ()
+    text: str = ""
+    name: str = ""
+    data: xr.Dataset | None = None
+    figure: Callable[[], Figure] | None = None
+    drawable: bool = True
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write the files of the answer, and return them."""
+        from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
+
+        if (data := self.data) is None:
+            return []
+        check_folder(folder)
+        file, picture = answer_file(folder, self.name), folder / f"{self.name}.png"
+        written = [file] * try_write(lambda: write_netcdf(data, file))
+        if self.figure is not None:
+            written += [picture] * draw(self.figure, picture, drawable=self.drawable)
+        return written
+
+    def print(self, written: Sequence[Path], *, as_json: bool) -> None:
+        """Print the answer, and which files were written."""
+        if as_json:
+            files = {"written": [str(file) for file in written]}
+            print_json({**self.content, **(files if self.data is not None else {})})
+            return
+        for title, table in self.tables:
+            print_table(title, table)
+        lines = [*filter(None, [self.text]), *(f"Written: {file}" for file in written)]
+        if lines:
+            print_text("\n".join(lines))
+
+
+def answer_command(
+    name: str,
+) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
+    """Return a decorator that makes a command of a function ``question(result, ...)``.
+
+    The command takes the folder of a study, the options of the function, and --json.
+    """
+
+    def registered(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
+        def folder_and_json(
+            folder: Annotated[
+                Path, typer.Argument(help="Folder of a study, or a saved surrogate (.npz).")
+            ],
+            *,
+            as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+        ) -> None: ...
+
+        @wraps(question)
+        def command(folder: Path, *, as_json: bool, **options: object) -> None:
+            result = saved_result(folder)
+            answer = question(result, **options)
+            answer.print(answer.write(result.folder), as_json=as_json)
+
+        of_frame = inspect.signature(folder_and_json, eval_str=True).parameters
+        asked = list(inspect.signature(question, eval_str=True).parameters.values())[1:]
+        parameters = [
+            of_frame["folder"],
+            *(p.replace(kind=p.KEYWORD_ONLY) for p in asked),
+            of_frame["as_json"],
+        ]
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        app.command(name)(reported_errors()(command))
+        return question
+
+    return registered
+
+
+def one_of(sigmas: float | None, probability: float | None, usual: float) -> float:
+    """Return k of μ ± kσ, which is the usual one if none is given.
+
+    Raise `UsageError` if a probability is given too, which would take its place.
+    """
+    if sigmas is not None and probability is not None:
+        raise UsageError("--sigmas and --probability exclude each other; give one of them")
+    return usual if sigmas is None else sigmas
+
+
+def saved_result(folder: Path) -> SavedResult:
+    """Return the surrogate of a folder, or of a file.
+
+    A remark says if the result of the study was not reliable.
+    """
+    from flexband.report.page.given import read_given  # noqa: PLC0415
+    from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
+    from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
+
+    file = folder / FileName.SURROGATE if folder.is_dir() else folder
+    if not file.is_file():
+        if not folder.exists():
+            raise InputError(f"there is no '{folder}'; the argument is the --output of a study")
+        if (folder / FileName.BANDS).is_file():
+            raise InputError(
+                f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
+                "response. Run the study with one that does, such as AdaptivePCCI"
+            )
+        running = ": its study is running" * (
+            folder.is_dir() and is_locked(folder / FileName.STUDY_LOCK)
+        )
+        raise InputError(
+            "the argument must be a folder with the surrogate.npz of a finished study; "
+            f"got '{folder}', which has none{running}"
+        )
+    if is_locked(file.parent / FileName.STUDY_LOCK):
+        written = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(file.stat().st_mtime))
+        print_remark(
+            f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
+            f"{written}, which may be that of an earlier run"
+        )
+    doubts = read_given(file.parent).get("doubts", [])
+    surrogate = fb.load_surrogate(file)
+    for doubt in doubts:
+        if doubt.unreliable:
+            print_remark(f"what follows is NOT reliable: {doubt_text(doubt)}")
+        elif doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
+            rare = "what depends on rare values, as probabilities do, is NOT reliable"
+            print_remark(f"{doubt_text(doubt)}: {rare}")
+    return SavedResult(surrogate, file.parent)

@@ -1,0 +1,74 @@
+"""What is printed of the result of a study, and its report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexband.cli.files import draw_limits
+from flexband.cli.messages import print_json, print_remark, print_table, print_text
+from flexband.error_text import error_text
+from flexband.errors import InputError
+from flexband.execution.names import FileName
+from flexband.report.page.given import read_given
+from flexband.report.study_report import answer_of, remarks, report_study
+from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
+from flexband.words import number_of
+
+if TYPE_CHECKING:
+    from flexband.cli.plan import Plan
+    from flexband.study.results.result import StudyResult
+    from flexband.study.study import Study
+
+
+def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
+    """Write the report of a result, unless it is there; print a remark if there can be none."""
+    if result.limits is not None and not result.reused:
+        draw_limits(result.limits, result.folder)
+    if result.reused and has_report(result.folder):
+        return True
+    try:
+        report_study(study, result, plan.title, Path(plan.file))
+    except OSError:
+        raise
+    except Exception as error:  # the results are there
+        print_remark(f"the report is not written: {error_text(error)}")
+        return False
+    return True
+
+
+def has_report(folder: Path) -> bool:
+    """Return whether a folder has the report of its result, perhaps with more answers."""
+    try:
+        return (folder / FileName.REPORT).is_file() and bool(read_given(folder))
+    except InputError:
+        return False
+
+
+def print_result(
+    plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
+) -> None:
+    """Print the table of a result, what it answers, and the files that were written."""
+    title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
+    table = tables.summary_table(result.bands, result.verification)
+    answer = answer_of(study, result) if reported else []
+    notes = remarks(study, result)
+    if as_json:
+        doubts = [doubt_text(doubt) for doubt in result.doubts]
+        print_json(
+            {"title": title, "table": table, "answer": answer, "runs": result.runs,
+             "doubts": doubts, "remarks": notes}
+        )  # fmt: skip
+        return
+    print_table(title, table)
+    files = [f"Report: {result.folder / FileName.REPORT}"] * reported
+    kinds: dict[str, str] = {
+        FileName.SURROGATE: "Model: ",
+        FileName.BANDS: "Data:  ",
+        FileName.VERIFICATION: "Check: ",
+    }
+    files += [f"{kinds[k]} {result.folder / k}" for k in result.files if k in kinds]
+    files += [f"Older:  {result.folder / name}, of an earlier run" for name in result.stale]
+    details = [line for line in notes if f"{line}." not in answer]
+    print_text("\n".join([*answer, "", *details, "", *files]))

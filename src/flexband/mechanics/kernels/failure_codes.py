@@ -1,0 +1,47 @@
+"""Why a sample failed: the codes that the engine sets."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class FailureCodes(NamedTuple):
+    """The first number of a sample's failure, see `entries`; 0 for none.
+
+    Attributes
+    ----------
+    not_assembled
+        The constraints cannot be met at the start.
+    singular_start
+        They contradict each other, or their Jacobian loses rank.
+    diverged
+        Newton's method found no state at the end of a step.
+    contradicted
+        Constraints contradict each other during the motion.
+    wrong_branch
+        A joint holds its body the wrong way round.
+    not_settled
+        No rest was found.
+    law_failed
+        A force law raised an error, or gave a force that is not finite.
+    out_of_reach
+        A drive asks for a position that the mechanism cannot reach.
+    snapped_through
+        The mechanism snaps through before the loads act in full.
+    undetermined
+        Bodies without mass can move while all that has mass is at rest.
+    """
+
+    not_assembled: float = 1.0
+    singular_start: float = 2.0
+    diverged: float = 3.0
+    contradicted: float = 4.0
+    wrong_branch: float = 5.0
+    not_settled: float = 6.0
+    law_failed: float = 7.0
+    out_of_reach: float = 8.0
+    snapped_through: float = 9.0
+    undetermined: float = 10.0
+
+
+FAILURE = FailureCodes()

@@ -1,0 +1,72 @@
+"""Results of commit ce872fc, before the format of results changed, open or say what to do."""
+
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+
+OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
+"""The folder of a study of 9 runs and 16 verification runs, and a surrogate with a carrier."""
+
+RESTORED = "`flexband run` restores it"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The folder of a study, beside its file."""
+    monkeypatch.chdir(tmp_path)
+    with zipfile.ZipFile(OLDER) as archive:
+        archive.extractall(tmp_path)
+    about = json.loads(Path("decay/study.json").read_text(encoding="utf-8"))
+    about["file"] = str(tmp_path / "decay.py")
+    Path("decay/study.json").write_text(json.dumps(about), encoding="utf-8")
+    return tmp_path / "decay"
+
+
+def call(*words, status=0):
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    assert done.exit_code == status, done.output
+    return " ".join(done.output.split())
+
+
+def test_surrogates_open(folder):
+    pairs = [("decay/surrogate.npz", "decay/bands.nc"), ("ringing.npz", "ringing.nc")]
+    for file, data in pairs:
+        surrogate = fb.load_surrogate(folder.parent / file)
+        with xr.open_dataset(folder.parent / data, engine="scipy") as bands:
+            for name in ("mean", "error_bar"):
+                np.testing.assert_allclose(surrogate.bands(1.0)[name], bands[name], rtol=1e-6)
+    call("contributions", folder.parent / "ringing.npz")
+
+
+def test_runs_open_and_are_used_once_that_is_asked_for(folder):
+    runs = fb.open_runs(folder)
+    rate = runs["inputs"].sel(input="rate").values
+    amplitude = runs["inputs"].sel(input="amplitude").values
+    exact = amplitude[:, None] * np.exp(-rate[:, None] * np.linspace(0.0, 1.0, 11))
+    np.testing.assert_allclose(runs["outputs"], exact, rtol=1e-12)
+    recorded = runs.sizes["run"]
+    assert recorded == 24
+    for command in (("resume", folder), ("run", folder.with_name("decay.py"), "-o", folder)):
+        refused = call(*command, status=1)
+        assert "flexband's mechanics changed. Take another folder" in refused
+        assert "If its runs are valid still" in refused
+        assert "--allow-mismatch" in refused
+    assert "9 runs" in call("resume", folder, "--allow-mismatch")
+    assert fb.open_runs(folder).sizes["run"] <= recorded + 16 + 2  # runs that verify, and repeated
+    assert "Doubts" not in call("status", folder)
+    assert "has this result already" in call("resume", folder)
+
+
+def test_answers_and_reports_say_how_the_result_is_restored(folder):
+    older = "an older version of flexband has written the result"
+    assert f"{older}; {RESTORED}" in call("status", folder)
+    for command in ("report", "contributions", "limits", "distribution"):
+        assert RESTORED in call(command, folder, status=1)

@@ -13,8 +13,7 @@ from types import SimpleNamespace
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-HERE, DOCS = Path(__file__).parent, Path(__file__).parents[1] / "docs"
-LINK = "../../examples"
+HERE, DOCS, LINK = Path(__file__).parent, Path(__file__).parents[1] / "docs", "../../examples"
 LOOK = {"font.size": 8.0, "lines.linewidth": 1.2, "lines.markersize": 4.0, "legend.frameon": False}
 EDGES = {"left": 0.1, "right": 0.92, "bottom": 0.12, "top": 0.94, "wspace": 0.24, "hspace": 0.4}
 WIDE = ("slider_crank", "spin_up")  # drawn above the plot instead of beside it

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -220,12 +220,14 @@ def main() -> None:
         40,
         seed=(SEED, "of the first case"),
         tolerance=(1e-3, "of the surrogates"),
-        constants="such as LOOSER=2,NEAR=0.05",
+        constants="such as looser=2,near=0.05",
         families=(",".join(FAMILIES), "of the cases"),
     )
+    defaults = confirmation.confirmed.__kwdefaults__
     for text in filter(None, chosen.constants.split(",")):
         name, value = text.split("=")
-        setattr(confirmation, name, type(getattr(confirmation, name))(float(value)))
+        kind = type(getattr(defaults["options"], name))
+        defaults["options"] = replace(defaults["options"], **{name: kind(float(value))})
     rows, data = [], {}
     for family in chosen.families.split(","):
         found = [judged(family, chosen.seed + k, chosen.tolerance) for k in range(chosen.samples)]

@@ -257,7 +257,7 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
     file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
     file.with_name("log").unlink()
     told = call("run", file, "-o", tmp_path / "other", *options)
-    assert "3 new runs (1 more failed, and what fails is rarely random)" in told
+    assert "3 verification runs (1 more failed, and what fails is rarely random)" in told
     assert "verification runs: 4 of 4 runs" in told
 
 

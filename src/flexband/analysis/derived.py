@@ -7,59 +7,71 @@ not expanded again.
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
-from scipy.stats import t as student
+from numpy.typing import ArrayLike
 
-from flexband.analysis.choices import over_options
-from flexband.analysis.descent import local_minima, lowest_of_neighbours
-from flexband.analysis.quantiles import CONFIDENCE, MIN_BEYOND
+from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
+from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import Quantity
-from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.sampled import REPLICATES, SampledSeries, samples_of
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.sampled import (
+    CONFIDENCE,
+    MIN_BEYOND,
+    REPLICATES,
+    SampledSeries,
+    samples_of,
+    sampling_error,
+)
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
 from flexband.uncertainty.expansions.bounds.scan import scattered
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SAMPLES, MAX_SAMPLES = 2048, 2**20
-
-SEARCHED = 128
-"""Least samples of ξ in a search."""
-
-VALUES = 1e8
-"""Values of the surrogate in a search, about."""
-
-MAX_POINTS = 256
-"""Points of a scan."""
-
-AT_ONCE = 2**22
-"""Values of the surrogate that are computed at once."""
-
-LATTICE, FINE_LATTICE, FEW = 64, 4096, 12
-"""Places of bounds are multiples of 1/64 in η, so that many bounds share their samples; of 1/4096
-where the quantity is so few numbers at most."""
-
-PATTERNS = 6
-"""Patterns of signs in which outputs are shifted by their expected errors."""
-
-STARTS = 2
-TOLERANCE = 1e-4
+MAX_SAMPLES = 2**20
 
 BANDS = ("mean", "error_bar", "range")
 """What is bounded. Each has a statistic for its lower and one for its upper bound."""
 
 
+@dataclass(frozen=True)
+class DerivationOptions:
+    """How the bounds of a quantity over the interval inputs are searched.
+
+    Attributes
+    ----------
+    min_samples, max_values : least samples of ξ, and values of the surrogate, about.
+    max_points : points of a scan.
+    values_at_once : values of the surrogate that are computed at once.
+    lattice : places of bounds are multiples of 1/lattice in η, so that many share their samples.
+    fine_lattice, few_numbers : the same where the quantity is so few numbers at most.
+    patterns : patterns of signs in which outputs are shifted by their expected errors.
+    tolerance : gains of the search that count as none, as a part of the range of the scan.
+    search : the steps from the places of the scan.
+    """
+
+    min_samples: int = 128
+    max_values: float = 1e8
+    max_points: int = 256
+    values_at_once: int = 2**22
+    lattice: int = 64
+    fine_lattice: int = 4096
+    few_numbers: int = 12
+    patterns: int = 6
+    tolerance: float = 1e-4
+    search: SearchOptions = field(default_factory=SearchOptions)
+
+
 def derived(
-    surrogate: Any,
+    surrogate: AnySurrogate,
     quantity: Quantity,
     *,
     sigmas: float = 1.0,
     probability: float = 0.99,
-    samples: int = SAMPLES,
+    samples: int = 2048,
     seed: int = 0,
 ) -> xr.Dataset:
     """Return the bands of a quantity that is made of outputs.
@@ -107,26 +119,32 @@ def derived(
         case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
     ):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
-    return over_options(
-        {
-            k: _Derivation(case_surrogate, quantity, sigmas, part).bands(samples, seed)
-            for k, case_surrogate in surrogates.items()
-        }
+    return over_intervals(
+        lambda case: _Derivation(case, quantity, sigmas, part).bands(samples, seed), surrogate
     )
 
 
 class _Derivation:
     """A quantity of a surrogate, as functions of η."""
 
-    def __init__(self, surrogate: Surrogate, quantity: Quantity, sigmas: float, part: float):
-        self.surrogate, self.quantity = surrogate, quantity
+    def __init__(
+        self,
+        surrogate: Surrogate,
+        quantity: Quantity,
+        sigmas: float,
+        part: float,
+        *,
+        options: DerivationOptions = DerivationOptions(),
+    ):
+        self.surrogate, self.quantity, self.options = surrogate, quantity, options
         self.sigmas, self.part = sigmas, part
         space = surrogate.space
         self.frame = self.labelled(surrogate.standard(*space.nominal()))
         for name in ("bound", "input"):
             check_free(name, self.frame)
         self.size = math.prod(self.frame.shape[1:])
-        self.lattice = FINE_LATTICE if self.size <= FEW else LATTICE
+        few = self.size <= options.few_numbers
+        self.lattice = options.fine_lattice if few else options.lattice
 
     def labelled(self, values: np.ndarray) -> xr.DataArray:
         """Return the quantity of values of the surrogate, dims ("sample", …)."""
@@ -161,7 +179,7 @@ class _Derivation:
         k = self.sigmas
         return np.stack([mean, mean, mean - k * std, mean + k * std, low, high])
 
-    def at(self, xi: np.ndarray, eta: np.ndarray, shift: Any = 0.0) -> np.ndarray:
+    def at(self, xi: np.ndarray, eta: np.ndarray, shift: ArrayLike = 0.0) -> np.ndarray:
         """Return samples of the quantity at places η, shape (places, samples, size)."""
         count = len(xi)
         values = self.surrogate.standard(np.tile(xi, (len(eta), 1)), np.repeat(eta, count, axis=0))
@@ -195,7 +213,7 @@ class _Derivation:
                 ]
                 moved[entries] = np.max(changes, axis=0)[entries]
         dims, shape = ("bound", *self.frame.dims[1:]), (2, *self.frame.shape[1:])
-        data: dict[str, Any] = {}
+        data: Variables = {}
         for k, name in enumerate(BANDS):
             both = slice(2 * k, 2 * k + 2)
             data[name] = dims, statistics[both].reshape(shape)
@@ -220,8 +238,7 @@ class _Derivation:
         if len(values) == 1:
             return np.zeros((6, self.size))
         parts = self.statistics(values.reshape(REPLICATES, -1, self.size))
-        factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
-        return factor * parts.std(axis=1, ddof=1)
+        return sampling_error(parts, axis=1)
 
     def shifts(self, seed: int) -> list[np.ndarray]:
         """Return the outputs' expected errors with several patterns of signs."""
@@ -230,26 +247,26 @@ class _Derivation:
             return []
         rng = np.random.default_rng(seed)
         signs = [np.ones(error.shape), -np.ones(error.shape)]
-        signs += [rng.choice([-1.0, 1.0], error.shape) for _ in range(PATTERNS - 2)]
+        signs += [rng.choice([-1.0, 1.0], error.shape) for _ in range(self.options.patterns - 2)]
         return [error * pattern for pattern in signs]
 
     def places(self, xi: np.ndarray, seed: int) -> tuple[np.ndarray, int]:
         """Return η of the bounds, shape (6, size, m), and the number of samples of the search."""
         surrogate, space, size = self.surrogate, self.surrogate.space, self.size
-        m = space.interval_dimension
+        m, options = space.interval_dimension, self.options
         scans = [
             series.scanned for e in surrogate.expansions for series in SampledSeries.of_outputs(e)
         ]
         points, beside = max(scans, key=lambda scan: len(scan[0]))
-        if len(points) > MAX_POINTS:
-            points, beside = scattered(MAX_POINTS, np.full(m, True))
+        if len(points) > options.max_points:
+            points, beside = scattered(options.max_points, np.full(m, True))
         points = np.round(points * self.lattice) / self.lattice
         numbers_of_one = max(1, math.prod(surrogate.labels.shape[1:]))
-        few = VALUES / (numbers_of_one * (len(points) + 40 * (m + 1)))
-        if (count := int(max(few, SEARCHED))) < len(xi):
+        few = options.max_values / (numbers_of_one * (len(points) + 40 * (m + 1)))
+        if (count := int(max(few, options.min_samples))) < len(xi):
             xi = samples_of(space.families, count, seed + 1)
         known: dict[bytes, np.ndarray] = {}
-        at_once = max(1, AT_ONCE // (len(xi) * numbers_of_one))
+        at_once = max(1, options.values_at_once // (len(xi) * numbers_of_one))
 
         def learn(eta: np.ndarray) -> None:
             new = np.unique([row for row in eta if row.tobytes() not in known], axis=0)
@@ -275,10 +292,10 @@ class _Derivation:
         learn(points)
         scanned = np.stack([known[place.tobytes()] for place in points])
         scanned = (sign[:, None] * scanned).reshape(len(points), -1)
-        starts = points[local_minima(scanned, beside, STARTS)]
-        tolerance = TOLERANCE * np.ptp(scanned, axis=0)
+        starts = points[local_minima(scanned, beside, options.search.starts)]
+        tolerance = options.tolerance * np.ptp(scanned, axis=0)
         which = np.arange(6 * size)
-        eta = lowest_of_neighbours(lowest, which, starts, tolerance)
+        eta = lowest_of_neighbours(lowest, which, starts, tolerance, options=options.search)
         return (np.round(eta * self.lattice) / self.lattice + 0.0).reshape(6, size, m), len(xi)
 
 

@@ -6,23 +6,37 @@ The functions need no derivatives: quantiles of samples, for instance, have kink
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-FIRST_STEP, NEAR_STEP, LAST_STEP, FACTOR = 0.3, 0.1, 0.01, 4.0
-"""Steps of η: the first, that near the place of a neighbour, the smallest, and what a step is
-divided by where it finds nothing."""
-
-SHARED = 3
-"""Rounds in which the places of neighbours are tried."""
-
-MAX_SWEEPS = 24
-
-SCANNED, STARTS = 20_000, 2
-"""Points times times of a scan at most, and points from which each function is searched."""
-
 Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """η of shape (rows, m) and the number of the function of each row -> values, (rows,)."""
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How the lowest values over the interval inputs are searched.
+
+    Attributes
+    ----------
+    first_step, near_step, last_step : steps of η: the first, that near the place of a neighbour,
+        and the smallest.
+    step_divisor : what a step is divided by where it finds nothing.
+    max_sweeps : most sweeps over all variables.
+    neighbour_rounds : rounds in which the places of neighbours are tried.
+    max_scanned : points times times of a scan at most.
+    starts : points of a scan from which each function is searched.
+    """
+
+    first_step: float = 0.3
+    near_step: float = 0.1
+    last_step: float = 0.01
+    step_divisor: float = 4.0
+    max_sweeps: int = 24
+    neighbour_rounds: int = 3
+    max_scanned: int = 20_000
+    starts: int = 2
 
 
 def descend(
@@ -31,7 +45,9 @@ def descend(
     eta: np.ndarray,
     values: np.ndarray,
     tolerance: np.ndarray,
-    first_step: float = FIRST_STEP,
+    first_step: float | None = None,
+    *,
+    options: SearchOptions = SearchOptions(),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return values and places of local minima near given places.
 
@@ -44,11 +60,12 @@ def descend(
     eta : where the searches start, shape (rows, m).
     values : the functions there, shape (rows,).
     tolerance : gains that count as none, shape (rows,).
+    first_step : that of the options unless given.
     """
     best = eta.copy()
     lowest = values.copy()
     m = eta.shape[1]
-    step = np.full(len(best), first_step)
+    step = np.full(len(best), first_step or options.first_step)
     rows = np.arange(len(best)) if m else np.zeros(0, dtype=int)
 
     def tried(rows: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -61,7 +78,7 @@ def descend(
             best[rows[better]], lowest[rows[better]] = places[better], new_values[better]
         return new_values
 
-    for _ in range(MAX_SWEEPS):
+    for _ in range(options.max_sweeps):
         if not len(rows):
             break
         before, at_start = lowest[rows].copy(), best[rows].copy()
@@ -89,8 +106,8 @@ def descend(
         if m > 1:
             moved = best[rows] - at_start
             tried(rows, np.clip(best[rows] + moved, -1, 1))
-        step[rows[before - lowest[rows] <= tolerance[rows]]] /= FACTOR
-        rows = rows[step[rows] > LAST_STEP]
+        step[rows[before - lowest[rows] <= tolerance[rows]]] /= options.step_divisor
+        rows = rows[step[rows] > options.last_step]
     return lowest, best
 
 
@@ -121,6 +138,8 @@ def lowest_over_times(
     scan: tuple[np.ndarray, np.ndarray],
     times: int,
     tolerance: float,
+    *,
+    options: SearchOptions = SearchOptions(),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the places of the lowest values at all times, (kinds, times, m), and a scan.
 
@@ -138,20 +157,20 @@ def lowest_over_times(
     Places, and the values of the scan, shape (kinds, points, times), each time's nearest one.
     """
     points, beside = scan
-    m, stride = points.shape[1], max(1, len(points) * times // SCANNED)
+    m, stride = points.shape[1], max(1, len(points) * times // options.max_scanned)
     coarse = np.arange(0, times, stride)
     scan_values = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
     kinds, scan_values = len(scan_values), scan_values.reshape(len(scan_values), len(points), -1)
     nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
     if not m:
         return np.zeros((kinds, times, 0)), scan_values[..., nearest]
-    starts = points[
-        local_minima(scan_values.swapaxes(0, 1).reshape(len(points), -1), beside, STARTS)
-    ]
+    by_point = scan_values.swapaxes(0, 1).reshape(len(points), -1)
+    starts = points[local_minima(by_point, beside, options.starts)]
     starts = starts.reshape(len(starts), kinds, len(coarse), m)[:, :, nearest]
     starts = starts.reshape(len(starts), kinds * times, m)
     which = np.arange(kinds * times)
-    eta = lowest_of_neighbours(function, which, starts, np.full(len(which), tolerance))
+    gains = np.full(len(which), tolerance)
+    eta = lowest_of_neighbours(function, which, starts, gains, options=options)
     return eta.reshape(kinds, times, m), scan_values[..., nearest]
 
 
@@ -161,6 +180,8 @@ def lowest_of_neighbours(
     starts: np.ndarray,
     tolerance: np.ndarray,
     descents: int | None = None,
+    *,
+    options: SearchOptions = SearchOptions(),
 ) -> np.ndarray:
     """Return the places of the lowest values of functions that change little from each to the next.
 
@@ -175,29 +196,25 @@ def lowest_of_neighbours(
     row_numbers = np.arange(rows)
     repeated = np.tile(which, count)
     values = function(starts.reshape(-1, m), repeated).reshape(count, rows)
-    first_step = FIRST_STEP
+    first_step = options.first_step
     if descents is not None:
         chosen = values.argsort(axis=0)[:descents]
         starts, values = starts[chosen, row_numbers], np.take_along_axis(values, chosen, axis=0)
-        count, first_step, repeated = descents, NEAR_STEP, np.tile(which, descents)
+        count, first_step, repeated = descents, options.near_step, np.tile(which, descents)
+    gains = np.tile(tolerance, count)
     flat, places = descend(
-        function,
-        repeated,
-        starts.reshape(-1, m),
-        values.ravel(),
-        np.tile(tolerance, count),
-        first_step,
-    )
+        function, repeated, starts.reshape(-1, m), values.ravel(), gains, first_step,
+        options=options,
+    )  # fmt: skip
     best = flat.reshape(count, rows).argmin(axis=0)
-    lowest, eta = (
-        flat.reshape(count, rows)[best, row_numbers],
-        places.reshape(count, rows, m)[best, row_numbers],
-    )
-    for _ in range(SHARED):
+    lowest = flat.reshape(count, rows)[best, row_numbers]
+    eta = places.reshape(count, rows, m)[best, row_numbers]
+    for _ in range(options.neighbour_rounds):
         improved = np.zeros(0, dtype=int)
         for shift in (1, -1):
             other = np.clip(row_numbers + shift, 0, rows - 1)
-            differ = np.flatnonzero(np.abs(eta[other] - eta).max(axis=1, initial=0) > NEAR_STEP)
+            apart = np.abs(eta[other] - eta).max(axis=1, initial=0)
+            differ = np.flatnonzero(apart > options.near_step)
             there = function(eta[other[differ]], which[differ]) if len(differ) else np.zeros(0)
             better = there < lowest[differ]
             rows_better = differ[better]
@@ -205,12 +222,7 @@ def lowest_of_neighbours(
             improved = np.union1d(improved, rows_better)
         if not len(improved):
             break
-        lowest[improved], eta[improved] = descend(
-            function,
-            which[improved],
-            eta[improved],
-            lowest[improved],
-            tolerance[improved],
-            NEAR_STEP,
-        )
+        at = which[improved], eta[improved], lowest[improved], tolerance[improved]
+        descended = descend(function, *at, options.near_step, options=options)
+        lowest[improved], eta[improved] = descended
     return eta

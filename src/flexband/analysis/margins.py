@@ -2,29 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
-from flexband.analysis.limits import Corridor, corridors, joint
+from flexband.analysis.limits import Corridor, Limit, corridors, joint
 from flexband.analysis.peaks import drops, spacing
-from flexband.analysis.results import ERRORS, check_free
-from flexband.errors import InputError, check_instance
+from flexband.analysis.results import ERRORS, Variables, check_free
+from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
+from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-KEPT, NOT_KEPT, UNDECIDED = "kept", "not kept", "undecided"
 
 
-def labels_of(surrogate: Surrogate | SurrogateOfChoices) -> xr.DataArray:
-    """Return a response without runs, for its dims and coordinates."""
-    several = isinstance(surrogate, SurrogateOfChoices)
-    return next(iter(surrogate.surrogates.values())).labels if several else surrogate.labels
+class LimitVerdict(StrEnum):
+    """Whether a limit is kept for all values of the interval inputs."""
+
+    KEPT = "kept"
+    NOT_KEPT = "not kept"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class LeastMargin:
+    """A verdict on a limit with its numbers, of which all texts are made.
+
+    Attributes
+    ----------
+    limit : the limit in words.
+    verdict : whether it is kept.
+    margin, error, unit : the least margin, its expected error, and their unit.
+    dim, dim_unit : the last dimension of the output, such as time; "" if there is none.
+    place : where the least margin is, along this dimension.
+    between, place_before : the least margin between the times, and the time before it.
+    inputs : values of the inputs there, in words.
+    """
+
+    limit: str
+    verdict: LimitVerdict
+    margin: float
+    error: float
+    unit: str
+    dim: str
+    dim_unit: str
+    place: float | str
+    between: float
+    place_before: float | str
+    inputs: list[str]
+
+    @staticmethod
+    def of(result: xr.Dataset) -> LeastMargin:
+        """Return that of one limit, of what `check_limits` returns."""
+        dim, places = "", ("", "")
+        if "least_margin_at" in result:
+            dim = str(result["margin"].dims[-1])
+            both = result["least_margin_at"], result["margin_between_after"]
+            is_number = both[0].dtype.kind in "iuf"
+            places = tuple(float(k) if is_number else str(k.values) for k in both)
+        unit = str(result["unit"].values) if "unit" in result.coords else ""
+        inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
+        if "worst_inputs" in result:
+            pairs = zip(result["input"].values, result["worst_inputs"].values, strict=True)
+            inputs += [f"{name} = {value:.6g}" for name, value in pairs]
+        return LeastMargin(
+            str(result["limit"].values),
+            LimitVerdict(str(result["verdict"].values)),
+            float(result["least_margin"]),
+            float(result["least_margin_error"]),
+            unit,
+            dim,
+            result[dim].attrs.get("units", "") if dim in result.coords else "",
+            places[0],
+            float(result["margin_between"]),
+            places[1],
+            inputs,
+        )
+
+    @property
+    def decided_between(self) -> bool:
+        """Whether it is the least margin between the times that may be below zero."""
+        return bool(self.dim) and self.between - self.error < 0 <= self.margin
+
+    def in_words(
+        self, number: Callable[[float], str] = "{:.4g}".format, *, with_error: bool = False
+    ) -> str:
+        """Return the least margin, and where it is: "least margin 0.2 N at time 0.1 s"."""
+        error = f" ± {self.error:.2g}" if self.error and with_error else ""
+        unit = f" {self.unit}" if self.unit else ""
+        text = f"least margin {number(self.margin)}{error}{unit}"
+        if not self.dim:
+            return text
+        places = [
+            f"{k if isinstance(k, str) else number(k)} {self.dim_unit}".rstrip()
+            for k in (self.place, self.place_before)
+        ]
+        text += f" at {self.dim} {places[0]}"
+        if self.decided_between:
+            where = "output times" if self.dim == "time" else f"values of {self.dim}"
+            text += f"; {self.between:.4g}{unit} between the {where}, after {places[1]}"
+        return text
 
 
 def error_of(
@@ -41,7 +122,7 @@ def error_of(
 
 
 def check_limits(
-    surrogate: Surrogate | SurrogateOfChoices, limits: Any, *, sigmas: float = 3.0
+    surrogate: AnySurrogate, limits: Limit | Sequence[Limit], *, sigmas: float = 3.0
 ) -> xr.Dataset:
     """Return whether each limit is kept for all values of the interval inputs, and its margin.
 
@@ -75,8 +156,7 @@ def check_limits(
     InputError
         If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
     """
-    kinds = Surrogate | SurrogateOfChoices
-    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    check_surrogate(surrogate)
     labels = labels_of(surrogate)
     for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
         check_free(name, labels)
@@ -85,32 +165,39 @@ def check_limits(
     source, error = error_of(bands, labels)
     results = [_checked(corridor, bands, labels, error) for corridor in named_corridors.values()]
     result = xr.concat(results, "limit").assign_coords(limit=list(named_corridors))
-    words = [_in_words(result.isel(limit=k), labels) for k in range(len(named_corridors))]
+    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(len(named_corridors))]
+    words = [
+        f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
+        + f", with {', '.join(verdict.inputs)}" * bool(verdict.inputs)
+        for verdict in verdicts
+    ]
     attrs = {
         "sigmas": bands.attrs["sigmas"],
         "error": source or "not estimated",
         "verdict": ". ".join(words) + ("" if source else ". The error of this is not estimated"),
     }
-    verdicts = result["verdict"].values.tolist()
-    joint = next((verdict for verdict in (NOT_KEPT, UNDECIDED) if verdict in verdicts), KEPT)
-    return _described(result.assign_attrs(attrs, kept=joint, inputs=bands.attrs.get("inputs", "")))
+    kept = {verdict.verdict for verdict in verdicts}
+    worst_first = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
+    worst = next(verdict for verdict in worst_first if verdict in kept)
+    attrs |= {"kept": worst.value, "inputs": bands.attrs.get("inputs", "")}
+    return _described(result.assign_attrs(attrs))
 
 
-def _bands(
-    surrogate: Surrogate | SurrogateOfChoices, limits: Mapping[str, Corridor], sigmas: float
-) -> xr.Dataset:
+def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: float) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
     bands = surrogate.bands(sigmas)
-    if isinstance(surrogate, SurrogateOfChoices):
-        if any(map(compensators, (case.space for case in surrogate.surrogates.values()))):
+    cases = surrogates_of(surrogate)
+    if "" not in cases:
+        if any(compensators(case.space) for case in cases.values()):
             raise InputError("surrogate must have no Choice where it has a Compensator")
         return bands
-    space, dims = surrogate.space, surrogate.labels.dims[1:]
+    case = cases[""]
+    space, dims = case.space, case.labels.dims[1:]
     columns = compensators(space)
     if not columns:
         return bands
     corridor = joint(limits)
-    expansions, numbers, bounds = limited(surrogate, corridor.lower, corridor.upper)
+    expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
@@ -125,7 +212,7 @@ def _bands(
     at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(
         list(input_values.values()), (len(at), 2, -1)
     )
-    if "pointwise_error" in surrogate.diagnostics:  # bounds after the adjustment rest anywhere
+    if "pointwise_error" in case.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
         error_bar=(("bound", *dims), bar), error_bar_at=(("input", "bound", *dims), at)
@@ -151,14 +238,14 @@ def _checked(
     between = np.minimum(np.where(limited, margin - drop, np.inf), after)
     lowest = np.unravel_index(int(np.argmin(between)), between.shape)
     trusted = "trusted" not in bands or bool(np.all(_of_output(bands["trusted"], labels, corridor)))
-    verdict = UNDECIDED
+    verdict = LimitVerdict.UNDECIDED
     if trusted and np.any(np.minimum(margin, surely)[limited] + error[limited] < 0):
-        verdict = NOT_KEPT
+        verdict = LimitVerdict.NOT_KEPT
     elif trusted and np.all(between[limited] - error[limited] >= 0):
-        verdict = KEPT
+        verdict = LimitVerdict.KEPT
     dims = bar[0][where].dims
     coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
-    data: dict[str, Any] = {
+    data: Variables = {
         "margin": (dims, np.where(limited, margin, np.nan)),
         "expected_error": (dims, np.where(limited, error, np.nan)),
         "above": (dims, np.where(np.isfinite(lower), lower, np.nan)),
@@ -168,7 +255,7 @@ def _checked(
         "margin_between": between[lowest],
         "grid_error": margin[at] - between[lowest],
         "side": ("above", "below")[side],
-        "verdict": verdict,
+        "verdict": verdict.value,
     }
     last = axes_of(labels).time
     if last in nearest_end.coords:
@@ -215,48 +302,6 @@ def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -
         number = corridor.where[-1]
         return values.isel(output=number).values
     return values.values
-
-
-def _in_words(limit_result: xr.Dataset, labels: xr.DataArray) -> str:
-    """Return the verdict of one limit as a sentence."""
-    unit = f" {limit_result['unit'].values}" if "unit" in limit_result.coords else ""
-    error = float(limit_result["least_margin_error"])
-    text = f"{limit_result['limit'].values}: {limit_result['verdict'].values}, least margin "
-    text += f"{float(limit_result['least_margin']):.4g}{f' ± {error:.2g}' if error else ''}{unit}"
-    if "least_margin_at" in limit_result:
-        last = axes_of(labels).time
-        text += f" at {last} {_number(limit_result['least_margin_at'].values)}"
-        unit_of_last = labels[last].attrs.get("units", "")
-        text += f" {unit_of_last}".rstrip()
-        if between := told_between(limit_result):
-            text += (
-                f"; {between} {_number(limit_result['margin_between_after'].values)} "
-                f"{unit_of_last}".rstrip()
-            )
-    inputs = []
-    if "worst_inputs" in limit_result:
-        pairs = zip(limit_result["input"].values, limit_result["worst_inputs"].values, strict=True)
-        inputs = [f"{name} = {value:.6g}" for name, value in pairs]
-    if "worst_choice" in limit_result:
-        inputs.insert(0, str(limit_result["worst_choice"].values))
-    return text + (f", with {', '.join(inputs)}" if inputs else "")
-
-
-def told_between(limit_result: xr.Dataset) -> str:
-    """Return in words what the least margin between the times is, if it decides, up to "after"."""
-    if "margin_between_after" not in limit_result:
-        return ""
-    margin, between = float(limit_result["least_margin"]), float(limit_result["margin_between"])
-    if not between - float(limit_result["least_margin_error"]) < 0 <= margin:
-        return ""
-    unit = f" {limit_result['unit'].values}" if "unit" in limit_result.coords else ""
-    last = limit_result["margin"].dims[-1]
-    where = "output times" if last == "time" else f"values of {last}"
-    return f"{between:.4g}{unit} between the {where}, after"
-
-
-def _number(value: np.ndarray) -> str:
-    return f"{float(value):.4g}" if value.dtype.kind in "iuf" else str(value)
 
 
 LONG_NAMES = {

@@ -4,43 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
-from flexband.analysis.choices import over_options
+from flexband.analysis.intervals import over_options
 from flexband.analysis.quantiles import (
-    CONFIDENCE,
     MAX_SAMPLES,
-    MIN_BEYOND,
-    SAMPLES,
     probability_below,
     searched,
     sorted_quantiles,
 )
-from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.sampled import SampledSeries, samples_of
-from flexband.analysis.selection import selected, surrogates_of
-from flexband.errors import InputError, check_finite, check_integer, shown
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.sampled import CONFIDENCE, MIN_BEYOND, SampledSeries, samples_of
+from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
+from flexband.errors import InputError, check_finite, check_instance, check_integer
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-LEVELS = 41
-"""Probabilities whose lowest and highest quantiles are searched, equidistant in z."""
 
 VALUES = 101
 """Values of the output, unless others are given."""
 
 
 def p_box(
-    surrogate: Any,
-    output: Any = None,
-    time: Any = None,
+    surrogate: AnySurrogate,
+    output: ArrayLike | None = None,
+    time: ArrayLike | None = None,
     *,
-    at: Mapping[str, Any] | None = None,
-    values: Any = None,
-    samples: int = SAMPLES,
+    at: Labels | None = None,
+    values: ArrayLike | None = None,
+    samples: int = 4096,
     seed: int = 0,
 ) -> xr.Dataset:
     """Return the bounds of a distribution function over the interval inputs.
@@ -73,12 +67,10 @@ def p_box(
         If the surrogate is none, an argument is out of its range, or not one number is left.
     """
     surrogates = surrogates_of(surrogate)
-    samples, seed = (
-        check_integer("samples", samples, 128, MAX_SAMPLES),
-        check_integer("seed", seed, 0),
-    )
-    if at is not None and not isinstance(at, Mapping):
-        raise InputError(f"at must be a mapping from dimensions to labels; got {shown(at)}")
+    samples = check_integer("samples", samples, 128, MAX_SAMPLES)
+    seed = check_integer("seed", seed, 0)
+    if at is not None:
+        check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     where = dict(at or {})
     dim = next(iter(surrogates.values())).time or "time"
     where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}
@@ -126,7 +118,8 @@ class _Envelope:
             )
         xi = samples_of(space.families, samples, seed)
         end = -ndtri(MIN_BEYOND / samples)
-        p = ndtr(np.linspace(-end, end, LEVELS)) if len(xi) > 1 else np.array([0.5])
+        levels = 41  # whose lowest and highest quantiles are searched
+        p = ndtr(np.linspace(-end, end, levels)) if len(xi) > 1 else np.array([0.5])
         (expansion,) = surrogate.expansions
         (series,) = SampledSeries.of_outputs(expansion)
         psi, m = series.basis(xi), space.interval_dimension
@@ -161,7 +154,7 @@ class _Envelope:
         samples = len(self.psi)
         unseen = 1 - (1 - CONFIDENCE) ** (1 / samples) if samples > 1 else 0.0
         dims = ("bound", "value")
-        data: dict[str, Any] = {
+        data: Variables = {
             "distribution": (dims, probability),
             "sampling_error": (dims, np.maximum(error, unseen)),
             "value": ("value", values),

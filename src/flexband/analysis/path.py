@@ -7,15 +7,15 @@ those of the outputs are. The half-planes of all directions make a convex polygo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import chosen
 from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.analysis.value_range import checked_probability, range_of
 from flexband.errors import InputError, check_instance, check_integer
 from flexband.uncertainty.expansions.expansion import extremes_of
@@ -23,18 +23,16 @@ from flexband.uncertainty.phases.combination import combined
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-DIRECTIONS, MAX_DIRECTIONS = 32, 4096
-
 
 def path(
-    surrogate: Any,
+    surrogate: AnySurrogate,
     x: str,
     y: str,
     *,
     sigmas: float = 1.0,
     probability: float | None = None,
-    directions: int = DIRECTIONS,
-    at: Mapping[str, Any] | None = None,
+    directions: int = 32,
+    at: Labels | None = None,
 ) -> xr.Dataset:
     """Return the path of a point, and polygons around the region of the point at every time.
 
@@ -72,17 +70,18 @@ def path(
     """
     for name, output in (("x", x), ("y", y)):
         check_instance(name, output, str, "the name of an output")
-    every, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    count = check_integer("directions", directions, 8, MAX_DIRECTIONS)
+    check_surrogate(surrogate)
+    k = checked_sigmas(sigmas)
+    count = check_integer("directions", directions, 8, 4096)
     if count % 4:
         raise InputError(f"directions must be a multiple of 4; got {count}")
     part = None if probability is None else checked_probability(probability)
     angle = 2 * np.pi * np.arange(count) / count
-    answers = {
-        label: _supports(selected(case_surrogate, at), (x, y), k, part, angle)
-        for label, case_surrogate in every.items()
-    }
-    result = _over_options(answers)
+    result = over_intervals(
+        lambda case: _supports(case, (x, y), k, part, angle), surrogate, at, highest="support"
+    )
+    if "support_choice" in result:
+        result["support_choice"].attrs["long_name"] = LONG_NAMES["support_choice"]
     support = result["support"].values
     # a vertex is where the lines of two neighbouring directions meet
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -166,27 +165,6 @@ def _frame(pair: list[xr.DataArray], directions: int) -> xr.DataArray:
     values = np.zeros((0, directions, pair[0].sizes[last]))
     frame = xr.DataArray(values, coords, ("sample", "direction", last))
     return frame.assign_coords(unit=units.pop()) if units else frame
-
-
-def _over_options(answers_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return the largest support over all combinations of options."""
-    names, every = list(answers_by_label), list(answers_by_label.values())
-    if len(every) == 1:
-        return every[0]
-    result = every[0].copy()
-    best = np.argmax([case_answer["support"].values for case_answer in every], axis=0)
-    for name in ("support", "support_at"):
-        if name in result:
-            values = np.stack([case_answer[name].values for case_answer in every])
-            at = best[None] if values.ndim == best.ndim + 1 else best[None, None]
-            chosen_values = np.take_along_axis(values, at, axis=0)[0]
-            result[name] = result[name].copy(data=chosen_values)
-    if "expected_error" in result:
-        largest = np.max([case_answer["expected_error"].values for case_answer in every], axis=0)
-        result["expected_error"] = result["expected_error"].copy(data=largest)
-    result["support_choice"] = every[0]["support"].dims, np.array(names)[best]
-    result["support_choice"].attrs["long_name"] = LONG_NAMES["support_choice"]
-    return result
 
 
 LONG_NAMES = {

@@ -8,72 +8,71 @@ bounds are searched on few samples, and computed at the places that are found on
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
-from scipy.stats import t as student
 
-from flexband.analysis.choices import over_options
-from flexband.analysis.descent import local_minima, lowest_of_neighbours
-from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.sampled import REPLICATES, SampledSeries, samples_of
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
+from flexband.analysis.intervals import over_intervals
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.sampled import (
+    CONFIDENCE,
+    MIN_BEYOND,
+    REPLICATES,
+    SampledSeries,
+    samples_of,
+    sampling_error,
+)
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SAMPLES = 4096
-"""Samples of ξ for the values of bounds, unless another number is given."""
-
 MAX_SAMPLES = 2**22
 
-MIN_BEYOND = 10
-"""Samples that must be expected beyond a quantile."""
 
-SEARCHED, SEARCHED_BEYOND = 128, 4
-"""Least samples of ξ of the search, and least of them beyond a quantile."""
+@dataclass(frozen=True)
+class QuantileOptions:
+    """How the bounds of quantiles over the interval inputs are searched.
 
-ROWS, VALUES = 25, 8e6
-"""Places that are tried for each bound, about, and values of the surrogate there."""
+    Attributes
+    ----------
+    min_samples, min_beyond : least samples of ξ of the search, and least beyond a quantile.
+    tried_places, max_values : places that are tried for each bound, about, and values of the
+        surrogate there.
+    final_factor : times as many samples with which a search ends.
+    max_scanned, max_scanned_times : most values of a scan, and most times; if there are more, it
+        takes fewer times.
+    tolerance : gains of a search that count as none, as a part of the range of a scan.
+    values_at_once : samples of series in one part of the work of a thread.
+    search : the steps from the places of the scan.
+    """
 
-MORE = 4
-"""Times as many samples with which a search ends."""
-
-SCANNED = 2e7
-"""Most values of a scan; if there are more, it takes fewer times."""
-
-STARTS = 2
-"""Local minima of the scan from which a bound is searched."""
-
-TOLERANCE = 1e-4
-"""Gains of a search that count as none, as a part of the range of a scan."""
-
-AT_ONCE = 2**18
-"""Samples of series in one part of the work of a thread."""
-
-MAX_SCANNED_TIMES = 150
-
-CONFIDENCE = 0.95
-"""Of the sampling error."""
-
-SPACING = 2.5
-"""Half a distance of neighbouring samples that is exceeded in 5 % of cases, as a multiple of its
-mean: a quantile is not known better."""
+    min_samples: int = 128
+    min_beyond: int = 4
+    tried_places: int = 25
+    max_values: float = 8e6
+    final_factor: int = 4
+    max_scanned: float = 2e7
+    max_scanned_times: int = 150
+    tolerance: float = 1e-4
+    values_at_once: int = 2**18
+    search: SearchOptions = field(default_factory=SearchOptions)
 
 
 def quantiles(
-    surrogate: Any,
-    probabilities: Any = (0.05, 0.5, 0.95),
+    surrogate: AnySurrogate,
+    probabilities: ArrayLike = (0.05, 0.5, 0.95),
     *,
-    at: Mapping[str, Any] | None = None,
-    samples: int = SAMPLES,
+    at: Labels | None = None,
+    samples: int = 4096,
     seed: int = 0,
 ) -> xr.Dataset:
     """Return the lowest and the highest quantiles of every output over the interval inputs.
@@ -114,20 +113,14 @@ def quantiles(
         If the surrogate is none, a probability is not between 0 and 1 or has too few samples, or
         `at` does not fit the response.
     """
-    surrogates = surrogates_of(surrogate)
+    check_surrogate(surrogate)
     p = checked_probabilities(probabilities)
-    samples, seed = (
-        check_integer("samples", samples, 2, MAX_SAMPLES),
-        check_integer("seed", seed, 0),
-    )
-    answers = {
-        label: _quantiles(selected(case_surrogate, at), p, samples, seed)
-        for label, case_surrogate in surrogates.items()
-    }
-    return over_options(answers)
+    samples = check_integer("samples", samples, 2, MAX_SAMPLES)
+    seed = check_integer("seed", seed, 0)
+    return over_intervals(lambda case: _quantiles(case, p, samples, seed), surrogate, at)
 
 
-def checked_probabilities(probabilities: Any) -> np.ndarray:
+def checked_probabilities(probabilities: ArrayLike) -> np.ndarray:
     """Return probabilities between 0 and 1, increasing, shape (probabilities,)."""
     p = np.atleast_1d(check_finite("probabilities", probabilities, rank=None))
     if p.ndim > 1 or len(np.unique(p)) < len(p):
@@ -166,7 +159,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
             values[out], errors[out] = values_and_errors
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
-    data: dict[str, Any] = {
+    data: Variables = {
         "quantiles": (dims, values.reshape(whole_shape)),
         "sampling_error": (dims, errors.reshape(whole_shape)),
     }
@@ -193,26 +186,32 @@ LONG_NAMES = {
 
 
 def searched(
-    series: SampledSeries, xi: np.ndarray, families: Sequence[Family], p: np.ndarray, seed: int
+    series: SampledSeries,
+    xi: np.ndarray,
+    families: Sequence[Family],
+    p: np.ndarray,
+    seed: int,
+    *,
+    options: QuantileOptions = QuantileOptions(),
 ) -> np.ndarray:
     """Return η of the lowest and the highest quantiles, shape (2, probabilities, times, m).
 
     Where there are many times, the search takes fewer samples than `xi`, and ends with more of
     them from the places that it found.
     """
-    rows = ROWS * 2 * len(p) * series.times
-    least = max(SEARCHED, SEARCHED_BEYOND / np.minimum(p, 1 - p).min())
-    few = int(min(len(xi), max(least, VALUES / rows)))
+    rows = options.tried_places * 2 * len(p) * series.times
+    least = max(options.min_samples, options.min_beyond / np.minimum(p, 1 - p).min())
+    few = int(min(len(xi), max(least, options.max_values / rows)))
     if few == len(xi):
-        return _search(series, series.basis(xi), p)
-    eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p)
-    more = samples_of(families, min(MORE * few, len(xi)), seed + 1)
-    target = _Target(series, series.basis(more), p)
-    which, m = np.arange(2 * len(p) * series.times), eta.shape[-1]
-    none = np.zeros(len(which))
-    return lowest_of_neighbours(target, which, eta.reshape(1, -1, m), none, descents=1).reshape(
-        eta.shape
-    )
+        return _search(series, series.basis(xi), p, options)
+    eta = _search(series, series.basis(samples_of(families, few, seed + 1)), p, options)
+    more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
+    target = _Target(series, series.basis(more), p, options)
+    which, starts = np.arange(2 * len(p) * series.times), eta.reshape(1, -1, eta.shape[-1])
+    gains = np.zeros(len(which))
+    return lowest_of_neighbours(
+        target, which, starts, gains, descents=1, options=options.search
+    ).reshape(eta.shape)
 
 
 @dataclass(frozen=True)
@@ -225,6 +224,7 @@ class _Target:
     series: SampledSeries
     psi: np.ndarray
     p: np.ndarray
+    options: QuantileOptions
 
     @property
     def signs(self) -> np.ndarray:
@@ -233,12 +233,27 @@ class _Target:
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
         target, time = np.divmod(which, self.series.times)
-        quantile_values = _sampled_quantiles(self.series, self.psi, eta, time, self.p)
+        quantile_values = self.quantiles(eta, time)
         value = quantile_values[target % len(self.p), np.arange(len(eta))]
         return self.signs[target] * value
 
+    def quantiles(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return quantiles of some series, each at its own η, shape (probabilities, series)."""
+        values = np.empty((len(self.p), len(eta)))
+        rows = max(1, self.options.values_at_once // len(self.psi))
 
-def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray:
+        def solve(first: int) -> None:
+            part = slice(first, first + rows)
+            samples = self.series.values(self.psi, eta[part], times[part])
+            values[:, part] = sorted_quantiles(samples, self.p)
+
+        in_threads(solve, range(0, len(eta), rows))
+        return values
+
+
+def _search(
+    series: SampledSeries, psi: np.ndarray, p: np.ndarray, options: QuantileOptions
+) -> np.ndarray:
     """Return what `searched` does, on given samples.
 
     Some times are scanned. The others start from the places of their neighbours, and from that of
@@ -246,23 +261,23 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
     """
     points, beside = series.scanned
     times, m = series.times, points.shape[1]
-    stride = math.ceil(times / MAX_SCANNED_TIMES)
-    stride = max(stride, math.ceil(len(points) * times * len(psi) / SCANNED))
+    stride = math.ceil(times / options.max_scanned_times)
+    stride = max(stride, math.ceil(len(points) * times * len(psi) / options.max_scanned))
     coarse = np.arange(0, times, stride)
     every = np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points))
-    scanned = _sampled_quantiles(series, psi, *every, p)
-    scanned = scanned.reshape(len(p), len(points), -1).swapaxes(0, 1)
-    function = _Target(series, psi, p)
+    function = _Target(series, psi, p, options)
+    scanned = function.quantiles(*every).reshape(len(p), len(points), -1).swapaxes(0, 1)
     sign = function.signs
     targets = times * np.arange(len(sign))[:, None]
     signed = sign[:, None] * np.concatenate([scanned, scanned], axis=1)
     signed = signed.reshape(len(points), -1)
     extremes = series.expansion.extremes(ndtri(p).tolist())
     of_moments = np.stack([extremes[k].places[b, 0] for b in (0, 1) for k in range(len(p))])
-    starts = points[local_minima(signed, beside, STARTS)]
+    starts = points[local_minima(signed, beside, options.search.starts)]
     starts = np.concatenate([starts, of_moments[:, coarse].reshape(1, -1, m)])
-    tolerance = TOLERANCE * np.ptp(signed, axis=0)
-    eta = lowest_of_neighbours(function, (targets + coarse).ravel(), starts, tolerance)
+    tolerance = options.tolerance * np.ptp(signed, axis=0)
+    scanned_series = (targets + coarse).ravel()
+    eta = lowest_of_neighbours(function, scanned_series, starts, tolerance, options=options.search)
     if stride > 1:
         coarse_index = np.arange(times) // stride
         both = np.stack([coarse_index, np.minimum(coarse_index + 1, len(coarse) - 1)])
@@ -270,22 +285,10 @@ def _search(series: SampledSeries, psi: np.ndarray, p: np.ndarray) -> np.ndarray
         starts = np.concatenate([starts, of_moments[None]]).reshape(3, -1, m)
         tolerance = tolerance.reshape(len(sign), -1)[:, coarse_index].ravel()
         all_times = (targets + np.arange(times)).ravel()
-        eta = lowest_of_neighbours(function, all_times, starts, tolerance, descents=1)
+        eta = lowest_of_neighbours(
+            function, all_times, starts, tolerance, descents=1, options=options.search
+        )
     return eta.reshape(2, len(p), times, m)
-
-
-def _sampled_quantiles(
-    series: SampledSeries, psi: np.ndarray, eta: np.ndarray, times: np.ndarray, p: np.ndarray
-) -> np.ndarray:
-    """Return quantiles of some series, each at its own η, shape (probabilities, series)."""
-    values, rows = np.empty((len(p), len(eta))), max(1, AT_ONCE // len(psi))
-
-    def solve(first: int) -> None:
-        part = slice(first, first + rows)
-        values[:, part] = sorted_quantiles(series.values(psi, eta[part], times[part]), p)
-
-    in_threads(solve, range(0, len(eta), rows))
-    return values
 
 
 def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -300,12 +303,17 @@ def sorted_quantiles(values: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def _values(
-    series: SampledSeries, psi: np.ndarray, p: np.ndarray, eta: np.ndarray
+    series: SampledSeries,
+    psi: np.ndarray,
+    p: np.ndarray,
+    eta: np.ndarray,
+    *,
+    options: QuantileOptions = QuantileOptions(),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return quantiles and their sampling errors at η of shape (2, probabilities, times, m)."""
     shape = eta.shape[:-1]
     values, errors = np.empty(shape), np.zeros(shape)
-    rows = max(1, AT_ONCE // len(psi))
+    rows = max(1, options.values_at_once // len(psi))
 
     def solve(place: tuple[int, int, int]) -> None:
         bound, k, first = place
@@ -330,7 +338,8 @@ def quantile_and_error(values: np.ndarray, p: float) -> tuple[np.ndarray, np.nda
         values, np.clip([p - reach, p, p + reach], 0.5 / count, 1 - 0.5 / count)
     )
     _, spread = probability_below(values, quantile)
-    return quantile, np.maximum(spread, SPACING / count) / (2 * reach) * (upper - lower)
+    # Half a distance of neighbouring samples exceeds 2.5 times its mean in 5 % of cases.
+    return quantile, np.maximum(spread, 2.5 / count) / (2 * reach) * (upper - lower)
 
 
 def probability_below(values: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -343,5 +352,4 @@ def probability_below(values: np.ndarray, limits: np.ndarray) -> tuple[np.ndarra
     if values.shape[1] == 1:
         return below[:, 0].astype(float), np.zeros(len(values))
     parts = below.reshape(len(values), REPLICATES, -1).mean(axis=2)
-    factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
-    return parts.mean(axis=1), factor * parts.std(axis=1, ddof=1)
+    return parts.mean(axis=1), sampling_error(parts, axis=1)

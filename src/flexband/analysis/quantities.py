@@ -19,9 +19,6 @@ from flexband.uncertainty.surrogates.axes import axes_of
 
 Quantity = Callable[[xr.DataArray], xr.DataArray]
 
-UNEQUAL = 1e-6
-"""Relative difference of steps from which on times are not equidistant."""
-
 
 @frozen()
 class Magnitude:
@@ -153,7 +150,7 @@ class Spectrum(_OverTime):
         """Return it of every sample, with a last dim "frequency"."""
         output, times = self.series(response)
         steps = np.diff(times)
-        if np.ptp(steps) > UNEQUAL * steps.max():
+        if np.ptp(steps) > 1e-6 * steps.max():
             raise InputError(
                 f"a Spectrum needs equidistant times; got steps from {steps.min():g} to "
                 f"{steps.max():g}"

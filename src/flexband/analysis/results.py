@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -31,6 +32,11 @@ WITHOUT_UNITS = ("_at", "_choice")
 """Endings of variables that are no values of the outputs."""
 
 
+Dims = Hashable | Sequence[Hashable]
+Variables = dict[str, tuple[Dims, ArrayLike] | xr.Variable | ArrayLike]
+"""Name of a variable -> its dims and values."""
+
+
 def check_free(name: str, labels: xr.DataArray) -> None:
     """Raise `InputError` if a response has a dimension or coordinate that an answer adds."""
     if name in labels.dims or name in labels.coords:
@@ -53,8 +59,8 @@ def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
 
 
 def places(
-    name: str, space: Space, eta: np.ndarray, dims: Sequence[Any], shape: Sequence[int]
-) -> dict[str, Any]:
+    name: str, space: Space, eta: np.ndarray, dims: Sequence[Hashable], shape: Sequence[int]
+) -> Variables:
     """Return a variable with the values of the interval inputs at η, if there are any.
 
     Parameters
@@ -103,8 +109,8 @@ def _error_of_whole(attrs: Mapping[str, Any]) -> Any:
 
 def answer(
     surrogate: Surrogate,
-    data: Mapping[str, Any],
-    coords: Mapping[str, Any],
+    data: Variables,
+    coords: Variables,
     attrs: Mapping[str, Any],
     long_names: Mapping[str, str],
     labels: xr.DataArray | None = None,

@@ -6,12 +6,14 @@ compiled code serve several threads at a time, and keep the parts of a ringing s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
+from scipy.stats import t as student
 
 from flexband.caching import cached_on_disk, compiled
 from flexband.uncertainty.expansions.bounds.scan import scan
@@ -21,12 +23,19 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.terms import PartTerms
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
 REPLICATES = 8
 """Independent sets of samples, whose differences tell the sampling error."""
+
+CONFIDENCE = 0.95
+"""Of sampling errors."""
+
+MIN_BEYOND = 10
+"""Samples that must be expected beyond a quantile."""
 
 BLOCK = 512
 """Samples whose parts stay in the processor's cache."""
@@ -44,6 +53,12 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
     return of_normals(ndtri(np.concatenate(u)), families)
 
 
+def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
+    """Return half the width of the confidence interval of the mean over the replicates."""
+    factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+    return factor * replicates.std(axis=axis, ddof=1)
+
+
 @dataclass(frozen=True)
 class SampledSeries:
     """The times of one output as functions of η, at fixed samples of ξ.
@@ -53,12 +68,14 @@ class SampledSeries:
     output : number of the output.
     expansion : that of the output alone.
     hybrid : the expansion of the series themselves, or of their parts.
+    columns : where the parts of phases are; None if the series are polynomials.
     scanned : η among which bounds are searched first, and the numbers of the points next to each.
     """
 
     output: int
     expansion: Expansion
     hybrid: HybridExpansion
+    columns: PartColumns | None
     scanned: tuple[np.ndarray, np.ndarray]
 
     @staticmethod
@@ -74,19 +91,19 @@ class SampledSeries:
                     int(output),
                     output_expansion,
                     output_expansion.parts,
+                    output_expansion.columns,
                     scan_points(2 * terms.orders[:m], reach),
                 )
             else:
                 assert isinstance(output_expansion, DirectExpansion)
                 orders = output_expansion.values.interval_orders
-                yield SampledSeries(
-                    int(output), output_expansion, output_expansion.values, scan(orders)
-                )
+                values = output_expansion.values
+                yield SampledSeries(int(output), output_expansion, values, None, scan(orders))
 
     @property
     def times(self) -> int:
         """Number of series."""
-        rows = self.expansion.columns.width if isinstance(self.expansion, PhaseExpansion) else 1
+        rows = self.columns.width if self.columns else 1
         return self.hybrid.coefficients.shape[1] // rows
 
     def basis(self, xi: np.ndarray) -> np.ndarray:
@@ -109,8 +126,8 @@ class SampledSeries:
         starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
         factors = np.add.reduceat(terms[order], starts, axis=0)
         phase, block = len(terms[0]), 1
-        if isinstance(self.expansion, PhaseExpansion):
-            phase, block = self.expansion.columns.phase, self.expansion.columns.block
+        if self.columns:
+            phase, block = self.columns.phase, self.columns.block
         values = np.empty((len(times), len(psi)))
         arrays = np.ascontiguousarray(factors), np.ascontiguousarray(psi.T)
         fill_samples(*arrays, phase, block, values)

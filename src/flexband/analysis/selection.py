@@ -8,16 +8,20 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_instance, shown
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-SIZE_OF_ROUNDING = 1e-9
-"""A number this much beyond the ends of a coordinate, relative to its range, is at the end."""
+AnySurrogate = Surrogate | SurrogateOfChoices
+"""What `expand` returns."""
+
+Labels = Mapping[str, ArrayLike]
+"""Dimension of a response -> one of its labels, or several."""
 
 
-def surrogates_of(surrogate: Any) -> dict[str, Surrogate]:
+def surrogates_of(surrogate: AnySurrogate) -> dict[str, Surrogate]:
     """Return the surrogate of every combination of options; the label is "" without choices.
 
     Raises
@@ -25,15 +29,22 @@ def surrogates_of(surrogate: Any) -> dict[str, Surrogate]:
     InputError
         If it is no surrogate.
     """
-    check_instance(
-        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
-    )
-    if isinstance(surrogate, SurrogateOfChoices):
-        return dict(surrogate.surrogates)
-    return {"": surrogate}
+    check_surrogate(surrogate)
+    several = isinstance(surrogate, SurrogateOfChoices)
+    return dict(surrogate.surrogates) if several else {"": surrogate}
 
 
-def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
+def check_surrogate(surrogate: AnySurrogate) -> None:
+    """Raise `InputError` if it is no surrogate."""
+    check_instance("surrogate", surrogate, AnySurrogate, "one that `expand` returns")
+
+
+def labels_of(surrogate: AnySurrogate) -> xr.DataArray:
+    """Return a response without runs, for its dims and coordinates."""
+    return next(iter(surrogates_of(surrogate).values())).labels
+
+
+def selected(surrogate: Surrogate, at: Labels | None) -> Surrogate:
     """Return the surrogate at chosen places of the response's dimensions.
 
     Parameters
@@ -51,7 +62,7 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
         return surrogate
     check_instance("at", at, Mapping, "a mapping from dimensions to labels")
     labels = surrogate.labels
-    chosen: dict[str, Any] = {}
+    chosen: dict[str, int | np.ndarray] = {}
     for dim, dim_labels in at.items():
         if dim not in labels.dims[1:]:
             dims = ", ".join(map(str, labels.dims[1:])) or "none"
@@ -68,18 +79,16 @@ def selected(surrogate: Surrogate, at: Mapping[str, Any] | None) -> Surrogate:
         if len(indices):
             part: Any = expansion.of(indices, at_times)
             expansions.append(replace(part, outputs=np.searchsorted(outputs, indices)))
-    diagnostics = surrogate.diagnostics
-    kept = {dim: k for dim, k in chosen.items() if dim in diagnostics.dims}
-    new_labels = labels.isel(chosen)
+    diagnostics = surrogate.diagnostics.isel(chosen, missing_dims="ignore")
     return replace(
         surrogate,
-        labels=new_labels,
+        labels=labels.isel(chosen),
         expansions=tuple(expansions),
-        diagnostics=diagnostics.isel(kept),
+        diagnostics=diagnostics,
     )
 
 
-def _positions(labels: xr.DataArray, dim: str, dim_labels: Any) -> np.ndarray:
+def _positions(labels: xr.DataArray, dim: str, dim_labels: ArrayLike) -> np.ndarray:
     """Return the positions of labels along a dimension, shape (labels,)."""
     count, several = labels.sizes[dim], f"at: {dim}"
     try:
@@ -99,7 +108,7 @@ def _positions(labels: xr.DataArray, dim: str, dim_labels: Any) -> np.ndarray:
     if coordinate.dtype.kind in "iuf" and not named:
         if asked.dtype.kind not in "iuf" or not np.isfinite(asked).all():
             raise InputError(f"{several} must be finite numbers; got {shown(dim_labels)}")
-        slack = SIZE_OF_ROUNDING * (np.ptp(coordinate) or abs(coordinate[0]))
+        slack = 1e-9 * (np.ptp(coordinate) or abs(coordinate[0]))  # rounding, at the ends
         if asked.min() < coordinate.min() - slack or asked.max() > coordinate.max() + slack:
             ends = f"from {coordinate.min():g} to {coordinate.max():g}"
             raise InputError(f"{several} must be {ends}; got {shown(dim_labels)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +9,9 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtri
 
-from flexband.analysis.choices import over_options
-from flexband.analysis.results import answer, expected_error
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.intervals import over_intervals
+from flexband.analysis.results import Variables, answer, expected_error
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.expansions.boxes import on_box
 from flexband.uncertainty.expansions.direct import DirectExpansion
@@ -24,7 +23,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def value_range(
-    surrogate: Any, probability: Any = 0.99, *, at: Mapping[str, Any] | None = None
+    surrogate: AnySurrogate, probability: float = 0.99, *, at: Labels | None = None
 ) -> xr.Dataset:
     """Return the lowest and the highest values over all intervals and a part of the random inputs.
 
@@ -50,15 +49,12 @@ def value_range(
     InputError
         If the surrogate is none, the probability is not in its range, or `at` does not fit.
     """
-    surrogates = surrogates_of(surrogate)
+    check_surrogate(surrogate)
     part = checked_probability(probability)
-    chosen = {label: selected(case_surrogate, at) for label, case_surrogate in surrogates.items()}
-    return over_options(
-        {label: range_of(case_surrogate, part) for label, case_surrogate in chosen.items()}
-    )
+    return over_intervals(lambda case: range_of(case, part), surrogate, at)
 
 
-def checked_probability(probability: Any) -> float:
+def checked_probability(probability: float) -> float:
     """Return the probability of a box; raise `InputError` if it is not above 0 and 1 at most."""
     part = float(check_numbers("probability", probability))
     if not 0 < part <= 1:
@@ -89,7 +85,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     eta, t = box[:, :m], box[:, m:]
     inputs = space.numbers_at(ends.mean(axis=0) + t * np.ptp(ends, axis=0) / 2, eta)
     dims, shape = ("bound", *labels.dims[1:]), (2, *labels.shape[1:])
-    data: dict[str, Any] = {"range": (dims, values.reshape(shape))}
+    data: Variables = {"range": (dims, values.reshape(shape))}
     if inputs:
         stacked = np.array(list(inputs.values())).reshape(-1, *shape)
         data |= {"range_at": (("input", *dims), stacked), "input": ("input", list(inputs))}

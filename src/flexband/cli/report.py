@@ -58,7 +58,7 @@ def report(
         else None
     )
     sigmas = float(data.attrs["sigmas"])
-    if shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
+    if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
         shares = fb.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)

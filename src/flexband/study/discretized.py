@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from flexband.analysis.verification.verify import as_expanded
+from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
 from flexband.response import Response, ResponseFunction, as_response
 from flexband.study.study import Study

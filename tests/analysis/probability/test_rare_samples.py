@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from flexband.analysis.probability.estimates import ROUGH, mixture_around
+from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
 from flexband.analysis.probability.subset import rare
 
 
@@ -19,7 +19,7 @@ def test_regions_that_levels_lead_away_from_are_found():
         second = np.where(u[:, 1] > 2.0, 0.5 - 0.1 * u[:, 1], 2.3 - u[:, 1])
         return np.minimum(first, second)
 
-    exact = 1 - ndtr(4.0) * ndtr(5.0)
+    exact, rough = 1 - ndtr(4.0) * ndtr(5.0), ImportanceOptions().rough_factor
     for seed in range(5):
         rng = np.random.default_rng(seed)
         found = rare(piecewise, 2, rng)
@@ -27,7 +27,7 @@ def test_regions_that_levels_lead_away_from_are_found():
         u = mixture.sample(4000, rng)
         probability = np.mean(mixture.weights(u) * (piecewise(u) < 0))
         assert probability == pytest.approx(exact, rel=0.1)
-        assert exact / ROUGH < found.probability < exact * ROUGH
+        assert exact / rough < found.probability < exact * rough
 
 
 def test_narrow_regions_of_a_vibration_are_found():

@@ -56,7 +56,8 @@ def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
     verdicts = [fb.verify(surrogate, counted, seed=seed).attrs for seed in range(25)]
     assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
     assert calls == [16] * 25
-    assert verdicts[0]["verdict"].startswith("Confirmed: 16 new runs, 12 of them at the ends of")
+    confirmed = "Confirmed: 16 verification runs, 12 of them at the ends of"
+    assert verdicts[0]["verdict"].startswith(confirmed)
     few = fb.verify(surrogate, response, runs=5, sigmas=3)
     assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
 
@@ -71,7 +72,8 @@ def test_verdicts_agree_with_their_numbers(surrogate):
             checked = fb.verify(replace(surrogate, diagnostics=own), response, runs=8, seed=seed)
             text, missed = checked.attrs["verdict"].rsplit(". ", 1)
             assert missed.startswith("Effects in ")
-            assert re.search(r"2 new runs and \d+ held-out runs, spread over all of it", missed)
+            both = r"2 verification runs and \d+ held-out runs, spread over all of it"
+            assert re.search(both, missed)
             percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
             words.add(text.split(":")[0])
             if text.startswith("Confirmed:"):
@@ -127,7 +129,7 @@ def test_the_verdict_says_where_and_by_how_much(surrogate):
     checked = fb.verify(surrogate, later)
     assert checked["output"].values[~checked["confirmed"].values].tolist() == ["u7"]
     verdict = checked.attrs["verdict"]
-    assert verdict.startswith("NOT confirmed: 16 new runs")
+    assert verdict.startswith("NOT confirmed: 16 verification runs")
     assert "most in u7 at time" in verdict
     assert " s with e = " in verdict
     one = checked.sel(output="u7")
@@ -227,7 +229,8 @@ def test_no_verdict_states_less_than_its_runs_can_see():
     lines = " ".join(remarks(surrogate.bands()))
     assert "4 held-out runs, which can miss what happens in 53 % of the space" in lines
     assert pytest.approx(0.05, rel=0.03) == 0.47**4  # that all lie elsewhere
-    missed = "Effects in 31 % of the space of the inputs or less may not be included: 4 new runs"
+    missed = "Effects in 31 % of the space of the inputs or less may not be included: "
+    missed += "4 verification runs"
     assert pytest.approx(0.05, rel=0.03) == 0.69**8
     for seed in range(10):
         checked = fb.verify(surrogate, kink, seed=seed)

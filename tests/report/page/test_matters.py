@@ -63,9 +63,9 @@ def test_definitions_are_those_of_what_the_study_has():
 def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     checked = fb.verify(SURROGATE, response)
     assert checked.attrs["confirmed"] == "yes"
-    doubtful = "The result is doubtful, but its expected error is confirmed: 16 new runs"
+    doubtful = "The result is doubtful, but its expected error is confirmed: 16 verification runs"
     for doubts, first in (
-        ([], "Confirmed: 16 new runs"),
+        ([], "Confirmed: 16 verification runs"),
         ([Doubt(DoubtKind.TOLERANCE_NOT_MET)], doubtful),
     ):
         lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)

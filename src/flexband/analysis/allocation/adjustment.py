@@ -8,7 +8,7 @@ this over all x:  min_x max_c min_t margin(x, c, t).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -24,26 +24,30 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 SIGNS = np.array([1.0, -1.0])
 """Of a value in the margins of the lower and of the upper limit."""
 
-MOST = 2
-"""Compensators."""
 
-FIRST, FINEST = 9, 1e-7
-"""Points of each compensator that are tried first, and the last step of its search."""
+@dataclass(frozen=True)
+class AdjustmentOptions:
+    """How compensators are adjusted, and the worst place is searched.
 
-SHRINK = {1: 0.5, 2: 0.8}
-"""Factor of the step for one compensator, for which this is a bisection, and for two."""
+    Attributes
+    ----------
+    first_points, last_step : points of each compensator that are tried first, and the last step of
+        its search.
+    shrinkages : factor of the step for one compensator, for which this is a bisection, and for two.
+    scan_order, max_vertices : order for which places are scanned, and most if only vertices are.
+    starts : places from which the worst one is searched.
+    tolerance : part of the scale that counts as no gain of this search.
+    margins_at_once : margins that are computed together.
+    """
 
-ORDER, MAX_VERTICES = 3, 256
-"""Order for which places are scanned, and most places if only vertices are."""
-
-STARTS = 4
-"""Places from which the worst one is searched."""
-
-GAIN = 1e-9
-"""Part of the scale that counts as no gain of the search of places."""
-
-AT_ONCE = 4_000_000
-"""Margins that are computed together."""
+    first_points: int = 9
+    last_step: float = 1e-7
+    shrinkages: tuple[float, float] = (0.5, 0.8)
+    scan_order: int = 3
+    max_vertices: int = 256
+    starts: int = 4
+    tolerance: float = 1e-9
+    margins_at_once: int = 4_000_000
 
 
 def compensators(space: Space) -> dict[str, int]:
@@ -59,8 +63,8 @@ def compensators(space: Space) -> dict[str, int]:
         if isinstance(interval, Compensator):
             columns[name] = k
         k += interval.dimension
-    if len(columns) > MOST:
-        raise InputError(f"at most {MOST} inputs can be a Compensator; got {', '.join(columns)}")
+    if len(columns) > 2:
+        raise InputError(f"at most 2 inputs can be a Compensator; got {', '.join(columns)}")
     return columns
 
 
@@ -126,6 +130,7 @@ class Adjusted:
     sigmas: float
     columns: Sequence[int]
     m: int
+    options: AdjustmentOptions = field(default_factory=AdjustmentOptions)
 
     def worst(self, *, vertices: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper end of μ ± kσ where margins are least, (series,), and their η.
@@ -134,13 +139,13 @@ class Adjusted:
         ----------
         vertices : whether places are searched from vertices alone, and not from a whole scan.
         """
-        others = [k for k in range(self.m) if k not in self.columns]
+        others, options = [k for k in range(self.m) if k not in self.columns], self.options
         if not vertices:
-            points, beside = scan((ORDER,) * len(others))
-        elif 2 ** len(others) <= MAX_VERTICES:
+            points, beside = scan((options.scan_order,) * len(others))
+        elif 2 ** len(others) <= options.max_vertices:
             points, beside = tensor_grid([2] * len(others))
         else:
-            points, beside = scattered(MAX_VERTICES, np.ones(len(others), bool))
+            points, beside = scattered(options.max_vertices, np.ones(len(others), bool))
 
         def placed(places: np.ndarray) -> np.ndarray:
             eta = np.zeros((len(places), self.m))
@@ -151,8 +156,8 @@ class Adjusted:
             return self.best(placed(places))[0]
 
         values = margin(points, points)
-        starts = np.unique(local_minima(values[:, None], beside, STARTS))
-        which, gain = np.zeros(len(starts), int), np.full(len(starts), GAIN)
+        starts = np.unique(local_minima(values[:, None], beside, options.starts))
+        which, gain = np.zeros(len(starts), int), np.full(len(starts), options.tolerance)
         _, minima = descend(margin, which, points[starts], values[starts], gain)
         _, eta = self.best(placed(np.concatenate([points, minima])))
         bars = self._bars(eta)
@@ -163,12 +168,13 @@ class Adjusted:
 
     def best(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margin at η, (points,), and η with the best compensators."""
-        columns = list(self.columns)
-        grid = np.array(list(product(lobatto(FIRST), repeat=len(columns))))
+        columns, first = list(self.columns), lobatto(self.options.first_points)
+        shrinkage = self.options.shrinkages[len(columns) - 1]
+        grid = np.array(list(product(first, repeat=len(columns))))
         around = np.array(list(product((-1.0, 0.0, 1.0), repeat=len(columns))))
         around = around[np.abs(around).max(axis=1) > 0]
         best, values = eta.copy(), np.full(len(eta), -np.inf)
-        step, trials = float(np.diff(lobatto(FIRST)).max()), np.tile(grid, (len(eta), 1, 1))
+        step, trials = float(np.diff(first).max()), np.tile(grid, (len(eta), 1, 1))
         while True:
             tried = np.repeat(best[:, None], trials.shape[1], axis=1)
             tried[..., columns] = trials
@@ -177,14 +183,14 @@ class Adjusted:
             better = np.take_along_axis(margins, at[:, None], axis=1)[:, 0] > values
             rows = np.flatnonzero(better)
             values[rows], best[rows] = margins[rows, at[rows]], tried[rows, at[rows]]
-            step *= SHRINK[len(columns)]
-            if step < FINEST:
+            step *= shrinkage
+            if step < self.options.last_step:
                 return values, best
             trials = np.clip(best[:, None, columns] + step * around, -1.0, 1.0)
 
     def _least(self, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of all series in parts of the scale, (points,)."""
-        block = max(1, AT_ONCE // self.bounds.size)
+        block = max(1, self.options.margins_at_once // self.bounds.size)
         blocks = [
             (SIGNS[:, None] * (self._bars(eta[k : k + block]) - self.bounds) / self.scale).min(
                 axis=(1, 2)

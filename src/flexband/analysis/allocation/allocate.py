@@ -3,38 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import xarray as xr
-from scipy.special import ndtri
 
-from flexband.analysis.allocation.chance import AIM, Chance
+from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.confirmation import Confirmed, confirmed
 from flexband.analysis.allocation.costs import checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
-from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.infeasible import check_feasible
-from flexband.analysis.allocation.results import chance_result, result_of
+from flexband.analysis.allocation.results import result_of
 from flexband.analysis.allocation.search import cheapest
+from flexband.analysis.allocation.stated_probability import (
+    allocated_by_chance,
+    checked_probability,
+)
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.analysis.limits import corridors, joint
-from flexband.analysis.probability.failure import RUNS
-from flexband.analysis.probability.model import models
-from flexband.errors import InputError, check_function, check_instance, check_numbers
-from flexband.uncertainty.inputs.space import check_names
-from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
+from flexband.analysis.verification.expanded_runs import runs_as_expanded
+from flexband.errors import check_instance
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-PROBABILITIES = 1e-8, 0.3
-"""That can be stated."""
-
-CORRECTIONS, KEPT, RATIO = 5, 0.7, (0.2, 5.0)
-"""Most times that runs are made, the part of the stated probability from which on theirs is near
-enough, and by how much what is aimed at changes at a time."""
 
 
 def allocate(
@@ -132,75 +122,14 @@ def allocate(
     if probability is not None:
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
-        return _with_chance(chance, response, options)
+        return allocated_by_chance(chance, response, options)
     worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
     check_feasible(surrogate, worst, limit_corridors)
-    graded = isinstance(next(iter(tolerances.costs.values())), Grades)
-    search = cheapest_grades if graded else cheapest
+    search = cheapest_grades if tolerances.grades else cheapest
     if response is None:
         confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
     else:
-        check_function("response", response)
-        check_names(response, surrogate.space.given)
-        with evaluations(response, surrogate.space.given, EvaluationOptions(**options)) as evaluate:
+        with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
-            confirmation = confirmed(surrogate, worst, first, response, evaluate, search)
+            confirmation = confirmed(surrogate, worst, first, runs_of, search)
     return result_of(surrogate, limit_corridors, worst, confirmation)
-
-
-def checked_probability(probability: Any, tolerances: Tolerances) -> float:
-    """Return a stated probability; raise `InputError` if none can be kept."""
-    value = float(check_numbers("probability", probability))
-    low, high = PROBABILITIES
-    if not low <= value <= high:
-        raise InputError(f"probability must be from {low:g} to {high:g}; got {value:g}")
-    if not tolerances.space.random_dimension:
-        raise InputError("probability needs an input that is random; all are intervals")
-    if tolerances.compensators:
-        raise InputError("probability cannot be stated where an input is a Compensator")
-    if any(isinstance(cost, Grades) for cost in tolerances.costs.values()):
-        raise InputError("probability cannot be stated for Grades")
-    return value
-
-
-def _with_chance(chance: Chance, response: Any, options: Mapping[str, Any]) -> xr.Dataset:
-    """Return the cheapest tolerances for a stated probability.
-
-    Where runs show another probability than the surrogate, another one is aimed at in its place.
-    """
-    solution, correction, runs = chance.cheapest(_start(chance)), None, 0
-    stated, high = chance.probability, chance.tolerances.bounds[1]
-    for k in range(CORRECTIONS if response is not None else 0):
-        narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
-        with models({"": narrow}, response, RUNS, 1, None, **options) as known:
-            model = known[""]
-            assert model is not None
-            correction = chance.by_runs(solution, model)
-        runs += correction.runs
-        least = 0.0 if np.all(solution.x >= high) else KEPT * stated
-        if least <= correction.probability <= stated or k == CORRECTIONS - 1:
-            break
-        ratio = float(np.clip(stated / max(correction.probability, 1e-300), *RATIO))
-        aim = min(AIM * ratio * solution.estimate.probability, 0.5)
-        try:
-            solution = replace(chance, probability=aim).cheapest(solution.x)
-        except InputError:  # no tolerances are that tight: what was found is not confirmed
-            break
-    return chance_result(chance, solution, correction, runs)
-
-
-def _start(chance: Chance) -> np.ndarray:
-    """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
-    k = -float(ndtri(chance.probability))
-    m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
-    for sigmas in (k, k / 2, 0.1 * k):
-        worst = WorstCase.of(
-            chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
-        )
-        try:
-            check_feasible(chance.surrogate, worst, {"a limit": corridor})
-            return cheapest(worst, WatchedPlaces.none(m)).x
-        except InputError:
-            if sigmas == 0.1 * k:
-                raise
-    raise AssertionError

@@ -9,7 +9,7 @@ function replaces it in a search within a trust region, at whose end it is estim
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -17,10 +17,10 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
-from flexband.analysis.allocation.tolerances import STEP, Tolerances
+from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.limits import Corridor
 from flexband.analysis.probability.correction import Correction, corrected
-from flexband.analysis.probability.ends import SLACK, SMOOTH, ends
+from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
@@ -29,24 +29,43 @@ from flexband.analysis.probability.subset import Rare, rare
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-ACCURACY, AIM = 0.02, 0.95
-"""Relative standard error of a probability, and the part of the stated one that is aimed at, so
-that the end of its confidence interval is below the stated one."""
 
-ROUNDS, PLACES = 10, 3
-"""Most searches, and most places of the interval inputs that are watched."""
+@dataclass(frozen=True)
+class ChanceOptions:
+    """How the cheapest tolerances for a stated probability are searched.
 
-TRUST, NEAR = 0.4, 0.1
-"""By how much a search changes logarithms of tolerances, and η of sizes."""
+    Attributes
+    ----------
+    accuracy : relative standard error of a probability.
+    aim : the part of the stated probability that is aimed at, so that the end of the confidence
+        interval is below the stated one.
+    max_rounds, max_places : most searches, and most places of the interval inputs that are watched.
+    same_distance : distance in η up to which places are the same.
+    trust, size_trust : by how much a search changes logarithms of tolerances, and η of sizes.
+    common_samples : samples that a search shares.
+    min_saving : part of the cost that is worth going on for.
+    step : of differences, of the logarithm of a tolerance.
+    max_corrections : most times that runs are made.
+    kept_share : the part of the stated probability from which on that by runs is near enough.
+    min_ratio, max_ratio : by how much what is aimed at changes at a time because of runs.
+    ends : how the place of the largest probability is searched.
+    """
 
-COMMON = 1000
-"""Samples that a search shares."""
-
-SAVED = 2e-3
-"""Part of the cost that is worth going on for."""
-
-SAME = 0.05
-"""Distance in η up to which places are the same."""
+    accuracy: float = 0.02
+    aim: float = 0.95
+    max_rounds: int = 10
+    max_places: int = 3
+    same_distance: float = 0.05
+    trust: float = 0.4
+    size_trust: float = 0.1
+    common_samples: int = 1000
+    min_saving: float = 2e-3
+    step: float = 1e-3
+    max_corrections: int = 5
+    kept_share: float = 0.7
+    min_ratio: float = 0.2
+    max_ratio: float = 5.0
+    ends: EndOptions = field(default_factory=EndOptions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +106,7 @@ class Chance:
     tolerances: Tolerances
     corridor: Corridor
     probability: float
+    options: ChanceOptions = field(default_factory=ChanceOptions)
 
     def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
         """Return the cheapest tolerances that a search from x finds.
@@ -96,11 +116,11 @@ class Chance:
         InputError
             If no tolerances are found that are likely enough to keep the limits.
         """
-        low, high = self.tolerances.bounds
+        (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.left(x)
         watched: list[np.ndarray] = []
-        for k in range(ROUNDS):
+        for k in range(options.max_rounds):
             now = self.left(x) if k else now
             enough = now.estimate.confidence()[1] <= self.probability
             if enough and (best is None or self._cost(x) < self._cost(best.x)):
@@ -108,13 +128,15 @@ class Chance:
                 best = now
             else:
                 saved = 0.0 if enough else np.inf
-            if enough and (saved < SAVED * abs(self._cost(x)) or np.all(x >= high)):
+            if enough and (saved < options.min_saving * abs(self._cost(x)) or np.all(x >= high)):
                 break
             if not len(now.known.u):  # nothing leaves the limits
-                x = np.clip(x + TRUST * (np.arange(len(x)) < len(self.tolerances.names)), low, high)
+                is_tolerance = np.arange(len(x)) < len(self.tolerances.names)
+                x = np.clip(x + options.trust * is_tolerance, low, high)
                 continue
-            watched = [p for p in watched if np.abs(p - now.place).max(initial=0) > SAME]
-            watched = [now.place, *watched][:PLACES]
+            apart = [np.abs(place - now.place).max(initial=0) for place in watched]
+            others = [p for p, d in zip(watched, apart, strict=True) if d > options.same_distance]
+            watched = [now.place, *others][: options.max_places]
             x = self._searched(now, watched)
         if best is None:
             text = f"{now.estimate.probability:.3g} with {self.tolerances.values(x)}"
@@ -129,9 +151,15 @@ class Chance:
         rng = np.random.default_rng(0)
         state, space = self._narrow(x), self.surrogate.space
         n, m = space.random_dimension, space.interval_dimension
-        eta, known, noise, _ = ends(state, n, m, rng)
-        place_estimate = estimate(state, state, eta[1], known[1], ACCURACY, rng)
+        eta, known, noise, _ = ends(state, n, m, rng, options=self.options.ends)
+        place_estimate = self._estimate(state, eta[1], known[1], rng)
         return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
+
+    def _estimate(
+        self, state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator
+    ) -> Estimate:
+        accuracy, importance = self.options.accuracy, self.options.ends.importance
+        return estimate(state, state, eta, known, accuracy, rng, options=importance)
 
     @property
     def series(self) -> np.ndarray:
@@ -146,7 +174,8 @@ class Chance:
             return state.least_of_response(model(u, solution.place))
 
         least = partial(state.least, eta=solution.place)
-        correction = corrected(least, of_model, solution.known, model.runs, ACCURACY, rng)
+        accuracy = self.options.accuracy
+        correction = corrected(least, of_model, solution.known, model.runs, accuracy, rng)
         return replace(correction, noise=solution.noise)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
@@ -168,15 +197,18 @@ class Chance:
         for k, place in enumerate(places):
             known, result = now.known, now.estimate
             if k:
-                known = rare(partial(state.least, eta=place), now.known.u.shape[1], rng)
+                subset = self.options.ends.importance.subset
+                n = now.known.u.shape[1]
+                known = rare(partial(state.least, eta=place), n, rng, options=subset)
                 if not len(known.u):
                     continue
-                result = estimate(state, state, place, known, ACCURACY, rng)
+                result = self._estimate(state, place, known, rng)
             functions.append(self._function(x, place, known))
             offsets.append(functions[-1](x) - np.log(max(result.probability, 1e-300)))
-        aim = np.log(AIM * self.probability) + np.array(offsets)
+        aim = np.log(self.options.aim * self.probability) + np.array(offsets)
         (low, high), count = self.tolerances.bounds, len(self.tolerances.names)
-        reach = np.where(np.arange(len(x)) < count, TRUST, NEAR)
+        is_tolerance = np.arange(len(x)) < count
+        reach = np.where(is_tolerance, self.options.trust, self.options.size_trust)
         low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
         reference = abs(self._cost(x)) or 1.0
         result: Any = minimize(
@@ -195,14 +227,16 @@ class Chance:
         return np.clip(result.x, low, high)
 
     def _slope(self, function: Callable[[np.ndarray], float], x: np.ndarray) -> np.ndarray:
-        steps = 10 * STEP * np.eye(len(x))
-        return np.array([(function(x + d) - function(x - d)) / (20 * STEP) for d in steps])
+        step = self.options.step
+        differences = [function(x + d) - function(x - d) for d in step * np.eye(len(x))]
+        return np.array([difference / (2 * step) for difference in differences])
 
     def _function(
         self, x: np.ndarray, place: np.ndarray, known: Rare
     ) -> Callable[[np.ndarray], float]:
         """Return the logarithm of the smoothed probability at a place, as a function of x."""
         tolerances, rng, start = self.tolerances, np.random.default_rng(0), self._start
+        options, count = self.options, self.options.common_samples
 
         def eta(at: np.ndarray) -> np.ndarray:
             return np.clip(tolerances.center(at) + tolerances.radius(at) * place, -1.0, 1.0)
@@ -210,15 +244,15 @@ class Chance:
         def least(u: np.ndarray) -> np.ndarray:
             return start.least(self._old(u, x), eta(x))
 
-        usual = least(rng.standard_normal((COMMON, known.u.shape[1]))).std()
-        width = SMOOTH * max(float(usual), 1e-12)
-        mixture = mixture_around(least, known.u, rng)
-        u = mixture.sample(COMMON, rng)
-        weights = np.log(mixture.weights(u)) - np.log(COMMON)
-        moving = [self._old(u, tolerances.tighter(x, by)) for by in (-TRUST, 0.0, TRUST)]
-        near = np.tile(eta(x), (COMMON, 1))
-        near = np.tile(near, (3, 1))
-        state = start.at(start.deciding(np.concatenate(moving), near, SLACK * usual))
+        usual = least(rng.standard_normal((count, known.u.shape[1]))).std()
+        width = options.ends.smoothing * max(float(usual), 1e-12)
+        mixture = mixture_around(least, known.u, rng, options=options.ends.importance)
+        u = mixture.sample(count, rng)
+        weights = np.log(mixture.weights(u)) - np.log(count)
+        shifts = (-options.trust, 0.0, options.trust)
+        moving = [self._old(u, tolerances.tighter(x, by)) for by in shifts]
+        near = np.tile(eta(x), (3 * count, 1))
+        state = start.at(start.deciding(np.concatenate(moving), near, options.ends.slack * usual))
 
         def function(at: np.ndarray) -> float:
             margins = state.least(self._old(u, at), eta(at))

@@ -21,34 +21,36 @@ import numpy as np
 from flexband.analysis.allocation.search import Allocated
 from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCase
 from flexband.analysis.results import expected_error
-from flexband.analysis.verification.verify import as_expanded
-from flexband.errors import ResolutionWarning, StrainWarning, without_warnings
-from flexband.response import ResponseFunction
+from flexband.analysis.verification.expanded_runs import RunsOf
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.runs.evaluations import Evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-ROUNDS, MAX_RUNS = 5, 6
-"""Most times that runs are made, and most runs at a time, at points that bind and at vertices."""
-
-MAX_VARIABLES = 8
-"""Interval variables up to which vertices are run."""
-
-AGREEMENT = 3e-6
-"""Part of the scale up to which surrogate and runs agree."""
-
-NEAR = 0.02
-"""Part of the scale up to which the margin of a run counts as the least one."""
-
-LOOSER = 3.0
-"""Expected errors, root mean squares, by which limits are made looser at most."""
-
-DIFFERENCE = 1e-3
-"""Step of differences in normal variables."""
-
 
 Search = Callable[[WorstCase, WatchedPlaces, np.ndarray | None], Allocated]
 """Returns tolerances that keep margins, given points where they are watched, and a start."""
+
+
+@dataclass(frozen=True)
+class ConfirmationOptions:
+    """How runs confirm tolerances.
+
+    Attributes
+    ----------
+    max_rounds, max_runs : most times that runs are made, and most runs at a time, at points that
+        bind and at vertices.
+    max_variables : interval variables up to which vertices are run.
+    agreement : part of the scale up to which surrogate and runs agree.
+    near : part of the scale up to which the margin of a run counts as the least one.
+    looser : expected errors, root mean squares, by which limits are made looser at most.
+    difference : step of differences in normal variables.
+    """
+
+    max_rounds: int = 5
+    max_runs: int = 6
+    max_variables: int = 8
+    agreement: float = 3e-6
+    near: float = 0.02
+    looser: float = 3.0
+    difference: float = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,41 +85,48 @@ def confirmed(
     surrogate: Surrogate,
     worst: WorstCase,
     allocated: Allocated,
-    response: ResponseFunction,
-    evaluate: Evaluations,
+    runs_of: RunsOf,
     search: Search,
+    *,
+    options: ConfirmationOptions = ConfirmationOptions(),
 ) -> Confirmed:
     """Return tolerances that runs at the binding points confirm, after new searches if need be."""
     error = expected_error(surrogate, worst.sigmas)
-    loosest = 0.0 * worst.scale if error is None else -LOOSER * error.ravel()[worst.numbers]
+    loosest = 0.0 * worst.scale if error is None else -options.looser * error.ravel()[worst.numbers]
     shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
     run_margins = np.zeros(0)
-    for k in range(ROUNDS):
+    for k in range(options.max_rounds):
         points = allocated.points
         run_margins = np.full(len(points), np.nan)
         if not len(points):
             return Confirmed(allocated, shift, run_margins, runs, True)
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
-        order = np.argsort(-allocated.multipliers, kind="stable")[:MAX_RUNS]
-        xi, eta, owner = _run_points(narrow, worst, allocated, order)
-        further = _doubtful(worst, allocated, shift, -loosest, eta)
+        order = np.argsort(-allocated.multipliers, kind="stable")[: options.max_runs]
+        xi, eta, owner = _run_points(narrow, worst, allocated, order, options.difference)
+        further = _doubtful(worst, allocated, shift, -loosest, eta, options)
         eta = np.concatenate([eta, further])
         xi = np.concatenate([xi, np.zeros((len(further), xi.shape[1]))])
-        values, missed = _runs(narrow, worst, response, evaluate, xi, eta)
+        made = runs_of(narrow, "", lambda *_: None)((xi, eta)).values
+        assert made is not None
+        at_points = narrow.standard(xi, eta)
+        values, missed = (
+            array.reshape(len(xi), -1)[:, worst.numbers]
+            for array in (at_points, made.values - at_points)
+        )
         runs += len(xi)
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
         margins = SIGNS[:, None] * (values[:, None] - worst.bounds)
         at = owner, points.side[order], points.series[order]
         bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
-        inside = (margins[at] > bars + NEAR * worst.scale[at[2]]) & (run >= 0)
+        inside = (margins[at] > bars + options.near * worst.scale[at[2]]) & (run >= 0)
         run_margins[order] = np.where(inside, run, bars + missed[at])
         kept = np.all(run_margins[order] >= 0)
         if not surrogate.space.random_dimension:
             kept = kept and np.all(margins + missed >= 0)
-        new = np.maximum(_shifted(worst, allocated, shift, margins, missed), loosest)
+        new = np.maximum(_shifted(worst, allocated, shift, margins, missed, options), loosest)
         moved = np.abs(new - shift)[at[1:]]
-        agree = np.all(moved <= AGREEMENT * worst.scale[at[2]])
-        if (kept and agree) or k == ROUNDS - 1:
+        agree = np.all(moved <= options.agreement * worst.scale[at[2]])
+        if (kept and agree) or k == options.max_rounds - 1:
             break
         shift = new
         moved = worst.tightened(shift)
@@ -126,7 +135,11 @@ def confirmed(
 
 
 def _run_points(
-    narrow: Surrogate, worst: WorstCase, allocated: Allocated, order: np.ndarray
+    narrow: Surrogate,
+    worst: WorstCase,
+    allocated: Allocated,
+    order: np.ndarray,
+    difference: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ξ and η of runs at points, and the number of each point's run.
 
@@ -135,7 +148,7 @@ def _run_points(
     points = allocated.points.of(order)
     n = narrow.space.random_dimension
     u = np.zeros((len(points), n))
-    steps = DIFFERENCE * np.concatenate([np.eye(n), -np.eye(n)])
+    steps = difference * np.concatenate([np.eye(n), -np.eye(n)])
     for k in range(len(points) if n else 0):
         xi = of_normals(steps, narrow.space.families)
         values = narrow.standard(xi, np.repeat(points.places[k : k + 1], 2 * n, axis=0))
@@ -149,7 +162,12 @@ def _run_points(
 
 
 def _doubtful(
-    worst: WorstCase, allocated: Allocated, shift: np.ndarray, error: np.ndarray, known: np.ndarray
+    worst: WorstCase,
+    allocated: Allocated,
+    shift: np.ndarray,
+    error: np.ndarray,
+    known: np.ndarray,
+    options: ConfirmationOptions,
 ) -> np.ndarray:
     """Return vertices at which the surrogate may be wrong about the limits, (places, m).
 
@@ -159,7 +177,7 @@ def _doubtful(
     known : places of runs in any case.
     """
     tolerances, m = worst.tolerances, known.shape[1]
-    if worst.sigmas or tolerances.compensators or m > MAX_VARIABLES:
+    if worst.sigmas or tolerances.compensators or m > options.max_variables:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
     bars = worst.bars_at(
@@ -169,28 +187,8 @@ def _doubtful(
     least = (margins / worst.scale).min(axis=(1, 2))
     distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
     least[distance < SAME] = np.inf
-    order = np.argsort(least, kind="stable")[:MAX_RUNS]
+    order = np.argsort(least, kind="stable")[: options.max_runs]
     return vertices[order[least[order] < 0]]
-
-
-def _runs(
-    narrow: Surrogate,
-    worst: WorstCase,
-    response: ResponseFunction,
-    evaluate: Evaluations,
-    xi: np.ndarray,
-    eta: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the surrogate at points, and by how much runs there are larger, (runs, series)."""
-    with without_warnings(ResolutionWarning, StrainWarning):
-        response, halved = as_expanded(narrow, response)
-        made = evaluate(
-            response, narrow.space, setting("", halved), (xi, eta), narrow.labels, lambda *_: None
-        )
-    assert made.values is not None
-    values = narrow.standard(xi, eta)
-    missed = (made.values.values - values).reshape(len(xi), -1)[:, worst.numbers]
-    return values.reshape(len(xi), -1)[:, worst.numbers], missed
 
 
 def _shifted(
@@ -199,12 +197,13 @@ def _shifted(
     shift: np.ndarray,
     margins: np.ndarray,
     missed: np.ndarray,
+    options: ConfirmationOptions,
 ) -> np.ndarray:
     """Return new shifts, from margins and what they miss of runs, (runs, 2, series)."""
     shift = shift.copy()
-    near = margins - shift < allocated.margins + NEAR * worst.scale
+    near = margins - shift < allocated.margins + options.near * worst.scale
     use = np.isfinite(worst.bounds) & (near | (margins + missed < 0))
     run_margins = np.where(use, margins + missed, np.inf)
     run = run_margins.argmin(axis=0)
-    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * AGREEMENT * worst.scale
+    new = -np.take_along_axis(missed, run[None], axis=0)[0] + 0.25 * options.agreement * worst.scale
     return np.where(use.any(axis=0), new, shift)

@@ -9,7 +9,7 @@ margin: these are the cheapest of all.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
@@ -19,15 +19,27 @@ from flexband.analysis.allocation.search import Allocated, allocated
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.errors import InputError
 
-ROUNDS = 2000
-"""Most choices of grades that are tried."""
 
-NEGATIVE = -1e-9
-"""Part of the scale below which a margin is negative."""
+@dataclass(frozen=True)
+class GradeOptions:
+    """How the cheapest grades are searched.
+
+    Attributes
+    ----------
+    max_rounds : most choices of grades that are tried.
+    negative : part of the scale below which a margin is negative.
+    """
+
+    max_rounds: int = 2000
+    negative: float = -1e-9
 
 
 def cheapest_grades(
-    worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = None
+    worst: WorstCase,
+    points: WatchedPlaces,
+    x: np.ndarray | None = None,
+    *,
+    options: GradeOptions = GradeOptions(),
 ) -> Allocated:
     """Return the cheapest grades that keep all margins of a box.
 
@@ -36,25 +48,27 @@ def cheapest_grades(
     points : where margins are watched from the beginning.
     x : not used; grades are found without a start.
     """
-    grades: list[Any] = list(worst.tolerances.costs.values())
+    grades = worst.tolerances.grades
     largest = worst.tolerances.largest
     logs = [
         np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)
     ]
     cuts: list[np.ndarray] = []
-    for _ in range(ROUNDS):
+    negative = options.negative
+    for _ in range(options.max_rounds):
         x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
-        below = worst.values(x[None], points)[0] < NEGATIVE * scale
+        below = worst.values(x[None], points)[0] < negative * scale
         violated = points.of(np.flatnonzero(below))
         if not len(violated):
             margins, places = worst.least(x)
-            violated = worst.lowest(margins, places, NEGATIVE)
+            violated = worst.lowest(margins, places, negative)
             points = points.with_new(violated)
         if not len(violated):
             return allocated(worst, x, points, with_multipliers=False)
-        cuts += [_cut(worst, violated.of(np.array([k])), x, logs) for k in range(len(violated))]
-    raise InputError(f"limits: no grades that keep them were found in {ROUNDS} rounds")
+        each = (violated.of(np.array([k])) for k in range(len(violated)))
+        cuts += [_cut(worst, point, x, logs, negative) for point in each]
+    raise InputError(f"limits: no grades that keep them were found in {options.max_rounds} rounds")
 
 
 def _chosen(
@@ -75,7 +89,11 @@ def _chosen(
 
 
 def _cut(
-    worst: WorstCase, point: WatchedPlaces, x: np.ndarray, logs: Sequence[np.ndarray]
+    worst: WorstCase,
+    point: WatchedPlaces,
+    x: np.ndarray,
+    logs: Sequence[np.ndarray],
+    negative: float,
 ) -> np.ndarray:
     """Return which grades are tighter than some that violate a margin, (all grades,).
 
@@ -86,7 +104,7 @@ def _cut(
         for tighter in np.sort(input_logs[input_logs < x[k]]):
             trial = x.copy()
             trial[k] = tighter
-            if worst.values(trial[None], point)[0, 0] < NEGATIVE * worst.scale[point.series[0]]:
+            if worst.values(trial[None], point)[0, 0] < negative * worst.scale[point.series[0]]:
                 x = trial
                 break
     return np.concatenate([input_logs < at for input_logs, at in zip(logs, x, strict=True)])

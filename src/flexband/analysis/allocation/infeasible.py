@@ -15,12 +15,6 @@ from flexband.analysis.sensitivity.contributions import groups
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-ROUNDING = 1e-9
-"""Margins below this part of the limit, or of the width of the error bar, count as none."""
-
-ENOUGH = 1.01
-"""Factor by which a violation must be larger than at the nominal values to be due to inputs."""
-
 
 def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, Corridor]) -> None:
     """Raise `InputError` if limits are not kept with the least tolerances.
@@ -63,17 +57,18 @@ def _reason(
     everything : the inputs that are fixed together, by name.
     """
 
-    def left(fix: set[str]) -> float:
+    def violated(fix: set[str]) -> float:
         """Return the violation with some inputs at their nominal values."""
         return worst.violation([k for name in fix for k in everything[name]], side, series)
 
-    nominal = left(set(everything))
-    if violation <= ENOUGH * nominal:
+    nominal = violated(set(everything))
+    enough = 1.01  # factor by which a violation due to inputs is larger than the nominal one
+    if violation <= enough * nominal:
         return "and so it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
     costly = {name for name in everything if name in worst.tolerances.costs}
-    alone, least = left(costly), (ENOUGH - 1) * violation
-    parts = {name: alone - left(costly | {name}) for name in everything.keys() - costly}
+    alone, least = violated(costly), (enough - 1) * violation
+    parts = {name: alone - violated(costly | {name}) for name in everything.keys() - costly}
     causes = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
     if causes:
         return (
@@ -86,7 +81,7 @@ def _reason(
             f"{', '.join(sorted(parts))}{also}"
         )
     size = max(abs(worst.bounds[side, series]), worst.scale[series])
-    if abs(nominal) <= ROUNDING * size:
+    if abs(nominal) <= 1e-9 * size:
         return (
             "because the response is at the limit with all inputs at their nominal values: any "
             "tolerance or scatter violates it"

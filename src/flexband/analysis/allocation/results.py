@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,7 @@ import xarray as xr
 
 from flexband.analysis.allocation.chance import Chance, ExceedanceEstimate
 from flexband.analysis.allocation.confirmation import Confirmed
-from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.infeasible import limit_at, moment
-from flexband.analysis.allocation.search import BINDING
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
 from flexband.analysis.limits import Corridor
@@ -30,6 +29,7 @@ from flexband.analysis.probability.statements import (
 from flexband.analysis.probability.texts import NOT_GIVEN
 from flexband.analysis.results import (
     INDICATOR,
+    Variables,
     answer,
     doubts_of,
     expected_error,
@@ -43,7 +43,14 @@ from flexband.words import number_of
 NO_RUNS = ". No runs were made to confirm it"
 """End of a verdict by the surrogate alone."""
 
-YES, NO, INFERRED, NOT_MADE = "yes", "no", "inferred", "no runs were made"
+
+class TolerancesConfirmed(StrEnum):
+    """Whether runs confirm tolerances."""
+
+    YES = "yes"
+    NO = "no"
+    INFERRED = "inferred"
+    NOT_MADE = "no runs were made"
 
 
 def result_of(
@@ -60,7 +67,7 @@ def result_of(
     )
     of_limit = [names == name for name in limits]
     shift = confirmation.shift[points.side, points.series]
-    data: dict[str, Any] = {
+    data: Variables = {
         "tolerance": ("name", tolerances.values(allocation.x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
@@ -77,18 +84,12 @@ def result_of(
     data |= _margins(narrow, limits, worst, confirmation)
     time = axes_of(labels).time
     if time is not None and time in labels.coords:
-        times = labels[time]
-        at = worst.numbers[points.series] % len(times)
-        data["binding_at"] = "binding", times.values[at]
-        data["slack_at"] = "limit", times.values[data["slack_at"][1]]
-    graded = [
-        cost.name(t)
-        for cost, t in zip(tolerances.costs.values(), tolerances.values(allocation.x), strict=True)
-        if isinstance(cost, Grades)
-    ]
-    if graded:
-        data["grade"] = "name", graded
-    coords: dict[str, Any] = {"name": tolerances.names, "limit": list(limits)}
+        at = worst.numbers[points.series] % labels.sizes[time]
+        data["binding_at"] = "binding", labels[time].values[at]
+    if grades := tolerances.grades:
+        pairs_of_grades = zip(grades, tolerances.values(allocation.x), strict=True)
+        data["grade"] = "name", [grade.name(t) for grade, t in pairs_of_grades]
+    coords: Variables = {"name": tolerances.names, "limit": list(limits)}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
         data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
@@ -96,7 +97,7 @@ def result_of(
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
         "runs": confirmation.runs,
-        "confirmed": _confirmed(confirmation),
+        "confirmed": _confirmed(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
     attrs["verdict"] = _verdict(
@@ -119,7 +120,7 @@ def chance_result(
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
     cost, slope = tolerances.cost(x), chance.elasticity(solution)
     stated = _stated(chance, solution, by_runs=correction is not None)
-    data: dict[str, Any] = {
+    data: Variables = {
         "tolerance": ("name", tolerances.values(x)),
         "largest": ("name", tolerances.largest),
         "cost": ("name", cost),
@@ -130,7 +131,7 @@ def chance_result(
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
-    coords: dict[str, Any] = {"name": tolerances.names}
+    coords: Variables = {"name": tolerances.names}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
         data["size"] = "sizing", list(tolerances.nominal(x).values())
@@ -139,7 +140,11 @@ def chance_result(
         "stated": chance.probability,
         "cost": float(cost.sum()),
         "runs": runs,
-        "confirmed": NOT_MADE if correction is None else (YES if kept else NO),
+        "confirmed": (
+            TolerancesConfirmed.NOT_MADE
+            if correction is None
+            else (TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO)
+        ).value,
     }
     text = (
         f"{_in_words(tolerances, x, attrs['cost'])}. {_chance_in_words(stated, chance, correction)}"
@@ -212,7 +217,7 @@ def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
 
 def _margins(
     narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
-) -> dict[str, Any]:
+) -> Variables:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
     error = expected_error(narrow, worst.sigmas)
@@ -236,10 +241,13 @@ def _margins(
         if error is not None:
             errors.append(error[corridor.where])
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
-    data: dict[str, Any] = {name: ("limit", values) for name, values in each.items()}
+    data: Variables = {name: ("limit", values) for name, values in each.items()}
     data["margin"] = ("limit", *dims), np.array(each["margin"])
     if errors:
         data["expected_error"] = ("limit", *dims), np.array(errors)
+    time = axes_of(labels).time
+    if time is not None and time in labels.coords:
+        data["slack_at"] = "limit", labels[time].values[each["slack_at"]]
     return data
 
 
@@ -249,11 +257,12 @@ def _verdict(
     """Return the answer in words."""
     allocation = confirmation.allocated
     text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
-    bound = bool(np.any(allocation.margins < BINDING * worst.scale))
-    text += f". {'Binding' if bound else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if attrs["confirmed"] == NOT_MADE:
+    text += (
+        f". {'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
+    )
+    if attrs["confirmed"] == TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if attrs["confirmed"] == NO:
+    if attrs["confirmed"] == TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -262,7 +271,7 @@ def _verdict(
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if attrs["confirmed"] == INFERRED:
+    if attrs["confirmed"] == TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
@@ -271,13 +280,13 @@ def _verdict(
     return f"{text}. Confirmed by {_new(confirmation.runs)}{shifted}"
 
 
-def _confirmed(confirmation: Confirmed) -> str:
+def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
     """Return whether runs confirm tolerances."""
     if not confirmation.runs:
-        return NOT_MADE
+        return TolerancesConfirmed.NOT_MADE
     if not confirmation.kept:
-        return NO
-    return INFERRED if confirmation.inferred else YES
+        return TolerancesConfirmed.NO
+    return TolerancesConfirmed.INFERRED if confirmation.inferred else TolerancesConfirmed.YES
 
 
 def _new(runs: int) -> str:

@@ -9,41 +9,44 @@ than the tolerances that are sought.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize, nnls
 
-from flexband.analysis.allocation.problem import Problem
 from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import STEP
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.errors import InputError
 
-ROUNDS = 60
-"""Most exchanges."""
 
-SLACK = 1e-7
-"""Part of the scale by which limits are tightened in the search, so that they are kept."""
+@dataclass(frozen=True)
+class AllocationOptions:
+    """How the cheapest tolerances are searched.
 
-WATCHED = 0.05
-"""Part of the least margin of the least tolerances below which margins are watched."""
+    Attributes
+    ----------
+    max_rounds : most exchanges.
+    slack : part of the scale by which limits are tightened in the search, so that they are kept.
+    watched_share : part of the least margin of the least tolerances below which margins are
+        watched.
+    random_starts, retries : random starts of a search, besides the best tolerances so far, and
+        times that they are tried.
+    min_saving : part of the cost that is worth going on for.
+    tried_ratios : ratios that are tried to make tolerances tighter.
+    binding : margins below this part of their scale are binding.
+    """
 
-RETRIES = 2
-"""Times that random starts are tried."""
-
-SHIFTS = 33
-"""Ratios that are tried to make tolerances tighter."""
-
-STARTS = 4
-"""Random starts of a search, besides the best tolerances so far."""
-
-MIN_SAVING = 1e-6
-"""Part of the cost that is worth going on for."""
-
-BINDING = 1e-4
-"""Margins below this part of their scale are binding."""
+    max_rounds: int = 60
+    slack: float = 1e-7
+    watched_share: float = 0.05
+    random_starts: int = 4
+    retries: int = 2
+    min_saving: float = 1e-6
+    tried_ratios: int = 33
+    binding: float = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +62,7 @@ class Allocated:
     multipliers : by how much cost falls per unit of each of these margins, (points,); NaN for
         grades.
     watched : all points of the search, for another one that is similar.
+    binding : whether any margin binds.
     """
 
     x: np.ndarray
@@ -67,9 +71,89 @@ class Allocated:
     gradients: np.ndarray
     multipliers: np.ndarray
     watched: WatchedPlaces
+    binding: bool
 
 
-def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = None) -> Allocated:
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Margins that have to be kept at some points, as functions of tolerances and sizes.
+
+    Its variables are those of the search, x, and then the compensators of one place after the
+    other, which all margins there share.
+    """
+
+    worst: WorstCase
+    points: WatchedPlaces
+
+    @cached_property
+    def columns(self) -> list[int]:
+        """The numbers of the compensators among η."""
+        return list(self.worst.tolerances.compensators.values())
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """The number of each point's place, (points,)."""
+        keys = self.points.keys(self.columns)[:, 2:]
+        return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+
+    @property
+    def adjusted(self) -> np.ndarray:
+        """The compensators of all places, the last that are known, (places × compensators,)."""
+        if not self.columns or not len(self.points):
+            return np.zeros(0)
+        compensators = np.zeros((self.owner.max() + 1, len(self.columns)))
+        compensators[self.owner] = self.points.places[:, self.columns]
+        return compensators.ravel()
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest values of all variables."""
+        low, high = self.worst.tolerances.bounds
+        reach = np.ones(len(self.adjusted))
+        return np.concatenate([low, -reach]), np.concatenate([high, reach])
+
+    def split(self, v: np.ndarray) -> tuple[np.ndarray, WatchedPlaces]:
+        """Return the variables of the search, and the points with the compensators of v."""
+        count = len(self.worst.tolerances.bounds[0])
+        if not self.columns:
+            return v, self.points
+        places = self.points.places.copy()
+        places[:, self.columns] = v[count:].reshape(-1, len(self.columns))[self.owner]
+        return v[:count], replace(self.points, places=places)
+
+    def margins(self, v: np.ndarray) -> np.ndarray:
+        """Return the margins, (points,)."""
+        x, points = self.split(v)
+        return self.worst.values(x[None], points)[0]
+
+    def derivatives(self, v: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the margins by all variables, (points, variables)."""
+        x, points = self.split(v)
+        steps = STEP * np.eye(len(x))
+        up = np.minimum(x + steps, self.worst.tolerances.bounds[1])
+        down = x - steps
+        after, before = np.split(self.worst.values(np.concatenate([up, down]), points), 2)
+        by_x = ((after - before) / np.diag(up - down)[:, None]).T
+        by_adjusted = np.zeros((len(points), len(v) - len(x)))
+        rows = np.arange(len(points))
+        for k, column in enumerate(self.columns):
+            ends = []
+            for sign in (1.0, -1.0):
+                places = points.places.copy()
+                places[:, column] += sign * STEP
+                ends.append(self.worst.values(x[None], replace(points, places=places))[0])
+            slope = (ends[0] - ends[1]) / (2 * STEP)
+            by_adjusted[rows, self.owner * len(self.columns) + k] = slope
+        return np.concatenate([by_x, by_adjusted], axis=1)
+
+
+def cheapest(
+    worst: WorstCase,
+    points: WatchedPlaces,
+    x: np.ndarray | None = None,
+    *,
+    options: AllocationOptions = AllocationOptions(),
+) -> Allocated:
     """Return the cheapest tolerances that keep all margins of a box.
 
     When no margin is negative any more, a search without a start is tried again from random ones,
@@ -80,16 +164,16 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
     points : where margins are required from the beginning.
     x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
     """
-    strict, tolerances = worst.tightened(SLACK * worst.scale), worst.tolerances
-    first, others = (x, []) if x is not None else _starts(strict)
-    watched = WATCHED * float(
-        (strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale).min()
-    )
-    x, points = (first, points) if x is None else _solved(strict, points, first)
+    slack, tolerances = options.slack, worst.tolerances
+    strict = worst.tightened(slack * worst.scale)
+    first, others = (x, []) if x is not None else _starts(strict, options)
+    room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
+    watched = options.watched_share * float(room.min())
+    x, points = (first, points) if x is None else _solved(strict, points, first, options)
     best, least, step = x, np.inf, STEP
-    for _ in range(ROUNDS):
+    for _ in range(options.max_rounds):
         margins, places = strict.least(x)
-        violated = np.any(margins < -0.5 * SLACK * worst.scale)
+        violated = np.any(margins < -0.5 * slack * worst.scale)
         before = len(points)
         if violated or not before:
             most = watched + max(0.0, float((margins / worst.scale).min()))
@@ -98,11 +182,10 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
                 new = strict.at_places(x, new, most)
             points = points.with_new(new, list(tolerances.compensators.values()))
         if len(points) > before:
-            solution = _solved(strict, points, x)
-            if (
-                tolerances.sizes and _rank(strict, *solution)[0]
-            ):  # sizes at which nothing keeps the margins
-                solution = _best_of(strict, points, [first, *others])
+            solution = _solved(strict, points, x, options)
+            # there may be sizes at which nothing keeps the margins
+            if tolerances.sizes and _rank(strict, *solution, slack)[0]:
+                solution = _best_of(strict, points, [first, *others], options)
             (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
@@ -112,17 +195,19 @@ def cheapest(worst: WorstCase, points: WatchedPlaces, x: np.ndarray | None = Non
             best, least = x, cost
         if not len(points) or not others:
             break
-        count = len(others) if tolerances.sizes else STARTS
+        count = len(others) if tolerances.sizes else options.random_starts
         tried, others = others[:count], others[count:]
-        x, points = _best_of(strict, points, tried)
-        if tolerances.cost(x).sum() > least - MIN_SAVING * abs(least):
+        x, points = _best_of(strict, points, tried, options)
+        if tolerances.cost(x).sum() > least - options.min_saving * abs(least):
             break
     if np.isinf(least):
-        raise InputError(f"limits: no tolerances that keep them were found in {ROUNDS} rounds")
-    return allocated(worst, best, points)
+        raise InputError(
+            f"limits: no tolerances that keep them were found in {options.max_rounds} rounds"
+        )
+    return allocated(worst, best, points, options=options)
 
 
-def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
+def _starts(worst: WorstCase, options: AllocationOptions) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return where a search starts, and where it is tried again.
 
     The first are tolerances in the ratio of the largest that about keep all margins.
@@ -131,7 +216,8 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
     first, *others = starts(worst) if tolerances.sizes else [high]
     rng = np.random.default_rng(0)
     if not tolerances.sizes:
-        others = list(rng.uniform(np.maximum(low, -3.0), high, (RETRIES * STARTS, len(high))))
+        count = options.retries * options.random_starts
+        others = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
     loosest = tolerances.looser(first)
     room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -141,7 +227,7 @@ def _starts(worst: WorstCase) -> tuple[np.ndarray, list[np.ndarray]]:
 
 
 def _solved(
-    worst: WorstCase, points: WatchedPlaces, x: np.ndarray
+    worst: WorstCase, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
 ) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
@@ -156,7 +242,8 @@ def _solved(
         return worst.tolerances.cost(v[:count]).sum()
 
     start = np.concatenate([x, problem.adjusted])
-    first = np.concatenate([_kept(worst, problem.split(start)[1], x), problem.adjusted])
+    kept = _kept(worst, problem.split(start)[1], x, options)
+    first = np.concatenate([kept, problem.adjusted])
     solution: Any = minimize(
         lambda v: cost(v) / reference,
         start if len(still) else first,
@@ -171,36 +258,43 @@ def _solved(
         options={"maxiter": 200, "ftol": 1e-12},
     )
     last, adjusted = problem.split(np.clip(solution.x, low, high))
-    last = _kept(worst, adjusted, last)
-    return min((last, adjusted), problem.split(first), key=lambda pair: _rank(worst, *pair))
+    ends = (_kept(worst, adjusted, last, options), adjusted), problem.split(first)
+    return min(ends, key=lambda pair: _rank(worst, *pair, options.slack))
 
 
 def _best_of(
-    worst: WorstCase, points: WatchedPlaces, starts: Sequence[np.ndarray]
+    worst: WorstCase,
+    points: WatchedPlaces,
+    starts: Sequence[np.ndarray],
+    options: AllocationOptions,
 ) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the best of what searches from several starts find."""
-    solutions = (_solved(worst, points, start) for start in starts)
-    return min(solutions, key=lambda pair: _rank(worst, *pair))
+    solutions = (_solved(worst, points, start, options) for start in starts)
+    return min(solutions, key=lambda pair: _rank(worst, *pair, options.slack))
 
 
-def _rank(worst: WorstCase, x: np.ndarray, points: WatchedPlaces) -> tuple[bool, float]:
+def _rank(
+    worst: WorstCase, x: np.ndarray, points: WatchedPlaces, slack: float
+) -> tuple[bool, float]:
     """Return whether tolerances violate margins, which the least may do, and their cost."""
     margins = worst.values(x[None], points)[0]
-    violated = bool(np.any(margins < -2 * SLACK * worst.scale[points.series]))
+    violated = bool(np.any(margins < -2 * slack * worst.scale[points.series]))
     return violated, float(worst.tolerances.cost(x).sum())
 
 
-def _kept(worst: WorstCase, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
+def _kept(
+    worst: WorstCase, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
+) -> np.ndarray:
     """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
-    tolerances = worst.tolerances
+    tolerances, count = worst.tolerances, options.tried_ratios
     tighter, looser = 0.0, 0.0
     for k in range(2):  # the second time between the best two of the first
         most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
-        shifts = np.linspace(looser, most, SHIFTS)
+        shifts = np.linspace(looser, most, count)
         tried = tolerances.tighter(x, shifts[:, None])
         margins = (worst.values(tried, points) / worst.scale[points.series]).min(axis=1)
-        enough = np.flatnonzero(margins > -SLACK)
-        first = int(enough[0]) if len(enough) else SHIFTS - 1
+        enough = np.flatnonzero(margins > -options.slack)
+        first = int(enough[0]) if len(enough) else count - 1
         if first == 0:
             return tried[0]
         looser, tighter = shifts[first - 1], shifts[first]
@@ -208,20 +302,27 @@ def _kept(worst: WorstCase, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
 
 
 def allocated(
-    worst: WorstCase, x: np.ndarray, watched: WatchedPlaces, *, with_multipliers: bool = True
+    worst: WorstCase,
+    x: np.ndarray,
+    watched: WatchedPlaces,
+    *,
+    with_multipliers: bool = True,
+    options: AllocationOptions = AllocationOptions(),
 ) -> Allocated:
     """Return tolerances with what limits them."""
     margins, places = worst.least(x)
     least = (margins / worst.scale).min()
-    points = worst.lowest(margins, places, max(BINDING, least + BINDING))
+    binding = options.binding
+    points = worst.lowest(margins, places, max(binding, least + binding))
     problem = Problem(worst, points)
     v = np.concatenate([x, problem.adjusted])
     gradients = problem.derivatives(v)
     multipliers = np.full(len(points), 0.0 if with_multipliers else np.nan)
-    if with_multipliers and least < BINDING:
+    if with_multipliers and least < binding:
         cost = np.append(worst.tolerances.cost_gradient(x), np.zeros(len(v) - len(x)))
         multipliers = _multipliers(problem.bounds, v, cost, gradients)
-    return Allocated(x, margins, points, gradients[:, : len(x)], multipliers, watched)
+    slopes, binds = gradients[:, : len(x)], bool(np.any(margins < binding * worst.scale))
+    return Allocated(x, margins, points, slopes, multipliers, watched, binds)
 
 
 def _multipliers(

@@ -7,6 +7,7 @@ them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,48 +17,61 @@ from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
 from flexband.analysis.descent import descend
 from flexband.uncertainty.inputs.sampling import sobol
 
-SAMPLES, IMPROVED = 1024, 16
-"""Sizes that are tried, and those of them that are improved."""
 
-MOST, DISTANCE, APART = 9, 0.05, 0.3
-"""Most starts, least distance of those that were improved, in half the range of a size, and of
-others."""
+@dataclass(frozen=True)
+class SizeOptions:
+    """How sizes are found at which searches start.
 
-STEP = 1e-3
-"""Step of differences in η."""
+    Attributes
+    ----------
+    tried, improved : sizes that are tried, and those of them that are improved.
+    max_starts : most starts.
+    min_distance, min_distance_of_others : least distance of starts that were improved, in half the
+        range of a size, and of others.
+    step : of differences in η.
+    loosest : tolerances in parts of the largest beyond which sizes are not distinguished.
+    margins_at_once : margins that are computed together.
+    """
 
-AT_ONCE = 2_000_000
-"""Margins that are computed together."""
+    tried: int = 1024
+    improved: int = 16
+    max_starts: int = 9
+    min_distance: float = 0.05
+    min_distance_of_others: float = 0.3
+    step: float = 1e-3
+    loosest: float = 10.0
+    margins_at_once: int = 2_000_000
 
-LOOSEST = 10.0
-"""Tolerances in parts of the largest beyond which sizes are not distinguished."""
 
-
-def starts(worst: WorstCase) -> np.ndarray:
+def starts(worst: WorstCase, *, options: SizeOptions = SizeOptions()) -> np.ndarray:
     """Return variables of a search, the best first, (starts, variables)."""
     tolerances = worst.tolerances
     count, (low, high) = len(tolerances.sizes), tolerances.bounds
     reach = high[-count:]
 
     def lacking(places: np.ndarray, _: np.ndarray) -> np.ndarray:
-        return -looseness(worst, reach * places)
+        return -looseness(worst, reach * places, options)
 
-    places = np.concatenate([np.zeros((1, count)), 2 * sobol(SAMPLES, count, 0) - 1])
+    places = np.concatenate([np.zeros((1, count)), 2 * sobol(options.tried, count, 0) - 1])
     values = lacking(places, np.arange(0))
     order = np.argsort(values, kind="stable")
-    best, all_places, all_values = order[:IMPROVED], places[order], values[order]
+    best, all_places, all_values = order[: options.improved], places[order], values[order]
     which, gains = np.zeros(len(best), int), np.full(len(best), 1e-6)
     values, places = descend(lacking, which, places[best], values[best], gains)
     if values.min() > 0 and not tolerances.compensators:  # no margins without any tolerance
-        places[0] = _with_most_room(worst, places[values.argmin()], reach)
+        places[0] = _with_most_room(worst, places[values.argmin()], reach, options.step)
         values[0] = lacking(places[:1], which[:1])[0]
     order = np.argsort(values, kind="stable")
-    pairs = [*zip(places[order], values[order], [DISTANCE] * len(order), strict=True),
-             *zip(all_places, all_values, [APART] * len(all_places), strict=True)]  # fmt: skip
+    distances = [options.min_distance] * len(order)
+    distances += [options.min_distance_of_others] * len(all_places)
+    places, values = (
+        np.concatenate([places[order], all_places]),
+        np.concatenate([values[order], all_values]),
+    )
     chosen: list[tuple[np.ndarray, float]] = []
-    for place, value, distance in pairs:
+    for place, value, distance in zip(places, values, distances, strict=True):
         alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
-        if not chosen or (alone and value < 0 and len(chosen) < MOST):
+        if not chosen or (alone and value < 0 and len(chosen) < options.max_starts):
             chosen.append((place, value))
     variables = np.tile(high, (len(chosen), 1))
     part = np.clip([[-value] for _, value in chosen], 1e-300, 1.0)
@@ -66,7 +80,9 @@ def starts(worst: WorstCase) -> np.ndarray:
     return variables
 
 
-def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> np.ndarray:
+def _with_most_room(
+    worst: WorstCase, place: np.ndarray, reach: np.ndarray, step: float
+) -> np.ndarray:
     """Return sizes, in parts of their reach, near which the least margin is largest."""
     low, _ = worst.tolerances.bounds
     limited = np.isfinite(worst.bounds)
@@ -77,9 +93,9 @@ def _with_most_room(worst: WorstCase, place: np.ndarray, reach: np.ndarray) -> n
         return all_margins[:, limited]
 
     def slopes(v: np.ndarray) -> np.ndarray:
-        steps = STEP * np.eye(len(place))
+        steps = step * np.eye(len(place))
         after, before = np.split(margins(np.concatenate([v[:-1] + steps, v[:-1] - steps])), 2)
-        return np.column_stack([(after - before).T / (2 * STEP), -np.ones(after.shape[1])])
+        return np.column_stack([(after - before).T / (2 * step), -np.ones(after.shape[1])])
 
     downward = np.append(np.zeros(len(place)), -1.0)
     solution: Any = minimize(
@@ -104,7 +120,7 @@ def _joined(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return np.concatenate([np.tile(x[: len(x) - count], (len(sizes), 1)), sizes], axis=1)
 
 
-def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
+def looseness(worst: WorstCase, sizes: np.ndarray, options: SizeOptions) -> np.ndarray:
     """Return the tolerances in parts of the largest that sizes allow, to first order, (points,).
 
     Where margins are negative without any tolerance, it is the least of these in parts of their
@@ -118,7 +134,7 @@ def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
     radii = tolerances.radius(high)
     radii[list(tolerances.compensators.values())] = 0.0
     m = tolerances.space.interval_dimension
-    block = max(1, AT_ONCE // (2 * len(worst.numbers) * (1 + 2 * m)))
+    block = max(1, options.margins_at_once // (2 * len(worst.numbers) * (1 + 2 * m)))
     blocks = []
     for first in range(0, len(sizes), block):
         some = sizes[first : first + block]
@@ -128,11 +144,11 @@ def looseness(worst: WorstCase, sizes: np.ndarray) -> np.ndarray:
         bars = worst.bars_at(eta, low)
         margins = SIGNS[:, None] * (bars - worst.bounds)
         loss = np.maximum(SIGNS[:, None] * (bars - worst.bars_at(eta, high)), 0.0)
-        for step, radius in zip(STEP * np.eye(m), radii, strict=True):
-            after, before = (worst.bars_at(eta + k * step, low) for k in (1, -1))
-            loss += radius * np.abs(after - before) / (2 * STEP)
+        for shift, radius in zip(options.step * np.eye(m), radii, strict=True):
+            after, before = (worst.bars_at(eta + k * shift, low) for k in (1, -1))
+            loss += radius * np.abs(after - before) / (2 * options.step)
         room = (margins / worst.scale).min(axis=(1, 2))
-        margins = np.where(np.isfinite(margins), margins, LOOSEST * loss + 1e-300)
-        part = (margins / np.maximum(loss, margins / LOOSEST + 1e-300)).min(axis=(1, 2))
+        margins = np.where(np.isfinite(margins), margins, options.loosest * loss + 1e-300)
+        part = (margins / np.maximum(loss, margins / options.loosest + 1e-300)).min(axis=(1, 2))
         blocks.append(np.where(room > 0, part, room))
     return np.concatenate(blocks)

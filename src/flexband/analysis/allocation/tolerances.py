@@ -20,12 +20,6 @@ from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.inputs.space import Space
 
-LEAST = 1e-4
-"""Least tolerance that is considered, in parts of the largest."""
-
-ROUNDING = 1e-9
-"""By which a grade may be beyond the largest tolerance."""
-
 STEP = 1e-4
 """Step of differences, of the logarithm of a tolerance."""
 
@@ -41,7 +35,8 @@ class Tolerances:
     ----------
     space : the inputs of the surrogate, with the largest tolerances.
     costs : name -> cost of the tolerance.
-    least, largest : the least ones that are considered, and those of the surrogate, (names,).
+    least, largest : the least ones that are considered, 1e-4 of the largest unless there are
+        grades, and those of the surrogate, (names,).
     columns : number of each interval input's variable η, −1 of random inputs, (names,).
     sizes, compensators : number of the variable η of each `Sizing` and `Compensator`, by name.
     """
@@ -76,11 +71,11 @@ class Tolerances:
         for name, interval in space.of_kind(random=False).items():
             columns[name], k = k, k + interval.dimension
         largest = np.array([allowed[name] for name in costs])
-        least = LEAST * largest
+        least = 1e-4 * largest
         for k, (name, cost) in enumerate(costs.items()):
             if isinstance(cost, Grades):
                 least[k] = cost.tolerances.min()
-                if cost.tolerances.max() > largest[k] * (1 + ROUNDING):
+                if cost.tolerances.max() > largest[k] * (1 + 1e-9):
                     raise InputError(
                         f"costs: grades of {name} must have tolerances up to that of the "
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
@@ -96,6 +91,11 @@ class Tolerances:
             )
         own = np.array([columns.get(k, -1) for k in costs])
         return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
+
+    @property
+    def grades(self) -> list[Grades]:
+        """The grades of all tolerances; none if these are not graded."""
+        return [cost for cost in self.costs.values() if isinstance(cost, Grades)]
 
     @property
     def names(self) -> list[str]:

@@ -7,13 +7,13 @@ around the rare samples at the ends of the probability of leaving limits at any 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import ndtr
 
 from flexband.analysis.descent import lowest_over_times
-from flexband.analysis.probability.ends import SMOOTH
+from flexband.analysis.probability.ends import EndOptions
 from flexband.analysis.probability.estimates import Estimate, clear
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.states import LimitedOutputs, LimitState
@@ -23,14 +23,24 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.sampling import of_normals
 
-SAMPLES, SEARCHED = 8000, 400
-"""Samples for the probabilities, and for the search."""
 
-AT_ONCE = 2**16
-"""Values of the surrogate that are computed together."""
+@dataclass(frozen=True)
+class AtEachTimeOptions:
+    """How probabilities at single times are computed.
 
-TOLERANCE, TINY = 1e-4, 1e-300
-"""Relative gains of a search that count as none, and what is added to probabilities."""
+    Attributes
+    ----------
+    samples, searched_samples : for the probabilities, and for the search.
+    values_at_once : values of the surrogate that are computed together.
+    tolerance : relative gains of a search that count as none.
+    ends : the smoothing, and how mixtures are built.
+    """
+
+    samples: int = 8000
+    searched_samples: int = 400
+    values_at_once: int = 2**16
+    tolerance: float = 1e-4
+    ends: EndOptions = field(default_factory=EndOptions)
 
 
 @dataclass(frozen=True)
@@ -49,6 +59,7 @@ class _OutputMargins:
     row: int
     psi: np.ndarray
     weights: np.ndarray
+    options: AtEachTimeOptions
 
     def sums(self, eta: np.ndarray, times: np.ndarray, width: float) -> np.ndarray:
         """Return probabilities, and means of squared weights outside, shape (2, rows).
@@ -60,7 +71,7 @@ class _OutputMargins:
         """
         sums = np.empty((2, len(eta)))
         powers = np.stack([self.weights, self.weights**2]) / len(self.weights)
-        most = max(1, AT_ONCE // len(self.psi))
+        most = max(1, self.options.values_at_once // len(self.psi))
 
         def add_up(first: int) -> None:
             rows = slice(first, first + most)
@@ -75,7 +86,7 @@ class _OutputMargins:
 
     def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
-        size = np.log(self.sums(eta, times, SMOOTH)[0] + TINY)
+        size = np.log(self.sums(eta, times, self.options.ends.smoothing)[0] + 1e-300)
         return np.stack([size, -size])
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
@@ -90,6 +101,8 @@ def at_each_time(
     known: Sequence[Rare],
     ends: Sequence[Estimate],
     rng: np.random.Generator,
+    *,
+    options: AtEachTimeOptions = AtEachTimeOptions(),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return probabilities with their confidence intervals, (3, 2, series), and η, (2, series, m).
 
@@ -104,23 +117,27 @@ def at_each_time(
     if not any(len(rare_samples.u) for rare_samples in known):
         none = np.zeros((2, state.width))
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
-    mixture = Mixture.mean(*(Mixture.of(rare_samples.u, rng) for rare_samples in known))
-    samples = [_weighted(mixture, state.families, count, rng) for count in (SEARCHED, SAMPLES)]
+    importance = options.ends.importance
+    of_mixture = importance.subset.mixture
+    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=of_mixture) for part in known))
+    counts = options.searched_samples, options.samples
+    samples = [_weighted(mixture, state.families, count, rng) for count in counts]
     probabilities, places = [], []
     for part in state.parts:
         for row, series in enumerate(SampledSeries.of_outputs(part.expansion)):
             few, many = (
-                _OutputMargins(series, part, row, series.basis(xi), w) for xi, w in samples
+                _OutputMargins(series, part, row, series.basis(xi), w, options) for xi, w in samples
             )
             times = part.series.shape[1]
-            eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, TOLERANCE)
+            eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, options.tolerance)
             flat = eta.reshape(2 * times, -1)
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
-            error = np.sqrt(np.maximum(second - first**2, 0) / SAMPLES)
+            error = np.sqrt(np.maximum(second - first**2, 0) / options.samples)
             pair = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
             crossed = pair[0][0] > pair[0][1]  # which samples of the search could not tell apart
             pair = [np.where(crossed, bounds[::-1], bounds) for bounds in pair]
-            probabilities.append(_ordered(np.stack(clear(pair[0], pair[1], most, most))))
+            clear_pair = clear(pair[0], pair[1], most, most, importance.min_equal_samples)
+            probabilities.append(_ordered(np.stack(clear_pair)))
             places.append(np.where(crossed[:, None], eta[::-1], eta))
     return np.concatenate(probabilities, axis=2), np.concatenate(places, axis=1)
 

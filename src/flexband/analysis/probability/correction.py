@@ -17,37 +17,94 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.analysis.probability.discrepancy import DiscrepancyModel
-from flexband.analysis.probability.estimates import (
-    BATCH,
-    MOST,
-    ROUGH,
-    are_uneven,
-    mixture_around,
-)
-from flexband.analysis.probability.subset import COUNT, Rare, rare
+from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
+from flexband.analysis.probability.subset import Rare, rare
 
 Margins = Callable[[np.ndarray], np.ndarray]
 """u of shape (points, n) -> least margins, (points,)."""
 
-PART, MIN_ROUNDS, MAX_ROUNDS = 8, 2, 6
-"""Rounds of learning what is missed, each in an eighth of the runs, until the next finds all of its
-samples beyond the limit."""
 
-WIDENED, MIN_SCATTER = 1.3, 1e-3
-"""By which the scatter is multiplied, and its least part of the margins' standard deviation."""
+@dataclass(frozen=True)
+class CorrectionOptions:
+    """How runs of the model correct a probability.
 
-INSIDE, ANYWHERE = 0.2, 0.1
-"""Least chance of samples beyond the limit to be drawn, where it is ½ at the limit, and the part of
-the runs that are drawn anywhere."""
+    Attributes
+    ----------
+    learning_part, min_rounds, max_rounds : rounds of learning what is missed, each in an eighth of
+        the runs, until the next finds all of its samples beyond the limit.
+    widened, min_scatter : by which the scatter is multiplied, and its least part of the margins'
+        standard deviation.
+    min_chance_beyond : least chance of samples beyond the limit to be drawn, where it is ½ at the
+        limit.
+    anywhere_share : the part of the runs that are drawn anywhere.
+    repeats : of the bootstrap.
+    importance : how samples are drawn.
+    """
 
-REPEATS, LEVELS = 4000, (0.025, 0.975)
-"""Of the bootstrap, and the ends of the confidence interval."""
+    learning_part: int = 8
+    min_rounds: int = 2
+    max_rounds: int = 6
+    widened: float = 1.3
+    min_scatter: float = 1e-3
+    min_chance_beyond: float = 0.2
+    anywhere_share: float = 0.1
+    repeats: int = 4000
+    importance: ImportanceOptions = field(default_factory=ImportanceOptions)
+
+
+@dataclass(frozen=True)
+class DiscrepancyModel:
+    """Margins of the model less those of a surrogate, learnt from few runs.
+
+    It is a Gaussian process with the covariance (1 + u·v)², that is a quadratic function of u, and
+    noise. Their ratio is that with the least leave-one-out errors, which scale the variances as
+    well (Rasmussen and Williams, 2006, section 5.4.2).
+
+    Attributes
+    ----------
+    u : where they are known, shape (runs, n).
+    missed : their values, shape (runs,).
+    """
+
+    u: np.ndarray
+    missed: np.ndarray
+
+    def with_runs(self, u: np.ndarray, missed: np.ndarray) -> DiscrepancyModel:
+        """Return the same with further runs."""
+        return DiscrepancyModel(np.concatenate([self.u, u]), np.concatenate([self.missed, missed]))
+
+    @cached_property
+    def _fit(self) -> tuple[np.ndarray, float, float]:
+        """The inverse of the covariance, the variance of its noise, and the factor of both."""
+        covariance = (1 + self.u @ self.u.T) ** 2
+        fits = []
+        for ratio in (1e-8, 1e-4, 1e-2, 0.1, 1.0):  # of the noise to the quadratic function
+            noise = ratio * float(np.mean(np.diag(covariance)))
+            inverse = np.linalg.inv(covariance + noise * np.eye(len(self.u)))
+            left_out = inverse @ self.missed / np.diag(inverse)
+            scale = float(np.mean(left_out**2 * np.diag(inverse)))
+            fits.append((float(np.sum(left_out**2)), inverse, noise, scale))
+        _, inverse, noise, scale = min(fits, key=lambda fit: fit[0])
+        return inverse, noise, scale
+
+    def expected(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is expected to be missed at u (points, n), and its scatter, each (points,).
+
+        Without runs these are 0 and ∞.
+        """
+        if not len(self.u):
+            return np.zeros(len(u)), np.full(len(u), np.inf)
+        inverse, noise, scale = self._fit
+        across = (1 + u @ self.u.T) ** 2
+        prior = (1 + np.sum(u**2, axis=1)) ** 2
+        variance = np.maximum(prior - np.sum(across @ inverse * across, axis=1), 0.0) + noise
+        return across @ (inverse @ self.missed), np.sqrt(scale * variance)
 
 
 @dataclass(frozen=True)
@@ -75,9 +132,15 @@ class Correction:
 
 
 def corrected(
-    least: Margins, model: Margins, near: Rare, runs: int, accuracy: float,
+    least: Margins,
+    model: Margins,
+    near: Rare,
+    runs: int,
+    accuracy: float,
     rng: np.random.Generator,
-) -> Correction:  # fmt: skip
+    *,
+    options: CorrectionOptions = CorrectionOptions(),
+) -> Correction:
     """Return a probability corrected with runs of the model.
 
     Parameters
@@ -87,40 +150,43 @@ def corrected(
     runs : number of runs.
     accuracy : relative standard error of the first term.
     """
-    n = near.u.shape[1]
+    n, importance = near.u.shape[1], options.importance
     known = DiscrepancyModel(near.u[:0], np.zeros(0))
 
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]
 
     remaining = runs
-    for k in range(MAX_ROUNDS):
-        at = near.u[rng.permutation(len(near.u))[: runs // PART]]
+    for k in range(options.max_rounds):
+        at = near.u[rng.permutation(len(near.u))[: runs // options.learning_part]]
         if not len(at):
             break
         run_margins, remaining = model(at), remaining - len(at)
-        if k >= MIN_ROUNDS and np.all(run_margins < 0):
+        if k >= options.min_rounds and np.all(run_margins < 0):
             break
         known = known.with_runs(at, run_margins - least(at))
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
-        near = rare(margin, n, rng, scouts=False)
-        near = replace(near, u=np.concatenate([near.u, kept[:COUNT]]))
-    u, w, h = _samples(margin, near, accuracy, rng)
+        near = rare(margin, n, rng, scouts=False, options=importance.subset)
+        kept = kept[: importance.subset.level_samples]
+        near = replace(near, u=np.concatenate([near.u, kept]))
+    u, w, h = _samples(margin, near, accuracy, rng, importance)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
-    scatter = np.maximum(WIDENED * known.expected(u)[1], MIN_SCATTER * np.std(least(u)))
-    which, values = _drawn(h / scatter, w, remaining, rng)
+    scatter = options.widened * known.expected(u)[1]
+    scatter = np.maximum(scatter, options.min_scatter * np.std(least(u)))
+    which, values = _drawn(h / scatter, w, remaining, rng, options)
     other = (model(u[which]) < 0).astype(float) - inside[which]
     z = (other * values[which])[other != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
     sizes = np.concatenate([z, [usual[0], -usual[1]]])
-    parts = rng.standard_exponential((REPEATS, len(sizes)))
-    rest = rng.standard_gamma(len(which) - len(z), REPEATS)
+    repeats = options.repeats
+    parts = rng.standard_exponential((repeats, len(sizes)))
+    rest = rng.standard_gamma(len(which) - len(z), repeats)
     moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
-    noise = np.exp(error / base * rng.standard_normal(REPEATS)) if base else np.ones(REPEATS)
-    low, high = np.quantile(moved * noise, LEVELS)
-    if are_uneven(w[inside], len(w)):
-        low, high = low / ROUGH, high * ROUGH
+    noise = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
+    low, high = np.quantile(moved * noise, (0.025, 0.975))
+    if importance.uneven(w[inside], len(w)):
+        low, high = low / importance.rough_factor, high * importance.rough_factor
     high += near.probability * (not len(near.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
@@ -128,24 +194,33 @@ def corrected(
 
 
 def _samples(
-    margin: Margins, near: Rare, accuracy: float, rng: np.random.Generator
+    margin: Margins,
+    near: Rare,
+    accuracy: float,
+    rng: np.random.Generator,
+    options: ImportanceOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return samples around rare ones, their weights and margins."""
-    mixture, batches = mixture_around(margin, near.u, rng), []
+    mixture, batches = mixture_around(margin, near.u, rng, options=options), []
     while True:
-        u = mixture.sample(BATCH, rng)
+        u = mixture.sample(options.batch_samples, rng)
         batches.append((u, mixture.weights(u), margin(u)))
         samples, weights, margins = (
             np.concatenate(column) for column in zip(*batches, strict=True)
         )
         some = weights * (margins < 0)
         enough = np.std(some) <= accuracy * np.mean(some) * np.sqrt(len(some))
-        if enough or len(some) + BATCH > MOST or not len(near.u):
+        full = len(some) + options.batch_samples > options.max_samples
+        if enough or full or not len(near.u):
             return samples, weights, margins
 
 
 def _drawn(
-    t: np.ndarray, weights: np.ndarray, count: int, rng: np.random.Generator
+    t: np.ndarray,
+    weights: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
+    options: CorrectionOptions,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of samples that are drawn near the limit, and what each one counts.
 
@@ -157,8 +232,9 @@ def _drawn(
     t : margins, in parts of how much they scatter.
     """
     chance = np.sqrt(ndtr(-np.abs(t)))
-    chance = np.where(t < 0, np.maximum(chance, INSIDE), chance)
-    chance = np.maximum(chance, ANYWHERE * np.mean(weights * chance) / np.mean(weights))
+    chance = np.where(t < 0, np.maximum(chance, options.min_chance_beyond), chance)
+    anywhere = options.anywhere_share * np.mean(weights * chance) / np.mean(weights)
+    chance = np.maximum(chance, anywhere)
     order = np.argsort(t, kind="stable")
     ends = np.cumsum((weights * chance)[order])
     at = (np.arange(count) + rng.random()) / count * ends[-1]

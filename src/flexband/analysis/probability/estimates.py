@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import ndtri
@@ -18,31 +18,52 @@ from scipy.stats import chi2
 from flexband.analysis.peaks import drops
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.states import LimitedOutputs, LimitState, least_of
-from flexband.analysis.probability.subset import Rare, rare
+from flexband.analysis.probability.subset import Rare, SubsetOptions, rare
 from flexband.uncertainty.surrogates.sigmas import growth
-
-ROUNDS, KNOWN = 2, 600
-"""Mixtures after the first one, and samples around which each is built."""
-
-FEW = 500
-"""Samples of a level that find a mixture for limits that are moved."""
-
-BATCH, MOST = 1000, 32_000
-"""Samples of a batch, and of an estimate at most."""
-
-ROUGH, UNEVEN = 2.5, 25.0
-"""Factor within which subset simulation is right, and the largest mean square of the weights of
-samples that leave the limits, in parts of their squared mean, with which theirs is trusted."""
-
-FEWEST, UPPER = 9, 0.975
-"""Samples of equal weights with which a probability at one time is told, and the level of the upper
-end of its confidence interval if there are fewer."""
-
-ERRORS = 2.0
-"""Expected errors, root mean squares, by which limits are moved at least."""
 
 TWO_SIDED = 1.96
 """Standard errors of a two-sided confidence interval of 95 %."""
+
+
+@dataclass(frozen=True)
+class ImportanceOptions:
+    """How a probability is estimated by importance sampling.
+
+    Attributes
+    ----------
+    batch_samples, max_samples : samples of a batch, and of an estimate at most.
+    mixture_rounds, mixture_samples : mixtures after the first one, and samples around which each is
+        built.
+    moved_samples : samples of a level that find a mixture for limits that are moved.
+    rough_factor : factor within which subset simulation is right.
+    max_unevenness : the largest mean square of the weights of samples that leave the limits, in
+        parts of their squared mean, with which theirs is trusted.
+    min_equal_samples : samples of equal weights with which a probability at one time is stated.
+    subset : how rare samples are searched.
+    """
+
+    batch_samples: int = 1000
+    max_samples: int = 32_000
+    mixture_rounds: int = 2
+    mixture_samples: int = 600
+    moved_samples: int = 500
+    rough_factor: float = 2.5
+    max_unevenness: float = 25.0
+    min_equal_samples: int = 9
+    subset: SubsetOptions = field(default_factory=SubsetOptions)
+
+    def uneven(self, weights: np.ndarray, count: int) -> bool:
+        """Return whether weights of samples that leave limits are very unequal, or these too many.
+
+        Parameters
+        ----------
+        weights : of these samples.
+        count : number of all samples.
+        """
+        return count + self.batch_samples > self.max_samples or bool(
+            len(weights)
+            and len(weights) * np.sum(weights**2) > self.max_unevenness * np.sum(weights) ** 2
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +81,7 @@ class Estimate:
     count : samples; 0 if none was found that leaves the limits.
     most : the rough estimate of subset simulation; its upper bound if there is no sample.
     u, weights, margins : the samples, their weights and least margins.
+    options : with which it was made.
     noise : of the search for η, as a logarithm of the probability: by how much that at the best η
         may be beyond this one.
     """
@@ -76,6 +98,7 @@ class Estimate:
     u: np.ndarray
     weights: np.ndarray
     margins: np.ndarray
+    options: ImportanceOptions
     noise: float = 0.0
 
     def confidence(self) -> tuple[float, float]:
@@ -90,14 +113,14 @@ class Estimate:
     def _confidence(self, probability: float, error: float) -> tuple[float, float]:
         low, high = interval(np.array(probability), np.array(error), self.most)
         if self.uneven:  # few samples have most of the weight: their spread may be far too small
-            low = min(low, self.most / ROUGH)
-            high = max(high, min(1.0, self.most * ROUGH))
+            low = min(low, self.most / self.options.rough_factor)
+            high = max(high, min(1.0, self.most * self.options.rough_factor))
         return float(low) / math.exp(self.noise), min(1.0, float(high) * math.exp(self.noise))
 
     @property
     def uneven(self) -> bool:
         """Whether sampling ended before the accuracy was reached, or weights are very unequal."""
-        return are_uneven(self.weights[self.margins < 0], len(self.u))
+        return self.options.uneven(self.weights[self.margins < 0], len(self.u))
 
     def told_at_each(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the probabilities at each time that are clear, and confidence intervals."""
@@ -105,20 +128,8 @@ class Estimate:
         weights = self.weights[self.margins < 0]
         if len(weights):  # none of so many that leave the limits at some time does so at this one
             most *= min(1.0, -math.log(0.05) * float(np.sum(weights**2) / np.sum(weights) ** 2))
-        return clear(self.at_each, self.at_each_error, self.confidence()[1], most)
-
-
-def are_uneven(weights: np.ndarray, count: int) -> bool:
-    """Return whether weights of samples that leave limits are very unequal, or samples too many.
-
-    Parameters
-    ----------
-    weights : of these samples.
-    count : number of all samples.
-    """
-    return count + BATCH > MOST or bool(
-        len(weights) and len(weights) * np.sum(weights**2) > UNEVEN * np.sum(weights) ** 2
-    )
+        fewest = self.options.min_equal_samples
+        return clear(self.at_each, self.at_each_error, self.confidence()[1], most, fewest)
 
 
 def interval(
@@ -142,12 +153,13 @@ def clear(
     error: np.ndarray,
     most: np.ndarray | float,
     none: np.ndarray | float,
+    fewest: int = 9,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return estimates that are clear, 0 for the others, and the confidence intervals of all.
 
     With n = (probability / error)², an estimate is as uncertain as a count of n samples of equal
-    weights. Fewer than nine are not clear: they are bounded like none at all, whose weights may be
-    larger than theirs, and by Poisson's distribution.
+    weights. Fewer than `fewest` are not clear: they are bounded like none at all, whose weights may
+    be larger than theirs, and by Poisson's distribution.
 
     Parameters
     ----------
@@ -156,11 +168,11 @@ def clear(
     """
     some = (probability > 0) & (error > 0)
     n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
-    few = some & (n < FEWEST)
+    few = some & (n < fewest)
     estimates = np.where(few, 0.0, probability)
     low, high = interval(estimates, error, none)
     count = np.where(few, n, 1.0)
-    bound = probability / count * chi2.ppf(UPPER, 2 * (count + 1)) / 2
+    bound = probability / count * chi2.ppf(0.975, 2 * (count + 1)) / 2
     return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 
@@ -175,7 +187,7 @@ def missed_at(k: float) -> float:
     It is twice the expected error of μ ± kσ, or, farther out, what a term of third order has there
     whose root mean square is that of all that is missed: (k³ − 3k)/√6.
     """
-    return max(ERRORS * growth(k), (k**3 - 3 * k) / math.sqrt(6))
+    return max(2.0 * growth(k), (k**3 - 3 * k) / math.sqrt(6))
 
 
 def estimate(
@@ -185,6 +197,8 @@ def estimate(
     known: Rare,
     accuracy: float,
     rng: np.random.Generator,
+    *,
+    options: ImportanceOptions = ImportanceOptions(),
 ) -> Estimate:
     """Return the probability of leaving limits at one η.
 
@@ -195,14 +209,14 @@ def estimate(
     accuracy : relative standard error at which sampling ends.
     """
     moved = missed_at(deviations(known.probability))
-    mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng)
-    sums = _Sums(state, moved)
+    mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng, options=options)
+    sums, batch = _Sums(state, moved, options), options.batch_samples
     while True:
-        u = mixture.sample(BATCH, rng)
+        u = mixture.sample(batch, rng)
         sums.add(u, eta, mixture.weights(u))
         result = sums.estimate(known.probability)
         enough = result.probability and result.error <= accuracy * result.probability
-        if enough or len(result.u) + BATCH > MOST or not len(known.u):
+        if enough or len(result.u) + batch > options.max_samples or not len(known.u):
             break
     if state.exact:
         return result
@@ -211,9 +225,10 @@ def estimate(
     def least(u: np.ndarray) -> np.ndarray:
         return tighter.least(u, eta)
 
-    first = rare(least, known.u.shape[1], rng, FEW)
-    mixture = mixture_around(least, first.u, rng, rounds=1)
-    u = mixture.sample(BATCH, rng)
+    subset = options.subset
+    first = rare(least, known.u.shape[1], rng, options.moved_samples, options=subset)
+    mixture = mixture_around(least, first.u, rng, rounds=1, options=options)
+    u = mixture.sample(batch, rng)
     inside = mixture.weights(u) * (least(u) < 0)
     tighter_one = min(1.0, float(inside.mean()) or first.probability)
     return replace(result, tighter=max(result.probability, tighter_one))
@@ -223,7 +238,9 @@ def mixture_around(
     least: Callable[[np.ndarray], np.ndarray],
     known: np.ndarray,
     rng: np.random.Generator,
-    rounds: int = ROUNDS,
+    rounds: int | None = None,
+    *,
+    options: ImportanceOptions = ImportanceOptions(),
 ) -> Mixture:
     """Return a mixture around rare samples, and then around those that it finds.
 
@@ -231,23 +248,25 @@ def mixture_around(
     ----------
     least : returns margins, shape (points,), of samples of shape (points, n).
     known : rare samples, shape (count, n); there may be none.
+    rounds : mixtures after the first one; those of the options unless given.
     """
-    mixture = Mixture.of(known, rng)
-    for _ in range(rounds * bool(len(known))):
-        u = mixture.sample(BATCH, rng)
+    mixture = Mixture.of(known, rng, options=options.subset.mixture)
+    for _ in range((rounds or options.mixture_rounds) * bool(len(known))):
+        u = mixture.sample(options.batch_samples, rng)
         weights = mixture.weights(u) * (least(u) < 0)
         if np.count_nonzero(weights) <= 2 * known.shape[1]:
             break
         share = weights / weights.sum()
-        mixture = Mixture.of(u[rng.choice(BATCH, KNOWN, p=share)], rng)
+        around = u[rng.choice(len(u), options.mixture_samples, p=share)]
+        mixture = Mixture.of(around, rng, options=options.subset.mixture)
     return mixture
 
 
 class _Sums:
     """Weighted counts of samples that leave the limits."""
 
-    def __init__(self, state: LimitState, moved: float):
-        self.state, self.moved = state, moved
+    def __init__(self, state: LimitState, moved: float, options: ImportanceOptions):
+        self.state, self.moved, self.options = state, moved, options
         self.u: list[np.ndarray] = []
         self.rows: list[np.ndarray] = []
         self.each = np.zeros((2, state.width))
@@ -298,7 +317,7 @@ class _Sums:
             float(least), float(error), float(min(looser, least)), float(least),
             (*map(float, np.maximum(between, least)), *map(float, errors)),
             np.minimum(least, each), each_error,
-            count if least else 0, most, np.concatenate(self.u), weights, margins[0],
+            count if least else 0, most, np.concatenate(self.u), weights, margins[0], self.options,
         )  # fmt: skip
 
 

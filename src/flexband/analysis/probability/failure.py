@@ -3,53 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Corridor, corridors, joint
-from flexband.analysis.margins import labels_of
-from flexband.analysis.probability.at_each import at_each_time
-from flexband.analysis.probability.correction import corrected
-from flexband.analysis.probability.ends import ends
-from flexband.analysis.probability.estimates import Estimate, estimate
-from flexband.analysis.probability.model import ResponseModel, models
+from flexband.analysis.limits import Limit, corridors, joint
+from flexband.analysis.probability.first_passage import first_passage
+from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
     AT_EACH,
     BETWEEN,
     STATED,
-    allowance,
     bounded,
     error_of_runs,
     withheld,
 )
-from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.texts import described, in_words
 from flexband.analysis.results import (
-    INDICATOR,
     check_free,
     doubts_of,
     missed_tolerance,
-    places,
 )
-from flexband.errors import InputError, check_instance, check_integer, check_numbers, shown
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
+from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.response import ResponseFunction
-from flexband.uncertainty.inputs.evaluation import coordinates
-from flexband.uncertainty.surrogates.bands import BOUNDS, remark
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.bands import remark
 
 ANY = "any limit"
 
 PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choice"
 """What is no probability."""
-
-UNSEEN = 0.03
-"""Part of a probability that may be due to times at which bounds are not searched."""
 
 RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
@@ -59,8 +43,8 @@ FINEST, COARSEST = 0.002, 0.5
 
 
 def failure_probability(
-    surrogate: Surrogate | SurrogateOfChoices,
-    limits: Any,
+    surrogate: AnySurrogate,
+    limits: Limit | Sequence[Limit],
     *,
     response: ResponseFunction | None = None,
     runs: int = RUNS,
@@ -134,8 +118,7 @@ def failure_probability(
     RunError
         If a run fails.
     """
-    kinds = Surrogate | SurrogateOfChoices
-    check_instance("surrogate", surrogate, kinds, "one that `expand` returns")
+    surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
         raise InputError(f"accuracy must be from {FINEST} to {COARSEST}; got {accuracy:g}")
@@ -144,19 +127,16 @@ def failure_probability(
             f"runs requires a response, of which they are made; got runs={shown(runs)}"
         )
     seed = check_integer("seed", seed, 0)
-    several = isinstance(surrogate, SurrogateOfChoices)
-    surrogates = surrogate.surrogates if several else {"": surrogate}
     labels = labels_of(surrogate)
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
     limit_corridors = corridors(limits, labels)
-    if any(not single_surrogate.space.random_dimension for single_surrogate in surrogates.values()):
+    spaces = [case.space for case in surrogates.values()]
+    if not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
         )
-    if chosen := [
-        k for single_surrogate in surrogates.values() for k in compensators(single_surrogate.space)
-    ]:
+    if chosen := [name for space in spaces for name in compensators(space)]:
         raise InputError(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
             f"{chosen[0]}. check_limits and allocate adjust it"
@@ -164,34 +144,30 @@ def failure_probability(
     if len(limit_corridors) > 1:
         limit_corridors[ANY] = joint(limit_corridors)
     results = {}
-    intervals = any(
-        single_surrogate.space.interval_dimension for single_surrogate in surrogates.values()
-    )
+    intervals = any(space.interval_dimension for space in spaces)
     options = {"store": store, "executor": executor}
     probabilities = len(limit_corridors) * (1 + intervals)
     with models(surrogates, response, runs, probabilities, progress, **options) as known:
-        for label, sampled_surrogate in surrogates.items():
+        for label, case in surrogates.items():
             each = [
-                _probability(sampled_surrogate, corridor, known[label], accuracy, seed)
+                first_passage(case, corridor, known[label], accuracy, seed)
                 for corridor in limit_corridors.values()
             ]
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
             results[label] = xr.concat(each, "limit").assign_coords(limit=list(limit_corridors))
     known_of = {label: _known(dataset) for label, dataset in results.items()}
-    result = _over_choices(known_of) if several else known_of[""]
-    if any(missed_tolerance(single_surrogate) for single_surrogate in surrogates.values()):
+    result = known_of[""] if "" in known_of else _over_choices(known_of)
+    if any(map(missed_tolerance, surrogates.values())):
         kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     source, _ = error_of_runs(next(iter(surrogates.values())))
     doubts = [] if source else ["The surrogate's error is not estimated"]
-    for label, judged_surrogate in surrogates.items():
-        where, runs_correct = f" with {label}" if label else "", known[label] is not None
-        doubts += [
-            f"Not reliable: {doubt}{where}"
-            for doubt in doubts_of(judged_surrogate, corrected=runs_correct)
-        ]
+    for label, case in surrogates.items():
+        where = f" with {label}" if label else ""
+        reasons = doubts_of(case, corrected=known[label] is not None)
+        doubts += [f"Not reliable: {reason}{where}" for reason in reasons]
     words = [in_words(result.isel(limit=k)) for k in range(len(limit_corridors))]
     attrs = {
         "accuracy": accuracy,
@@ -200,109 +176,7 @@ def failure_probability(
         "error": source or "not estimated",
         "verdict": ". ".join([*words, *doubts]),
     }
-    space = next(iter(surrogates.values())).space
-    return described(result.assign_attrs(remark(space) | attrs))
-
-
-def _probability(
-    surrogate: Surrogate,
-    corridor: Corridor,
-    model: ResponseModel | None,
-    accuracy: float,
-    seed: int,
-) -> xr.Dataset:
-    """Return the result for one limit and one combination of options."""
-    space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
-    source, error = error_of_runs(surrogate)
-    state = LimitState.of(surrogate, corridor, error, rng)
-    n, m = space.random_dimension, space.interval_dimension
-    for thin in (True, False):
-        eta, known, noise, near = ends(state, n, m, rng, thin=thin)
-        pairs = list(zip(eta, known, strict=True))
-        raw_estimates = [
-            estimate(state, near, at, rare_samples, accuracy, rng)
-            for at, rare_samples in pairs[: 1 + (m > 0)]
-        ]
-        if all(
-            _seen(near, at, raw_estimate)
-            for at, raw_estimate in zip(eta, raw_estimates, strict=False)
-        ):
-            break
-    raw_estimates = [
-        replace(raw_estimate, noise=float(e))
-        for raw_estimate, e in zip(raw_estimates, noise, strict=False)
-    ]
-    final_estimates: list[Any] = list(raw_estimates)
-    if model is not None:
-        final_estimates = [
-            replace(
-                corrected(
-                    partial(state.least, eta=at), partial(_least, state, model, at), rare_samples,
-                    model.runs, accuracy, rng,
-                ),
-                noise=raw_estimate.noise,
-            )
-            for (at, rare_samples), raw_estimate in zip(pairs, raw_estimates, strict=False)
-        ]  # fmt: skip
-    if not m:
-        raw_estimates, final_estimates = raw_estimates * 2, final_estimates * 2
-    elif (
-        final_estimates[0].probability > final_estimates[1].probability
-    ):  # both ends of what hardly depends on η
-        if (
-            final_estimates[0].confidence()[0] > final_estimates[1].confidence()[1]
-        ):  # else the search tells them apart
-            eta = eta[::-1]
-        raw_estimates, final_estimates = raw_estimates[::-1], final_estimates[::-1]
-    dims = labels.dims[1:]
-    each = np.full((3, 2, max(1, int(np.prod(labels.shape[1:])))), np.nan)
-    places_of = np.full((2, each.shape[2], m), np.nan)
-    if m:
-        each[:, :, state.series], places_of[:, state.series] = at_each_time(
-            state, m, known, raw_estimates, rng
-        )
-    else:
-        each[:, :, state.series] = np.stack(raw_estimates[0].told_at_each())[:, None]
-    each = each.reshape(3, 2, *labels.shape[1:])
-    stated = np.array([final_estimate.confidence() for final_estimate in final_estimates]).T
-    between = _between(raw_estimates, final_estimates)
-    if source != INDICATOR and not state.exact:
-        grown = np.transpose([allowance(raw_estimate) for raw_estimate in raw_estimates])
-        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
-        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
-        if model is None:
-            stated = np.minimum(1.0, stated * grown)
-            between[1:] = np.minimum(1.0, between[1:] * grown)
-    data: dict[str, Any] = {
-        "probability": (
-            "bound",
-            [final_estimate.probability for final_estimate in final_estimates],
-        ),
-        "confidence_low": ("bound", stated[0]),
-        "confidence_high": ("bound", stated[1]),
-        "limit_looser": ("bound", [raw_estimate.looser for raw_estimate in raw_estimates]),
-        "limit_tighter": (
-            "bound",
-            [max(raw_estimate.tighter, raw_estimate.probability) for raw_estimate in raw_estimates],
-        ),
-        **{k: ("bound", v) for k, v in zip(BETWEEN, between, strict=True)},
-        "surrogate_probability": (
-            "bound",
-            [raw_estimate.probability for raw_estimate in raw_estimates],
-        ),
-        "samples": ("bound", [len(raw_estimate.u) for raw_estimate in raw_estimates]),
-        "exact": bool(source) and state.exact,
-    }
-    for name in ("runs", "disagreements") if model is not None else ():
-        data[name] = "bound", [getattr(final_estimate, name) for final_estimate in final_estimates]
-    data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
-    coords: dict[Any, Any] = {k: c.variable for k, c in coordinates(labels).items()}
-    coords["bound"] = BOUNDS
-    data |= places("probability_at", space, eta, ("bound",), (2,))
-    data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
-    if "input" in data:
-        coords["input"] = data.pop("input")[1]
-    return xr.Dataset(data, coords)
+    return described(result.assign_attrs(remark(spaces[0]) | attrs))
 
 
 def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -318,42 +192,6 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
             kind = next((k for k in kinds if str(name).startswith(k)), "probability")
             union[name] = limit[name].where(more[kind], union[name])
     return union
-
-
-def _between(raw_estimates: Sequence[Estimate], final_estimates: Sequence[Any]) -> np.ndarray:
-    """Return the probabilities between the times too, and their confidence intervals, (3, bound).
-
-    Parameters
-    ----------
-    raw_estimates, final_estimates : of the surrogate, and with what runs correct.
-    """
-    probabilities = []
-    for raw_estimate, other in zip(raw_estimates, final_estimates, strict=True):
-        low, high = raw_estimate.confidence_between()
-        value = raw_estimate.between[0]
-        if other is not raw_estimate:
-            (low_told, high_told), grown = other.confidence(), np.ones(2)
-            if raw_estimate.probability:  # as many more samples leave the limits between the times
-                grown = np.array(raw_estimate.between[:2]) / raw_estimate.probability
-            value, low, high = (
-                other.probability * grown[0],
-                low_told * grown[0],
-                high_told * grown[1],
-            )
-        probabilities.append(np.minimum([value, low, high], 1.0))
-    return np.sort(np.transpose(probabilities), axis=1)
-
-
-def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Return the least margins of runs of the model at u and one η, (points,)."""
-    return state.least_of_response(model(u, eta))
-
-
-def _seen(near: LimitState, eta: np.ndarray, raw_estimate: Estimate) -> bool:
-    """Return whether the times of a state are nearly all that samples leave the limits at."""
-    out = raw_estimate.margins < 0
-    missed = raw_estimate.weights[out] * (near.least(raw_estimate.u[out], eta) >= 0)
-    return bool(missed.sum() <= UNSEEN * raw_estimate.weights[out].sum())
 
 
 def _known(result: xr.Dataset) -> xr.Dataset:

@@ -12,22 +12,35 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-GROUPS, MEMBERS = 8, 6
-"""Most groups, and samples per variable that a group must have for a covariance of its own."""
 
-FEW, MARGIN = 4, 1.3
-"""Variables of which all directions are used, and how much second moments exceed their noise."""
+@dataclass(frozen=True)
+class MixtureOptions:
+    """How a mixture is built.
 
-ROUNDS = 12
-"""Of Lloyd's algorithm, which finds the groups."""
+    Attributes
+    ----------
+    max_groups, min_members : most groups, and samples per variable that a group must have for a
+        covariance of its own.
+    rounds : of Lloyd's algorithm, which finds the groups.
+    all_directions : variables of which all directions are used.
+    min_excess : by which factor second moments must exceed their noise in other directions.
+    widened : by which standard deviations of a group are multiplied.
+    wide_std : standard deviation of the wide density.
+    group_share, unit_share, input_share, wide_share : parts of the densities with the covariances
+        of the groups, with unit covariance around them, that of the inputs, and the wide one.
+    """
 
-WIDENED = 1.3
-"""By which standard deviations of a group are multiplied."""
-
-SHARES = {"own": 0.6, "unit": 0.25, "inputs": 0.1, "wide": 0.05}
-
-WIDE = 1.5
-"""Standard deviation of the wide density."""
+    max_groups: int = 8
+    min_members: int = 6
+    rounds: int = 12
+    all_directions: int = 4
+    min_excess: float = 1.3
+    widened: float = 1.3
+    wide_std: float = 1.5
+    group_share: float = 0.6
+    unit_share: float = 0.25
+    input_share: float = 0.1
+    wide_share: float = 0.05
 
 
 @dataclass(frozen=True)
@@ -46,28 +59,33 @@ class Mixture:
     shares: np.ndarray
 
     @staticmethod
-    def of(samples: np.ndarray, rng: np.random.Generator) -> Mixture:
+    def of(
+        samples: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        options: MixtureOptions = MixtureOptions(),
+    ) -> Mixture:
         """Return a mixture around rare samples, shape (count, n); there may be none."""
-        basis = _directions(samples)
+        basis = _directions(samples, options)
         n, r = basis.shape
         unit, inside = np.eye(n), samples @ basis
 
         def full(covariance: np.ndarray) -> np.ndarray:
             return np.linalg.cholesky(unit + basis @ (covariance - np.eye(r)) @ basis.T)
 
-        means, factors = [np.zeros(n), np.zeros(n)], [unit, full(WIDE**2 * np.eye(r))]
-        shares = [SHARES["inputs"], SHARES["wide"]]
-        for group in _groups(inside, rng):
+        means, factors = [np.zeros(n), np.zeros(n)], [unit, full(options.wide_std**2 * np.eye(r))]
+        shares = [options.input_share, options.wide_share]
+        for group in _groups(inside, rng, options):
             part = len(group) / len(samples)
-            middle, several = basis @ group.mean(axis=0), len(group) >= MEMBERS * r
+            middle, several = basis @ group.mean(axis=0), len(group) >= options.min_members * r
             if several:
-                covariance = WIDENED**2 * np.cov(group.T).reshape(r, r) + 1e-4 * np.eye(r)
+                covariance = options.widened**2 * np.cov(group.T).reshape(r, r) + 1e-4 * np.eye(r)
                 means.append(middle)
                 factors.append(full(covariance))
-                shares.append(SHARES["own"] * part)
+                shares.append(options.group_share * part)
             means.append(middle)
             factors.append(unit)
-            shares.append((SHARES["unit"] + SHARES["own"] * (not several)) * part)
+            shares.append((options.unit_share + options.group_share * (not several)) * part)
         return Mixture(np.array(means), np.array(factors), np.array(shares) / sum(shares))
 
     @staticmethod
@@ -95,31 +113,33 @@ class Mixture:
         return np.exp(-0.5 * np.sum(u**2, axis=1) - np.logaddexp.reduce(logs))
 
 
-def _directions(samples: np.ndarray) -> np.ndarray:
+def _directions(samples: np.ndarray, options: MixtureOptions) -> np.ndarray:
     """Return orthonormal directions in which rare samples are not like the inputs, (n, r).
 
     These are eigenvectors of the second moments, which are 1 for the inputs, beyond the noise of so
     many samples; all directions if there are few, and at least one.
     """
-    count, n = samples.shape
-    if n <= FEW or not count:
+    (count, n), few = samples.shape, options.all_directions
+    if n <= few or not count:
         return np.eye(n)
     moments, vectors = np.linalg.eigh(samples.T @ samples / count)
     noise = np.sqrt(n / count)
     unusual = np.maximum(moments / (1 + noise) ** 2, max(0.0, 1 - noise) ** 2 / moments)
-    order = np.argsort(-unusual, kind="stable")[: 2 * FEW]
-    return vectors[:, order[: max(1, int((unusual[order] > MARGIN).sum()))]]
+    order = np.argsort(-unusual, kind="stable")[: 2 * few]
+    return vectors[:, order[: max(1, int((unusual[order] > options.min_excess).sum()))]]
 
 
-def _groups(samples: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+def _groups(
+    samples: np.ndarray, rng: np.random.Generator, options: MixtureOptions
+) -> list[np.ndarray]:
     """Return samples in groups that are close to each other."""
     distinct = np.unique(samples, axis=0)
-    count = min(GROUPS, len(distinct) // 2)
+    count = min(options.max_groups, len(distinct) // 2)
     if count < 2:
         return [samples] if len(samples) else []
     centres = distinct[rng.choice(len(distinct), count, replace=False)]
     groups: list[np.ndarray] = []
-    for _ in range(ROUNDS):
+    for _ in range(options.rounds):
         nearest = cdist(samples, centres).argmin(axis=1)
         groups = [group for k in range(len(centres)) if len(group := samples[nearest == k])]
         centres = np.array([group.mean(axis=0) for group in groups])

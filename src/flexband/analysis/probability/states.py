@@ -16,19 +16,6 @@ from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-AT_ONCE, MIN_BLOCK = 100_000, 256
-"""Margins that are computed together, and least samples."""
-
-PILOT = 256
-"""Samples that tell how much each output varies."""
-
-NEGLIGIBLE = 1e-5
-"""Expected error, in parts of an output's standard deviation, that is neglected in its tails: terms
-left out of an expansion are up to 300 times as large at 5σ as in the root mean square."""
-
-MIN_SCATTER = 1e-3
-"""Least part of the standard deviation over all inputs that a margin is taken to scatter by."""
-
 
 @dataclass(frozen=True, eq=False)
 class LimitedOutputs:
@@ -131,8 +118,9 @@ class LimitState:
         lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
         limited = np.isfinite(lower) | np.isfinite(upper)
         number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)
-        u = rng.standard_normal((PILOT, space.random_dimension))
-        eta = rng.uniform(-1, 1, (PILOT, space.interval_dimension))
+        pilot = 256  # samples that tell how much each output varies
+        u = rng.standard_normal((pilot, space.random_dimension))
+        eta = rng.uniform(-1, 1, (pilot, space.interval_dimension))
         parts = []
         for expansion in surrogate.expansions:
             outputs = expansion.outputs[limited[expansion.outputs].any(axis=1)]
@@ -155,8 +143,12 @@ class LimitState:
 
     @property
     def exact(self) -> bool:
-        """Whether the expected error is negligible, in the tails as well."""
-        return all(np.all(part.error <= NEGLIGIBLE * part.scale) for part in self.parts)
+        """Whether the expected error is negligible, in the tails as well.
+
+        Terms left out of an expansion are up to 300 times as large at 5σ as in the root mean
+        square.
+        """
+        return all(np.all(part.error <= 1e-5 * part.scale) for part in self.parts)
 
     @property
     def width(self) -> int:
@@ -189,7 +181,7 @@ class LimitState:
             what `of` returns of a part.
         """
         eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
-        block = max(MIN_BLOCK, AT_ONCE // self.width)
+        block = max(256, 100_000 // self.width)  # samples whose margins stay in the cache
         blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
         results: list[Any] = [None] * len(blocks)
 
@@ -224,7 +216,7 @@ class LimitState:
         moments = []
         for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
             samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
-            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), MIN_SCATTER)))
+            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), 1e-3)))
         return moments
 
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:

@@ -13,34 +13,43 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
 
-from flexband.analysis.probability.importance import Mixture
+from flexband.analysis.probability.importance import Mixture, MixtureOptions
 
-COUNT, SHARE = 1000, 0.1
-"""Samples of a level, and which part of them is below the next."""
 
-LEAST = 1e-10
-"""Smaller probabilities are not looked for."""
+@dataclass(frozen=True)
+class SubsetOptions:
+    """How rare samples are searched.
 
-SCOUTS, SCALES = 600, (1.3, 2.0, 3.0)
-"""Scouts of each scale, in standard deviations of the inputs."""
+    Attributes
+    ----------
+    level_samples, level_share : samples of a level, and which part of them is below the next.
+    min_probability : smaller probabilities are not looked for.
+    accepted_share : the part of the steps of a chain that are accepted.
+    scouts, scout_scales : scouts of each scale, in standard deviations of the inputs.
+    beyond_scouts : probability of larger radii than those of scouts.
+    scout_chains, scout_renewals : chains that scouts start, and how often each makes ten steps.
+    unlike_factor, new_region_share : weight of samples that a mixture around others hardly sees, in
+        parts of those of the others, and part of them from which on they are another region.
+    mixture : the mixtures that compare both.
+    """
 
-FARTHEST = 1e-12
-"""Probability of larger radii than those of scouts."""
-
-SEEDS, RENEWALS = 200, 3
-"""Chains that scouts start, and how often each makes ten steps."""
-
-UNLIKE, UNSEEN = 10.0, 0.02
-"""Weight of samples that a mixture around others hardly sees, in parts of those of the others, and
-part of them from which on they are another region."""
-
-ACCEPTED = 0.44
-"""The part of the steps of a chain that are accepted."""
+    level_samples: int = 1000
+    level_share: float = 0.1
+    min_probability: float = 1e-10
+    accepted_share: float = 0.44
+    scouts: int = 600
+    scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)
+    beyond_scouts: float = 1e-12
+    scout_chains: int = 200
+    scout_renewals: int = 3
+    unlike_factor: float = 10.0
+    new_region_share: float = 0.02
+    mixture: MixtureOptions = field(default_factory=MixtureOptions)
 
 
 @dataclass(frozen=True)
@@ -61,45 +70,50 @@ def rare(
     least: Callable[[np.ndarray], np.ndarray],
     dimension: int,
     rng: np.random.Generator,
-    count: int = COUNT,
+    count: int | None = None,
     *,
     scouts: bool = True,
+    options: SubsetOptions = SubsetOptions(),
 ) -> Rare:
     """Return samples of standard normal variables with negative margins.
 
     Parameters
     ----------
     least : returns margins, shape (points,), of samples of shape (points, dimension).
-    count : samples of a level.
+    count : samples of a level; those of the options unless given.
     scouts : whether scouts are sent, too.
     """
-    u = rng.standard_normal((count, dimension))
-    margin, probability, step = least(u), 1.0, 0.6
-    few = round(count * SHARE)
+    u = rng.standard_normal((count or options.level_samples, dimension))
+    margin, probability, step, share = least(u), 1.0, 0.6, options.level_share
+    few = round(len(u) * share)
     while True:
         negative = margin < 0
         if negative.sum() >= few:
             probability *= float(negative.mean())
             break
-        if probability * SHARE < LEAST:
+        if probability * share < options.min_probability:
             probability *= float(negative.mean()) or -math.log(0.05) / few
             break
-        probability *= SHARE
+        probability *= share
         order = np.argsort(margin, kind="stable")[:few]
-        u, margin, step = _chains(least, u[order], margin[order], step, rng)
+        u, margin, step = _chains(least, u[order], margin[order], step, rng, options)
     alone = Rare(u[negative], probability)
-    if not scouts or probability >= SHARE:
+    if not scouts or probability >= share:
         return alone
-    return _with_scouts(alone, least, dimension, rng)
+    return _with_scouts(alone, least, dimension, rng, options)
 
 
 def _with_scouts(
-    known: Rare, least: Callable[[np.ndarray], np.ndarray], n: int, rng: np.random.Generator
+    known: Rare,
+    least: Callable[[np.ndarray], np.ndarray],
+    n: int,
+    rng: np.random.Generator,
+    options: SubsetOptions,
 ) -> Rare:
     """Return rare samples with those that scouts find, and the probability of all of them."""
-    z = rng.standard_normal((SCOUTS * len(SCALES), n))
-    scale = np.repeat(SCALES, SCOUTS)
-    farthest = math.sqrt(chi2.isf(FARTHEST, n))
+    z = rng.standard_normal((options.scouts * len(options.scout_scales), n))
+    scale, chains = np.repeat(options.scout_scales, options.scouts), options.scout_chains
+    farthest = math.sqrt(chi2.isf(options.beyond_scouts, n))
     size = np.minimum(scale * np.linalg.norm(z, axis=1), farthest)
     u = z * (size / np.linalg.norm(z, axis=1))[:, None]
     margin = least(u)
@@ -107,21 +121,22 @@ def _with_scouts(
     if not out.any():
         return known
     u = u[out]
-    nearest = np.argsort(np.sum(u**2, axis=1), kind="stable")[: SEEDS // 2]
-    u, step = u[np.concatenate([nearest, rng.choice(len(u), SEEDS - len(nearest))])], 0.3
-    for _ in range(RENEWALS):
-        every, _, step = _chains(least, u, np.zeros(SEEDS), step, rng)
-        u = every[-SEEDS:]  # those before it are too much like it to count
+    nearest = np.argsort(np.sum(u**2, axis=1), kind="stable")[: chains // 2]
+    u, step = u[np.concatenate([nearest, rng.choice(len(u), chains - len(nearest))])], 0.3
+    for _ in range(options.scout_renewals):
+        every, _, step = _chains(least, u, np.zeros(chains), step, rng, options)
+        u = every[-chains:]  # those before it are too much like it to count
     if len(known.u):
-        weights = Mixture.of(known.u, rng).weights
-        unlike = weights(u) > UNLIKE * np.quantile(weights(known.u), 0.9)
-        if unlike.mean() < UNSEEN:
+        weights = Mixture.of(known.u, rng, options=options.mixture).weights
+        unlike = weights(u) > options.unlike_factor * np.quantile(weights(known.u), 0.9)
+        if unlike.mean() < options.new_region_share:
             return known
     both = np.concatenate([known.u, u])
-    mixture = Mixture.of(both, rng)
-    tried = mixture.sample(COUNT, rng)
+    mixture = Mixture.of(both, rng, options=options.mixture)
+    tried = mixture.sample(options.level_samples, rng)
     rough = float(np.mean(mixture.weights(tried) * (least(tried) < 0)))
-    return Rare(both, max(rough, known.probability) if len(known.u) else rough or LEAST)
+    alone = rough or options.min_probability
+    return Rare(both, max(rough, known.probability) if len(known.u) else alone)
 
 
 def _chains(
@@ -130,16 +145,17 @@ def _chains(
     margin: np.ndarray,
     step: float,
     rng: np.random.Generator,
+    options: SubsetOptions,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return chains from some samples, whose margins stay below the largest, and the next step."""
     level, places, margins = margin.max(), [], []
-    for _ in range(round(1 / SHARE)):
+    for _ in range(round(1 / options.level_share)):
         z = rng.standard_normal(u.shape)
         other = math.sqrt(1 - step**2) * u + step * z
         other_margin = least(other)
         better = other_margin <= level
         u, margin = np.where(better[:, None], other, u), np.where(better, other_margin, margin)
-        step = min(0.99, step * math.exp(float(better.mean()) - ACCEPTED))
+        step = min(0.99, step * math.exp(float(better.mean()) - options.accepted_share))
         places.append(u)
         margins.append(margin)
     return np.concatenate(places), np.concatenate(margins), step

@@ -7,10 +7,6 @@ import xarray as xr
 
 from flexband.words import number_of
 
-SAME = 0.02
-"""Part of a probability by which it may be larger between the times without being told twice."""
-
-
 NOT_GIVEN = "not given"
 """What stands in place of a probability of a surrogate that missed its tolerance."""
 
@@ -30,7 +26,7 @@ def in_words(result: xr.Dataset) -> str:
             f"model (response=…, --runs 64)"
         )
     elif tighter > 0:
-        more = tighter > (1 + SAME) * float(result["between_times"][1])
+        more = _clearly_more(tighter, float(result["between_times"][1]))
         increase = f"up to {tighter:.2g}" if more else "hardly more"
         text += f"; {increase} with what the surrogate may miss"
     return text
@@ -53,12 +49,17 @@ def chance(result: xr.Dataset, *, places: bool = False) -> str:
     sure = [f" (95 % confidence: {a:.3g} to {b:.3g})" for a, b in zip(low, high, strict=True)]
     text = _bounds(result, values, high, where, sure)
     at_times = result["probability"].values
-    if np.any(values > (1 + SAME) * at_times):
+    if _clearly_more(values, at_times).any():
         bounds_text = _bounds(
             result, at_times, result["confidence_high"].values, ["", ""], ["", ""]
         )
         text += f"; at the output times alone, {bounds_text}"
     return text
+
+
+def _clearly_more(value: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
+    """Return where a probability is so much larger than another that both are stated."""
+    return np.asarray(value) > 1.02 * np.asarray(other)
 
 
 def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:

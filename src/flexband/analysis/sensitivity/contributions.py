@@ -8,17 +8,16 @@ orders in which the inputs are fixed.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection
 from itertools import combinations
 from math import comb
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.choices import over_options
-from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.intervals import over_intervals
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.constants import Constant
@@ -27,9 +26,6 @@ from flexband.uncertainty.inputs.narrowing import fixed
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-MAX_SHARED = 8
-"""Inputs among which Shapley's values share the width: there are 2^8 bands to be found."""
 
 LONG_NAMES = {
     "varies": "whether the output varies beyond rounding",
@@ -47,11 +43,11 @@ LONG_NAMES = {
 
 
 def contributions(
-    surrogate: Any,
+    surrogate: AnySurrogate,
     *,
     sigmas: float = 1.0,
     shapley: bool = False,
-    at: Mapping[str, Any] | None = None,
+    at: Labels | None = None,
 ) -> xr.Dataset:
     """Return how much each input widens the error bar of every output, over time.
 
@@ -85,13 +81,9 @@ def contributions(
         If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
         there are more than eight inputs to share the width among.
     """
-    surrogates, k = surrogates_of(surrogate), checked_sigmas(sigmas)
-    shapley = check_flag("shapley", shapley)
-    answers = {
-        label: _contributions(selected(case_surrogate, at), k, shapley=shapley)
-        for label, case_surrogate in surrogates.items()
-    }
-    joint = over_options(answers)
+    check_surrogate(surrogate)
+    k, shapley = checked_sigmas(sigmas), check_flag("shapley", shapley)
+    joint = over_intervals(lambda case: _contributions(case, k, shapley=shapley), surrogate, at)
     share = joint["mean_share"]
     largest = share.max([dim for dim in share.dims if dim != "name"])
     return joint.isel(name=np.argsort(-largest.values, kind="stable"))
@@ -117,10 +109,8 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     for name in ("name", "bound", "input"):
         check_free(name, labels)
     names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
-    if shapley and len(names) > MAX_SHARED:
-        raise InputError(
-            f"shapley takes at most {MAX_SHARED} inputs; got {len(names)}: {', '.join(names)}"
-        )
+    if shapley and len(names) > 8:  # 2⁸ bands are to be found
+        raise InputError(f"shapley takes at most 8 inputs; got {len(names)}: {', '.join(names)}")
     lower, upper = extremes_of(surrogate.expansions, sigmas=sigmas, of=(-1.0, 1.0))
     width = (upper.values[1] - lower.values[0]).reshape(shape)
     of_outputs = [dim for dim in dims if dim != surrogate.time]
@@ -136,7 +126,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         )
 
     contribution = np.stack([width - narrower([name]) for name in names])
-    data: dict[str, Any] = {
+    data: Variables = {
         "varies": (of_outputs, vary),
         "width": (dims, width),
         "contribution": (("name", *dims), contribution),
@@ -165,7 +155,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 
 def _shares(
     each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
-) -> dict[str, Any]:
+) -> Variables:
     """Return parts of the width: means over time, and where it is the widest; 0 of constants.
 
     Parameters
@@ -195,7 +185,12 @@ def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
     return upper.values[1] - lower.values[0]
 
 
-def _shapley(names: list[str], width: np.ndarray, narrower: Any, alone: np.ndarray) -> np.ndarray:
+def _shapley(
+    names: list[str],
+    width: np.ndarray,
+    narrower: Callable[[Collection[str]], np.ndarray],
+    alone: np.ndarray,
+) -> np.ndarray:
     """Return Shapley's values, shape (names, …).
 
     Parameters

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.stats import t as student
 
-from flexband.analysis.choices import over_options
 from flexband.analysis.descent import lowest_over_times
-from flexband.analysis.quantiles import CONFIDENCE
-from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.sampled import REPLICATES, SampledSeries
-from flexband.analysis.selection import selected, surrogates_of
+from flexband.analysis.intervals import over_options
+from flexband.analysis.results import Variables, answer, check_free, expected_error, places
+from flexband.analysis.sampled import SampledSeries, sampling_error
+from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.analysis.sensitivity.variances import Variances, variances_of
 from flexband.errors import InputError, check_integer
@@ -25,18 +21,12 @@ from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
-VANISHING = 1e-12
-"""Standard deviations below this part of an output's largest value are due to rounding."""
-
-TOLERANCE = 1e-5
-"""Gains in an index that count as none."""
-
 WORSE = 2.0
 """More than any index: what counts where the variance vanishes."""
 
 
 def sobol_indices(
-    surrogate: Any, *, at: Mapping[str, Any] | None = None, seed: int = 0
+    surrogate: AnySurrogate, *, at: Labels | None = None, seed: int = 0
 ) -> xr.Dataset:
     """Return which part of the variance each random input causes, as bounds over interval inputs.
 
@@ -110,7 +100,8 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
         moment.reshape(count, times) for moment in surrogate.standard_moments(np.zeros((1, m)))
     )
     size = np.max(np.abs(mean) + std, axis=1)
-    least = units_of(labels).least_variation(size, VANISHING) ** 2
+    # Standard deviations below 1e-12 of an output's largest value are due to rounding.
+    least = units_of(labels).least_variation(size, 1e-12) ** 2
     shape = 2, 2 * len(random_groups), count, times
     values, errors, eta = np.empty(shape), np.zeros(shape), np.zeros((*shape, m))
     variance, defined = np.empty(shape), np.empty((count, times), dtype=bool)
@@ -129,7 +120,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     first, total = np.split(values, 2, axis=1)
     np.minimum(first, total, out=first)  # as at every η; the first has the larger sampling error
     dims, inner = labels.dims[1:], labels.shape[1:]
-    data: dict[str, Any] = {"defined": (dims, defined.reshape(inner))}
+    data: Variables = {"defined": (dims, defined.reshape(inner))}
     data["std"] = dims, std.reshape(inner)
     named, whole_shape = ("bound", "name", *dims), (2, len(random_groups), *inner)
     for k, name in enumerate(("first_order", "total")):
@@ -213,7 +204,7 @@ class _Indices:
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        eta, values = lowest_over_times(self.scanned, self, scan, self.times, TOLERANCE)
+        eta, values = lowest_over_times(self.scanned, self, scan, self.times, tolerance=1e-5)
         return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(values < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -225,8 +216,7 @@ class _Indices:
         shares = shares[index, np.arange(len(flat))]
         error = np.zeros(len(flat))
         if shares.shape[1] > 1:
-            factor = student.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
-            error = factor * shares.std(axis=1, ddof=1)
+            error = sampling_error(shares, axis=1)
         return (
             shares.mean(axis=1).reshape(shape), error.reshape(shape), variance.reshape(shape)
         )  # fmt: skip

@@ -11,7 +11,7 @@ import xarray as xr
 
 from flexband.analysis.allocation.tolerances import with_tolerance
 from flexband.analysis.results import answer, check_free
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, check_numbers, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
@@ -20,12 +20,6 @@ from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-SCANNED, HALVINGS = 8, 12
-"""Parts of the tolerance that are tried, equally spaced, and halvings of the step between them."""
-
-LEAST = 1e-6
-"""Part of the tolerance that counts as none."""
 
 LONG_NAMES = {
     "width": "largest width of the error bar",
@@ -36,7 +30,7 @@ LONG_NAMES = {
 
 
 def tolerance_for(
-    surrogate: Any, name: str, share: float = 0.5, *, sigmas: float = 1.0
+    surrogate: AnySurrogate, name: str, share: float = 0.5, *, sigmas: float = 1.0
 ) -> xr.Dataset:
     """Return the tolerance of an input with which error bars have a part of their largest width.
 
@@ -91,17 +85,17 @@ def tolerance_for(
         (upper - lower).reshape(*shape, -1).max(axis=-1),
         not_constant(lower, upper, units_of(labels)).reshape(shape),
     )
-    factors = np.linspace(0.0, 1.0, SCANNED + 1)
-    widths = np.stack([width(max(f, LEAST)) for f in factors[:-1]])
+    factors, least = np.linspace(0.0, 1.0, 9), 1e-6  # a part of the tolerance that counts as none
+    widths = np.stack([width(max(f, least)) for f in factors[:-1]])
     target_width = share * before
     narrow = np.logical_and.accumulate(widths <= target_width, axis=0).sum(axis=0)
     largest_factor = np.full(shape, np.nan)
     for at in np.argwhere(narrow > 0):
         place = tuple(at)
         low, high = factors[narrow[place] - 1], factors[narrow[place]]
-        for _ in range(HALVINGS):
+        for _ in range(12):
             middle = (low + high) / 2
-            inside = width(max(middle, LEAST))[place] <= target_width[place]
+            inside = width(max(middle, least))[place] <= target_width[place]
             low, high = (middle, high) if inside else (low, middle)
         largest_factor[place] = low
     largest_factor[~vary] = np.nan

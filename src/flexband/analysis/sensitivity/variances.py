@@ -19,13 +19,21 @@ from scipy.special import ndtri
 from flexband.analysis.sampled import REPLICATES, SampledSeries
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
-from flexband.uncertainty.phases.expansion import PhaseExpansion
 
-SAMPLES, SEARCHED = 2048, 128
-"""Samples of each set if there are phases, and those of a search."""
 
-AT_ONCE = 2**17
-"""Numbers that are computed together."""
+@dataclass(frozen=True)
+class VarianceOptions:
+    """How variances are computed.
+
+    Attributes
+    ----------
+    samples, searched_samples : of each set if there are phases, and those of a search.
+    values_at_once : numbers that are computed together.
+    """
+
+    samples: int = 2048
+    searched_samples: int = 128
+    values_at_once: int = 2**17
 
 
 class Variances(Protocol):
@@ -46,7 +54,12 @@ class Variances(Protocol):
 
 
 def variances_of(
-    series: SampledSeries, families: Sequence[Family], groups: Sequence[Sequence[int]], seed: int
+    series: SampledSeries,
+    families: Sequence[Family],
+    groups: Sequence[Sequence[int]],
+    seed: int,
+    *,
+    options: VarianceOptions = VarianceOptions(),
 ) -> tuple[Variances, Variances]:
     """Return the variances of a series for a search, and for its result.
 
@@ -54,11 +67,12 @@ def variances_of(
     ----------
     groups : numbers of random variables.
     """
-    if not isinstance(series.expansion, PhaseExpansion):
-        exact = Exact(series, groups)
+    if series.columns is None:
+        exact = Exact(series, groups, options)
         return exact, exact
-    few = Sampled.of(series, families, groups, SEARCHED, seed + 1)
-    return few, Sampled.of(series, families, groups, SAMPLES, seed)
+    counts = (options.searched_samples, seed + 1), (options.samples, seed)
+    few, many = (Sampled.of(series, families, groups, *count, options) for count in counts)
+    return few, many
 
 
 @dataclass(frozen=True)
@@ -67,6 +81,7 @@ class Exact:
 
     series: SampledSeries
     groups: Sequence[Sequence[int]]
+    options: VarianceOptions
 
     @cached_property
     def _parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -83,7 +98,7 @@ class Exact:
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         hybrid = self.series.hybrid
         parts, order, starts = self._parts
-        blocks, most = [], max(1, AT_ONCE // len(order))
+        blocks, most = [], max(1, self.options.values_at_once // len(order))
         for first in range(0, len(eta), most):
             rows = slice(first, first + most)
             terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
@@ -105,6 +120,7 @@ class Sampled:
     series: SampledSeries
     psi: np.ndarray
     sets: int
+    options: VarianceOptions
 
     @staticmethod
     def of(
@@ -113,6 +129,7 @@ class Sampled:
         groups: Sequence[Sequence[int]],
         samples: int,
         seed: int,
+        options: VarianceOptions,
     ) -> Sampled:
         """Return the variances of a series with scrambled Sobol' sequences."""
         n, count = len(families), samples // REPLICATES
@@ -124,10 +141,10 @@ class Sampled:
             mixed = first_set.copy()
             mixed[:, group] = second_set[:, group]
             sets.append(mixed)
-        return Sampled(series, series.basis(np.concatenate(sets)), len(sets))
+        return Sampled(series, series.basis(np.concatenate(sets)), len(sets), options)
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        variances, most = [], max(1, AT_ONCE // len(self.psi))
+        variances, most = [], max(1, self.options.values_at_once // len(self.psi))
         for first in range(0, len(eta), most):
             rows = slice(first, first + most)
             values = self.series.values(self.psi, eta[rows], times[rows])

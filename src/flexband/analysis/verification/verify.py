@@ -1,4 +1,4 @@
-"""Verification: new runs that tell whether a surrogate misses more than its expected error allows.
+"""Verification: whether runs differ from a surrogate by more than its expected error allows.
 
 Most of the runs are at values of the interval inputs at which bounds are attained, spread over
 outputs, times and both ends of the error bar; every fourth is anywhere. Surrogate and response are
@@ -23,33 +23,22 @@ lower confidence limit of the error; the expected error is confirmed where it is
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import (
-    ResolutionWarning,
-    StrainWarning,
-    check_function,
-    check_instance,
-    check_integer,
-    without_warnings,
-)
-from flexband.progress import Advance, counted
-from flexband.response import Response, ResponseFunction, as_response
+from flexband.analysis.selection import AnySurrogate, surrogates_of
+from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
+from flexband.errors import check_function, check_integer
+from flexband.progress import counted
+from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
-from flexband.uncertainty.inputs.space import check_names
-from flexband.uncertainty.runs.evaluations import (
-    EvaluationOptions,
-    Evaluations,
-    evaluations,
-    setting,
-)
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, verified_choices
+from flexband.uncertainty.surrogates.choices import verified_choices
 from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -58,41 +47,44 @@ from flexband.uncertainty.surrogates.verdicts import verdict
 MAX_RUNS = 1_000_000
 
 RUNS = 16
-"""Number of new runs, unless another is given."""
-
-ANYWHERE = 4
-"""One of so many runs is a sample of the space, the others are at bounds, and farther out."""
-
-FARTHEST = 3.0
-"""Standard deviations up to which the others are spread along a direction of ξ."""
-
-ROUND_OFF = 1e-12
-"""Nor are errors below this part of an output."""
-
-TINY = 1e-140
-"""Added to round-off: its square is not zero."""
-
-SEEDS = 2**31
-"""Number of seeds of samples."""
-
-TIMES = 48
-"""Number of times at which bounds are computed."""
+"""Number of verification runs, unless another is given."""
 
 ASIDE = 3**-0.5
 """Distance of intervals that are left out from their midpoints: that of a uniform variable."""
 
-PAIRS = 2
-"""Pairs of runs per interval that is left out from which their effects are told one by one."""
+TINY = 1e-140
+"""Added to round-off: its square is not zero."""
 
-MIN_PART, HALVINGS = 1e-6, 60
-"""Of a search for what is missed at least: its lowest value, in parts of the mean, and steps."""
 
-BETTING_FACTORS = np.array([0.01, 0.02, *np.linspace(0.05, 0.95, 19)])
-"""Values of λ."""
+@dataclass(frozen=True)
+class VerificationOptions:
+    """Where verification runs are, and how they judge.
+
+    Attributes
+    ----------
+    anywhere : one of so many runs is a sample of the space, the others are at bounds, farther out.
+    farthest : standard deviations up to which the others are spread along a direction of ξ.
+    times : number of times at which bounds are computed.
+    round_off : errors below this part of an output are none.
+    min_pairs : pairs of runs per interval that is left out from which their effects are computed
+        one by one.
+    betting_factors : values of λ.
+    min_part, halvings : of the search for what is missed at least: its lowest value, in parts of
+        the mean, and steps.
+    """
+
+    anywhere: int = 4
+    farthest: float = 3.0
+    times: int = 48
+    round_off: float = 1e-12
+    min_pairs: int = 2
+    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
+    min_part: float = 1e-6
+    halvings: int = 60
 
 
 class VerificationPoints(NamedTuple):
-    """Where new runs are.
+    """Where verification runs are.
 
     Attributes
     ----------
@@ -112,7 +104,7 @@ class VerificationPoints(NamedTuple):
 
 
 def verify(
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     response: ResponseFunction,
     *,
     runs: int = RUNS,
@@ -123,16 +115,16 @@ def verify(
     failed: str = "stop",
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
-    """Return how far new runs of a response are from its surrogate, and a verdict in words.
+    """Return how far verification runs are from a surrogate, and a verdict.
 
     The verdict is about the expected error of the expansion: whether the surrogate misses more of
-    the new runs than it allows, as far as so many runs can tell. If the expected errors of all
+    these runs than it allows, as far as so many runs can tell. If the expected errors of all
     outputs are right, at most 5 % of verifications do not confirm them. The error of the
-    discretization is not verified, since the new runs have it too.
+    discretization is not verified, since the verification runs have it too.
 
     Parameters
     ----------
-    runs : number of new runs, whatever the number of outputs.
+    runs : number of verification runs, whatever the number of outputs.
     sigmas : k of the error bar μ ± kσ.
     seed : seed of the random numbers.
     store, executor, failed, progress : as in `propagate`. Runs that are left out are not compared;
@@ -140,16 +132,17 @@ def verify(
 
     Returns
     -------
-    Dataset with the dims of the outputs: what is `missed` of the new runs, root mean square over
-    runs and times; the `implied_error` of the error bar, the `least_error` with a confidence of
-    95 %, and the `bar_width`, means over time; and, if the method expects an error, this
-    `expected_error`, what it `allowed` to miss, and whether it is `confirmed`: whether it is
-    above the least error.
+    Dataset with the dims of the outputs: what is `missed` of the verification runs, root mean
+    square over runs and times; the inferred error of the error bar, `implied_error`, the
+    `least_error` with a confidence of 95 %, and the `bar_width`, means over time; and, if the
+    method expects an error, this `expected_error`, what it `allowed` to miss, and whether it is
+    `confirmed`: whether it is above the least error.
     Runs that are farther out than samples count by their `run_weight`.
     `missed_most_in` is the number of the run that is missed most, `missed_most_at` that of the
     time. Along the dim "sample" are `missed_in_run`, the `run_values` of the inputs, the
     `run_place`: at a bound or anywhere, and the `run_weight`. ``attrs["verdict"]`` is a text,
-    ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["runs"]`` the number of
+    ``attrs["confirmed"]`` "yes", "no" or "no error was expected", ``attrs["inferred_share"]`` the
+    inferred error that decides, in parts of the error bar's width, ``attrs["runs"]`` the number of
     runs. With choices there is a dim "choice", and every combination has so many runs.
 
     Raises
@@ -158,46 +151,36 @@ def verify(
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
     """
     check_function("response", response)
-    check_instance(
-        "surrogate", surrogate, Surrogate | SurrogateOfChoices, "one that `expand` returns"
-    )
+    surrogates = surrogates_of(surrogate)
     runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
-    several = isinstance(surrogate, SurrogateOfChoices)
-    surrogates = surrogate.surrogates if several else {"": surrogate}
     given = next(iter(surrogates.values())).space.given
-    check_names(response, given)
     advance, results = counted(progress, runs * len(surrogates)), {}
-    options = EvaluationOptions(store=store, executor=executor, failed=failed)
-    with evaluations(response, given, options) as evaluate:
+    execution = {"store": store, "executor": executor, "failed": failed}
+    with runs_as_expanded(response, given, **execution) as runs_of:
         advance(0)
         for label, case_surrogate in surrogates.items():
-            results[label] = _verified(
-                case_surrogate, response, label, evaluate, advance, runs, sigmas, seed
-            )
-    return verified_choices(results) if several else results[""]
+            run = runs_of(case_surrogate, label, advance)
+            results[label] = _verified(case_surrogate, run, runs, sigmas, seed)
+    return results[""] if "" in results else verified_choices(results)
 
 
 def _verified(
     surrogate: Surrogate,
-    response: ResponseFunction,
-    case: str,
-    evaluate: Evaluations,
-    advance: Advance,
+    run: Runs,
     runs: int,
     sigmas: float,
     seed: int,
+    *,
+    options: VerificationOptions = VerificationOptions(),
 ) -> xr.Dataset:
     """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     left_out = _left_out(surrogate)
-    points, width = _points(surrogate, runs, times, sigmas, seed, left_out)
+    points, width = _points(surrogate, runs, sigmas, seed, left_out, options)
     xi, eta = points.xi, points.eta
-    with without_warnings(ResolutionWarning, StrainWarning):
-        response, halved = as_expanded(surrogate, response)
-        known = setting(case, halved)
-        made = evaluate(response, space, known, (xi, eta), labels, advance)
+    made = run((xi, eta))
     assert made.values is not None
     good = np.setdiff1d(np.arange(runs), list(made.failed))
     pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
@@ -207,19 +190,20 @@ def _verified(
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
-    width = np.maximum(width, round_off := ROUND_OFF * size + TINY)
+    width = np.maximum(width, round_off := options.round_off * size + TINY)
     square = np.mean(missed**2, axis=2)
     worst = square.argmax(axis=0)
     dims, shape = axes.dims, axes.shape
     weighted = points.weight[good, None] * square
     missed_by = np.sqrt(weighted.mean(axis=0))
-    least_missed = _at_least(_independent(weighted, pairs))
+    least_missed = _at_least(_independent(weighted, pairs), options)
     part = share(int(left_out.sum())) * growth(sigmas)
     least = np.maximum(SMALLEST * width, round_off)
-    implied = np.maximum(part * missed_by, _at_corner(F, eta[good][:, left_out], pairs))
+    at_corner = _at_corner(F, eta[good][:, left_out], pairs, options.min_pairs)
+    inferred = np.maximum(part * missed_by, at_corner)
     results = {
         "missed": missed_by,
-        "implied_error": np.maximum(implied, SMALLEST * width),
+        "implied_error": np.maximum(inferred, SMALLEST * width),
         "least_error": part * least_missed,
         "bar_width": width,
         "missed_most_in": good[worst],
@@ -254,7 +238,9 @@ def _held_out(surrogate: Surrogate) -> int:
     return 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
 
 
-def _at_least(square: np.ndarray) -> np.ndarray:
+def _at_least(
+    square: np.ndarray, options: VerificationOptions = VerificationOptions()
+) -> np.ndarray:
     """Return what is missed at least, root mean square, (outputs,): less would be refuted.
 
     Parameters
@@ -262,13 +248,14 @@ def _at_least(square: np.ndarray) -> np.ndarray:
     square : mean square of what is missed in each run, (runs, outputs).
     """
     scale = np.sqrt(square.mean(axis=0)) + TINY
-    threshold, low, high = np.log(square.shape[1] / (1 - CONFIDENCE)), MIN_PART, 1.0
-    low, high = (np.full(len(scale), end) for end in (low, high))
-    for _ in range(HALVINGS):  # what is claimed to be missed, in parts of what is
+    threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors
+    low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))
+    bets = np.array(factors)[:, None, None]
+    for _ in range(options.halvings):  # what is claimed to be missed, in parts of what is
         middle = np.sqrt(low * high)
         q = square / (middle * scale) ** 2
-        products = np.log1p(BETTING_FACTORS[:, None, None] * (q - 1)).sum(axis=1)
-        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(BETTING_FACTORS))
+        products = np.log1p(bets * (q - 1)).sum(axis=1)
+        evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(factors))
         low, high = np.where(evidence < threshold, [low, middle], [middle, high])
     return low * scale
 
@@ -288,7 +275,7 @@ def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     return np.concatenate([np.delete(square, pairs, axis=0), square[pairs].mean(axis=1)])
 
 
-def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray, min_pairs: int) -> np.ndarray:
     """Return what intervals that are left out do at their worst corner, (outputs,).
 
     It is a root mean square over time.
@@ -304,40 +291,33 @@ def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     if not pairs.size:
         return np.zeros(F.shape[1])
     half, m = (F[pairs[:, 0]] - F[pairs[:, 1]]) / 2, eta.shape[1]
-    if len(pairs) < PAIRS * m:
+    if len(pairs) < min_pairs * m:
         return np.sqrt(m * np.mean(half**2, axis=(0, 2))) / ASIDE
     effects = np.linalg.lstsq(eta[pairs[:, 0]], half.reshape(len(half), -1))[0]
     return np.sqrt(np.mean(np.abs(effects).sum(axis=0).reshape(F.shape[1:]) ** 2, axis=1))
 
 
-def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
-    """Return the response on the discretization that the method chose, and what is finer in it."""
-    halved: list[str] = []
-    response, space = as_response(function), surrogate.space
-    values = space.arguments_at(*space.nominal())
-    if response.left_out(**values):
-        halved = list(surrogate.diagnostics.attrs.get("halved", []))
-        for name in halved:
-            response = response.refinements(**values)[name]
-    return response, halved
-
-
 def _points(
-    surrogate: Surrogate, runs: int, times: int, sigmas: float, seed: int, left_out: np.ndarray
+    surrogate: Surrogate,
+    runs: int,
+    sigmas: float,
+    seed: int,
+    left_out: np.ndarray,
+    options: VerificationOptions,
 ) -> tuple[VerificationPoints, np.ndarray]:
     """Return where the runs are, and each output's error bar's width."""
-    space, rng = surrogate.space, np.random.default_rng(seed)
-    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, TIMES))
-    at = (times * ((0.5 + golden * k) % 1)).astype(int)
+    space, rng, every = surrogate.space, np.random.default_rng(seed), options.anywhere
+    golden, k = (5**0.5 - 1) / 2, np.arange(max(runs, options.times))
+    at = (surrogate.times * ((0.5 + golden * k) % 1)).astype(int)
     scattered, which = np.unique(at, return_inverse=True)
     _, low, high = extremes_of(surrogate.expansions, scattered, sigmas)
     width = (high.values[1] - low.values[0]).mean(axis=-1)
     k = k[:runs]
-    bound = (k + k // ANYWHERE) % 2
+    bound = (k + k // every) % 2
     output = (k // 2) * max(1, 2 * len(width) // runs) % len(width)
     eta = np.stack([low.places[0], high.places[1]])[bound, output, which[:runs]]
-    anywhere = k % ANYWHERE == ANYWHERE - 1
-    anywhere |= not space.interval_dimension
+    sampled = k % every == every - 1
+    anywhere = sampled | (space.interval_dimension == 0)
     at_bounds = np.flatnonzero(~anywhere)
     pairs = at_bounds[: len(at_bounds) // 2 * 2 * left_out.any()].reshape(-1, 2)
     first, second = pairs.T
@@ -351,13 +331,12 @@ def _points(
         pairs = pairs[~anywhere[pairs].any(axis=1)]
     eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
     normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
-    sample = (k % ANYWHERE == ANYWHERE - 1) | (space.random_dimension == 0)
+    sample = sampled | (space.random_dimension == 0)
     for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):
         rows = np.setdiff1d(np.flatnonzero(kind), second)
-        normals[rows] = latin_hypercube_normals(
-            len(rows), normals.shape[1], int(rng.integers(SEEDS))
-        )
-    normals[~sample], weight[~sample] = stretched(normals[~sample], FARTHEST, rng)
+        draw = int(rng.integers(2**31))
+        normals[rows] = latin_hypercube_normals(len(rows), normals.shape[1], draw)
+    normals[~sample], weight[~sample] = stretched(normals[~sample], options.farthest, rng)
     normals[second], weight[second] = normals[first], weight[first]
     xi = of_normals(normals, space.families)
     names = np.where(anywhere, "anywhere", np.array(["lower bound", "upper bound"])[bound])

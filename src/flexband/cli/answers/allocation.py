@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import typer
 
 import flexband as fb
-from flexband.analysis.allocation.allocate import checked_probability
 from flexband.analysis.allocation.costs import checked_costs
+from flexband.analysis.allocation.stated_probability import checked_probability
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.cli.answers.frame import (
     CommandOutput,

@@ -10,7 +10,7 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.margins import labels_of
+from flexband.analysis.selection import labels_of
 from flexband.cli.answers.frame import (
     CommandOutput,
     Samples,

@@ -12,8 +12,8 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.margins import labels_of
 from flexband.analysis.probability.texts import NOT_GIVEN
+from flexband.analysis.selection import labels_of
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.plan import Trust

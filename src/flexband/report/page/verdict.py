@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.margins import told_between
+from flexband.analysis.margins import LeastMargin, LimitVerdict
 from flexband.analysis.probability.texts import chance
 from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
@@ -58,15 +58,9 @@ def verdict(
 
 def limit_in_words(limit: xr.Dataset) -> str:
     """Return whether a limit is kept, and where its margin is least, without a full stop."""
-    unit = f" {limit['unit'].values}" if "unit" in limit.coords else ""
-    margin = f"least margin {number(limit['least_margin'])}{unit}"
-    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f":
-        free = str(limit["margin"].dims[-1])
-        unit = " s" if free == "time" else ""
-        margin += f" at {free} {number(limit['least_margin_at'])}{unit}"
-        if between := told_between(limit):
-            margin += f"; {between} {number(limit['margin_between_after'])}{unit}"
-            margin += " (a smaller output_step shows it)"
-    kept = {"kept": "is kept", "not kept": "is NOT kept"}
-    words = kept.get(str(limit["verdict"].values), "is not certainly kept")
-    return f"The limit {limit['limit'].values} {words} by μ ± {tables.deviations(limit)}: {margin}"
+    least = LeastMargin.of(limit)
+    kept = {LimitVerdict.KEPT: "is kept", LimitVerdict.NOT_KEPT: "is NOT kept"}
+    words = kept.get(least.verdict, "is not certainly kept")
+    finer = " (a smaller output_step shows it)" * least.decided_between
+    margin = f"{least.in_words(number)}{finer}"
+    return f"The limit {least.limit} {words} by μ ± {tables.deviations(limit)}: {margin}"

@@ -231,8 +231,8 @@ def averaged(bands: xr.Dataset) -> str:
 
 def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, *, doubtful: bool = False) -> str:
     """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
-    verdict = str(checked.attrs["verdict"])
-    return of_doubtful(verdict) if doubtful or "not_trusted" in bands.attrs else verdict
+    doubtful = doubtful or "not_trusted" in bands.attrs
+    return of_doubtful(checked) if doubtful else str(checked.attrs["verdict"])
 
 
 def remarks(

@@ -30,7 +30,7 @@ class Doubt:
     kind
         What is doubtful.
     error
-        Error that verification runs imply, in parts of the error bar's width, if it is INACCURATE.
+        Error inferred from verification runs, in parts of the bar's width, if it is INACCURATE.
     """
 
     kind: DoubtKind

@@ -20,7 +20,7 @@ from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import implied_error
+from flexband.uncertainty.surrogates.verdicts import inferred_share
 
 
 @dataclass(frozen=True)
@@ -189,6 +189,6 @@ def doubts_about(
         return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
     if verification.attrs["confirmed"] == "no":
         doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
-    elif (error := implied_error(verification)) > max(inaccurate_share, tolerance or 0.0):
+    elif (error := inferred_share(verification)) > max(inaccurate_share, tolerance or 0.0):
         doubts.append(Doubt(DoubtKind.INACCURATE, error))
     return tuple(doubts)

@@ -1,6 +1,9 @@
-"""What new runs say of a surrogate, in words."""
+"""What verification runs say of a surrogate: a verdict, and its words."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 import xarray as xr
@@ -10,14 +13,124 @@ from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.words import number_of
 
-CONFIRMED = "Confirmed"
-"""Beginning of a verdict that the expected error is right."""
+
+class Confirmation(StrEnum):
+    """Whether verification runs confirm the expected error of a surrogate."""
+
+    CONFIRMED = "yes"
+    REFUTED = "no"
+    NOT_ESTIMATED = "no error was expected"
+
+
+@dataclass(frozen=True)
+class VerificationVerdict:
+    """A verdict of verification runs, and its numbers.
+
+    Attributes
+    ----------
+    confirmation : the verdict.
+    runs, failed, at_bounds : numbers of runs that did not fail, that did, and at bounds.
+    output : number of the output that decides: with the largest error of those that are refuted,
+        of those that may be, or of all.
+    inferred, least, expected : errors of this output, in parts of the error bar's width: inferred
+        from the runs, with confidence at least, and what the method expected.
+    claimed : the largest error that the method expected of any output, in parts of its width.
+    ratio : inferred over expected error of this output.
+    refuted : number of outputs whose expected error is not confirmed.
+    confidence : of `least`.
+    """
+
+    confirmation: Confirmation
+    runs: int
+    failed: int
+    at_bounds: int
+    output: int
+    inferred: float
+    least: float
+    expected: float = np.nan
+    claimed: float = np.nan
+    ratio: float = np.nan
+    refuted: int = 0
+    confidence: float = np.nan
+
+    @staticmethod
+    def of(checked: xr.Dataset, good: np.ndarray) -> VerificationVerdict:
+        """Return the verdict of the results of runs; `good` are those that did not fail."""
+        at_bounds = sum(place != "anywhere" for place in checked["run_place"].values[good].tolist())
+        counts = len(good), checked.sizes["sample"] - len(good), at_bounds
+        width, inferred, least = (
+            np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
+        )
+        share, least = inferred / width, least / width
+        output = int(share.argmax())
+        if "allowed" not in checked:
+            errors = float(share[output]), float(least[output])
+            return VerificationVerdict(Confirmation.NOT_ESTIMATED, *counts, output, *errors)
+        expected = np.ravel(checked["expected_error"])
+        ratio = inferred / expected
+        refuted = np.flatnonzero(~np.ravel(checked["confirmed"].values))
+        if refuted.size:
+            output = int(refuted[ratio[refuted].argmax()])
+        elif ratio.max() > 1:
+            output = int(ratio.argmax())
+        claims = expected / width
+        return VerificationVerdict(
+            Confirmation.REFUTED if refuted.size else Confirmation.CONFIRMED,
+            *counts,
+            output=output,
+            inferred=float(share[output]),
+            least=float(least[output]),
+            expected=float(claims[output]),
+            claimed=float(claims.max()),
+            ratio=float(ratio[output]),
+            refuted=refuted.size,
+            confidence=checked.attrs["confidence"],
+        )
+
+    def in_words(self, checked: xr.Dataset, labels: xr.DataArray) -> str:
+        """Return the verdict as a sentence without its full stop."""
+        failed = f" ({self.failed} more failed, and what fails is rarely random)"
+        runs = f"{number_of(self.runs, 'verification run')}{failed if self.failed else ''}, "
+        runs += f"{self.at_bounds} of them at the ends of the bands,"
+        are, imply = ("is", "implies") if self.runs == 1 else ("are", "imply")
+        if self.confirmation is Confirmation.NOT_ESTIMATED:
+            return (
+                f"{runs} {imply} an error of {in_percent(self.inferred)} of the error bar's width; "
+                "the method does not estimate the error of its expansion"
+            )
+        if self.confirmation is Confirmation.REFUTED:
+            text = (
+                f"NOT confirmed: {runs} {are} missed by {self.ratio:.2g} times as much as the "
+                f"expected error allows, {_where(checked, labels, self.output)}; bands may be off "
+                f"by {in_percent(self.inferred)} of the error bar's width. If the expected error "
+                f"were right, less than {in_percent(1 - self.confidence)} of verifications would "
+                "find so much"
+            )
+            outputs = (
+                f". Outputs that are not confirmed: {self.refuted} of {checked['missed'].size}"
+            )
+            return text + outputs * (self.refuted > 1)
+        size = f"{in_percent(self.inferred)} of the error bar's width{_named(labels, self.output)}"
+        if self.ratio > 1:
+            over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
+            sure = f"{100 * self.confidence:.0f} % confidence"
+            return (
+                f"Confirmed as far as so few runs can tell: {runs} {imply} an error of {size} "
+                f"({in_percent(self.least)} or more with {sure}), where "
+                f"{in_percent(self.expected)} is expected{over}"
+            )
+        text = (
+            f"Confirmed: {runs} {are} missed by no more than expected; the largest error that "
+            f"follows is {size}"
+        )
+        claim = f"; the runs of the method imply {in_percent(self.claimed)}"
+        return text + claim * (self.claimed > self.inferred)
 
 
 def verdict(
     checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
-) -> dict[str, str]:
-    """Return the attributes "confirmed" and "verdict".
+) -> dict[str, str | float]:
+    """Return the attributes "confirmed", "verdict" in words, and "inferred_share".
 
     Parameters
     ----------
@@ -25,15 +138,19 @@ def verdict(
     sampled, held_out : numbers of these runs, and of runs of the method, that are samples of the
         whole space.
     """
-    attrs = _verdict(checked, labels, good)
-    return attrs | {"verdict": f"{attrs['verdict']}. {_can_miss(sampled, held_out)}"}
+    judged = VerificationVerdict.of(checked, good)
+    return {
+        "confirmed": judged.confirmation.value,
+        "inferred_share": judged.inferred,
+        "verdict": f"{judged.in_words(checked, labels)}. {_can_miss(sampled, held_out)}",
+    }
 
 
 def _can_miss(sampled: int, held_out: int) -> str:
     """Return the sentence on how much of the space such runs can all miss."""
     if not sampled + held_out:
         return "Effects elsewhere in the space of the inputs are not included"
-    counts = {"new run": sampled, "held-out run": held_out}
+    counts = {"verification run": sampled, "held-out run": held_out}
     spread = " and ".join(number_of(count, noun) for noun, count in counts.items() if count)
     return (
         f"Effects in {in_percent(unseen(sampled + held_out))} of the space of the inputs or less "
@@ -41,71 +158,24 @@ def _can_miss(sampled: int, held_out: int) -> str:
     )
 
 
-def _verdict(checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray) -> dict[str, str]:
-    failed = checked.sizes["sample"] - len(good)
-    bounds = sum(place != "anywhere" for place in checked["run_place"].values[good].tolist())
-    left_out = f" ({failed} more failed, and what fails is rarely random)" if failed else ""
-    new = f"{number_of(len(good), 'new run')}{left_out}, {bounds} of them at the ends of the bands,"
-    are, imply = ("is", "implies") if len(good) == 1 else ("are", "imply")
-    width, implied, least = (
-        np.ravel(checked[k]) for k in ("bar_width", "implied_error", "least_error")
-    )
-    share = implied / width
-    most = int(share.argmax())
-    if "allowed" not in checked:
-        unknown = "the method does not estimate the error of its expansion"
-        text = (
-            f"{new} {imply} an error of {in_percent(share[most])} of the error bar's width; "
-            f"{unknown}"
-        )
-        return {"confirmed": "no error was expected", "verdict": text}
-    expected = np.ravel(checked["expected_error"])
-    ratio = implied / expected
-    wrong = np.flatnonzero(~np.ravel(checked["confirmed"].values))
-    if not wrong.size:
-        doubtful = bool(ratio.max() > 1)
-        k = int(ratio.argmax()) if doubtful else most
-        size = f"{in_percent(share[k])} of the error bar's width{_named(labels, k)}"
-        text = (
-            f"{CONFIRMED}: {new} {are} missed by no more than expected; the largest error that "
-            f"follows is {size}"
-        )
-        if (claim := float((expected / width).max())) > share[k]:
-            text += f"; the runs of the method imply {in_percent(claim)}"
-        if doubtful:
-            over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
-            sure = f"{100 * checked.attrs['confidence']:.0f} % confidence"
-            text = (
-                f"{CONFIRMED} as far as so few runs can tell: {new} {imply} an error of {size} "
-                f"({in_percent(least[k] / width[k])} or more with {sure}), where "
-                f"{in_percent(expected[k] / width[k])} is expected{over}"
-            )
-        return {"confirmed": "yes", "verdict": text}
-    worst = int(wrong[ratio[wrong].argmax()])
-    text = (
-        f"NOT confirmed: {new} {are} missed by {ratio[worst]:.2g} times as much as the expected "
-        f"error allows, {_where(checked, labels, worst)}; bands may be off by "
-        f"{in_percent(share[worst])} of the error bar's width. If the expected error were right, "
-        f"less than {in_percent(1 - checked.attrs['confidence'])} of verifications would find so "
-        "much"
-    )
-    if wrong.size > 1:
-        text += f". Outputs that are not confirmed: {wrong.size} of {len(ratio)}"
-    return {"confirmed": "no", "verdict": text}
-
-
-def of_doubtful(verdict: str) -> str:
+def of_doubtful(checked: xr.Dataset) -> str:
     """Return the verdict on a result that is doubtful for other reasons: both have to be read.
 
-    New runs judge the expected error alone, which may be right and yet far too large.
+    Verification runs judge the expected error alone, which may be right and yet far too large.
     """
-    if not verdict.startswith(CONFIRMED):
-        return verdict
-    return f"The result is doubtful, but its expected error is confirmed{verdict[len(CONFIRMED) :]}"
+    text = str(checked.attrs["verdict"])
+    if checked.attrs["confirmed"] != Confirmation.CONFIRMED:
+        return text
+    doubtful = "The result is doubtful, but its expected error is confirmed"
+    return (
+        f"{doubtful}. {text}"
+        if "choice" in checked.dims
+        else (doubtful + text.removeprefix("Confirmed"))
+    )
 
 
-def implied_error(checked: xr.Dataset) -> float:
-    """Return the largest error that new runs imply, in parts of the error bar's width."""
+def inferred_share(checked: xr.Dataset) -> float:
+    """Return the largest error inferred from verification runs, in parts of the bar's width."""
     return float((checked["implied_error"] / checked["bar_width"]).max())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexband.analysis.verification.verify import as_expanded
+from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.arrays import JsonRecord

@@ -1,0 +1,171 @@
+"""The probability of leaving one limit at any time: first passage, for one case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.limits import Corridor
+from flexband.analysis.probability.at_each import AtEachTimeOptions, at_each_time
+from flexband.analysis.probability.correction import Correction, CorrectionOptions, corrected
+from flexband.analysis.probability.ends import EndOptions, ends
+from flexband.analysis.probability.estimates import Estimate, estimate
+from flexband.analysis.probability.model import ResponseModel
+from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
+from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.subset import Rare
+from flexband.analysis.results import INDICATOR, Variables, places
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.surrogates.bands import BOUNDS
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+@dataclass(frozen=True)
+class ProbabilityOptions:
+    """How the probability of leaving a limit is computed.
+
+    Attributes
+    ----------
+    ends : the search over the interval inputs, and importance sampling.
+    at_each_time : the same at single times.
+    correction : how runs correct probabilities.
+    max_unseen : part of a probability that may be due to times at which bounds are not searched.
+    """
+
+    ends: EndOptions = field(default_factory=EndOptions)
+    at_each_time: AtEachTimeOptions = field(default_factory=AtEachTimeOptions)
+    correction: CorrectionOptions = field(default_factory=CorrectionOptions)
+    max_unseen: float = 0.03
+
+
+def first_passage(
+    surrogate: Surrogate,
+    corridor: Corridor,
+    model: ResponseModel | None,
+    accuracy: float,
+    seed: int,
+    *,
+    options: ProbabilityOptions = ProbabilityOptions(),
+) -> xr.Dataset:
+    """Return the result of `failure_probability` for one limit and one combination of options."""
+    space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
+    source, error = error_of_runs(surrogate)
+    state = LimitState.of(surrogate, corridor, error, rng)
+    n, m, importance = space.random_dimension, space.interval_dimension, options.ends.importance
+    for thin in (True, False):
+        eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
+        pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
+        found = [
+            estimate(state, near, at, rare, accuracy, rng, options=importance) for at, rare in pairs
+        ]
+        unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, found, strict=True)]
+        if max(unseen) <= options.max_unseen:
+            break
+    raw = [replace(part, noise=float(e)) for part, e in zip(found, noise, strict=False)]
+    final: list[Estimate] | list[Correction] = raw
+    if model is not None:
+
+        def correction(at: np.ndarray, rare: Rare, noise: float) -> Correction:
+            margins = partial(state.least, eta=at), partial(_least, state, model, at)
+            runs, how = model.runs, options.correction
+            result = corrected(*margins, rare, runs, accuracy, rng, options=how)
+            return replace(result, noise=noise)
+
+        final = [correction(*pair, part.noise) for pair, part in zip(pairs, raw, strict=True)]
+    if not m:
+        raw, final = raw * 2, final * 2
+    elif final[0].probability > final[1].probability:  # both ends of what hardly depends on η
+        if final[0].confidence()[0] > final[1].confidence()[1]:  # else the search tells them apart
+            eta = eta[::-1]
+        raw, final = raw[::-1], final[::-1]
+    dims = labels.dims[1:]
+    if m:
+        limited = at_each_time(state, m, known, raw, rng, options=options.at_each_time)
+    else:
+        limited = np.stack(raw[0].told_at_each())[:, None], np.zeros((1, state.width, 0))
+    each, places_of = _everywhere(state, *limited, labels.shape[1:])
+    stated, between = np.array([part.confidence() for part in final]).T, _between(raw, final)
+    if source != INDICATOR and not state.exact:
+        grown = np.transpose([allowance(part) for part in raw])
+        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
+        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
+        if model is None:
+            stated = np.minimum(1.0, stated * grown)
+            between[1:] = np.minimum(1.0, between[1:] * grown)
+    of_bounds = {
+        "probability": [part.probability for part in final],
+        "confidence_low": stated[0],
+        "confidence_high": stated[1],
+        "limit_looser": [part.looser for part in raw],
+        "limit_tighter": [max(part.tighter, part.probability) for part in raw],
+        **dict(zip(BETWEEN, between, strict=True)),
+        "surrogate_probability": [part.probability for part in raw],
+        "samples": [len(part.u) for part in raw],
+    }
+    corrections = [part for part in final if isinstance(part, Correction)]
+    if corrections:
+        of_bounds |= {
+            "runs": [part.runs for part in corrections],
+            "disagreements": [part.disagreements for part in corrections],
+        }
+    data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
+    data["exact"] = bool(source) and state.exact
+    data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
+    data |= places("probability_at", space, eta, ("bound",), (2,))
+    data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
+    coords = {str(k): c.variable for k, c in coordinates(labels).items()}
+    result = xr.Dataset(data, {**coords, "bound": BOUNDS})
+    return result.set_coords("input") if "input" in result else result
+
+
+def _everywhere(
+    state: LimitState, probabilities: np.ndarray, eta: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what is known of limited outputs and times for all, NaN where nothing is limited.
+
+    Parameters
+    ----------
+    probabilities, eta : shapes (3, 2, series) and (2, series, m); bounds may be the same.
+    """
+    count = max(1, int(np.prod(shape)))
+    each = np.full((3, 2, count), np.nan)
+    places_of = np.full((2, count, eta.shape[-1]), np.nan)
+    each[:, :, state.series], places_of[:, state.series] = probabilities, eta
+    return each.reshape(3, 2, *shape), places_of
+
+
+def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) -> np.ndarray:
+    """Return the probabilities between the times too, and their confidence intervals, (3, bound).
+
+    Parameters
+    ----------
+    raw, final : of the surrogate, and with what runs correct.
+    """
+    probabilities = []
+    for part, other in zip(raw, final, strict=True):
+        low, high = part.confidence_between()
+        value = part.between[0]
+        if other is not part:
+            (low, high), grown = other.confidence(), np.ones(2)
+            if part.probability:  # as many more samples leave the limits between the times
+                grown = np.array(part.between[:2]) / part.probability
+            value, low, high = other.probability * grown[0], low * grown[0], high * grown[1]
+        probabilities.append(np.minimum([value, low, high], 1.0))
+    return np.sort(np.transpose(probabilities), axis=1)
+
+
+def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return the least margins of runs of the model at u and one η, (points,)."""
+    return state.least_of_response(model(u, eta))
+
+
+def _unseen(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:
+    """Return which part of the samples that leave limits does so at other times than a state's."""
+    out = raw.margins < 0
+    missed = raw.weights[out] * (near.least(raw.u[out], eta) >= 0)
+    every = raw.weights[out].sum()
+    return float(missed.sum() / every) if every else 0.0

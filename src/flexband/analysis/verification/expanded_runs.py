@@ -1,0 +1,70 @@
+"""Runs of a response as its surrogate was expanded: on the discretization that the method chose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from flexband.errors import ResolutionWarning, StrainWarning, check_function, without_warnings
+from flexband.progress import Advance
+from flexband.response import Response, ResponseFunction, as_response
+from flexband.uncertainty.inputs.space import check_names
+from flexband.uncertainty.runs.evaluated import Evaluated
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+Points = tuple[np.ndarray, np.ndarray]
+"""ξ of shape (runs, n) and η of shape (runs, m)."""
+
+Runs = Callable[[Points], Evaluated]
+RunsOf = Callable[[Surrogate, str, Advance], Runs]
+"""Given a surrogate, the combination of options, and what is called when runs are finished."""
+
+
+@contextmanager
+def runs_as_expanded(
+    response: ResponseFunction, inputs: Mapping[str, Any], **options: Any
+) -> Iterator[RunsOf]:
+    """Give what makes runs of a response, with the discretization and settings of its surrogates.
+
+    Parameters
+    ----------
+    inputs : as they were given for the surrogates.
+    options : of `EvaluationOptions`, such as store and executor.
+
+    Raises
+    ------
+    InputError
+        If the response is no function, or its arguments are not the inputs.
+    """
+    check_function("response", response)
+    check_names(response, inputs)
+    with evaluations(response, inputs, EvaluationOptions(**options)) as evaluate:
+
+        def runs_of(surrogate: Surrogate, case: str, advance: Advance) -> Runs:
+            with without_warnings(ResolutionWarning, StrainWarning):
+                expanded_response, finer = as_expanded(surrogate, response)
+            space, labels, known = surrogate.space, surrogate.labels, setting(case, finer)
+
+            def run(points: Points) -> Evaluated:
+                with without_warnings(ResolutionWarning, StrainWarning):
+                    return evaluate(expanded_response, space, known, points, labels, advance)
+
+            return run
+
+        yield runs_of
+
+
+def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
+    """Return the response on the discretization that the method chose, and what is finer in it."""
+    halved: list[str] = []
+    response, space = as_response(function), surrogate.space
+    values = space.arguments_at(*space.nominal())
+    if response.left_out(**values):
+        halved = list(surrogate.diagnostics.attrs.get("halved", []))
+        for name in halved:
+            response = response.refinements(**values)[name]
+    return response, halved

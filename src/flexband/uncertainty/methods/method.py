@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.deprecation import warn_renamed
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.diagnostics import Quantities
@@ -129,6 +130,13 @@ class UserMethod(Method):
         self.method, self.name = method, method.name
         for name in ("chooses_discretization", "skips_failed", "copies", "copies_per_carrier"):
             setattr(self, name, getattr(method, name, getattr(Method, name)))
+        former = {
+            "finds_discretization": "chooses_discretization",
+            "leaves_out_failed": "skips_failed",
+        }
+        for earlier in former.keys() & set(dir(method)):
+            warn_renamed(f"{type(method).__name__}.{earlier}", former[earlier])
+            setattr(self, former[earlier], getattr(method, earlier))
 
     def __repr__(self) -> str:
         return repr(self.method)

@@ -123,3 +123,31 @@ def test_a_bad_address_is_refused_before_there_is_a_client():
         with pytest.raises(fb.InputError, match=f"executor '{address}' is no Dask scheduler"):
             fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)
         assert not any(type(one).__name__ == "Client" for one in gc.get_objects())
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: fb.propagate(response, INPUTS, fb.PCCI(1, 1), progress=lambda: None),
+            r"progress is called as progress\(done, total\); got",
+        ),
+        (
+            lambda: fb.propagate(response, INPUTS, fb.PCCI(1, 1), check=lambda: None),
+            r"check is called as check\(outputs\); got",
+        ),
+        (lambda: fb.open_runs("a" * 10_000), "folder must be the path of a folder; got 'aaa"),
+        (
+            lambda: fb.p_box(fb.expand(response, INPUTS, fb.PCCI(1, 1)), time=xr.Dataset()),
+            "must be labels; got",
+        ),
+    ],
+)
+def test_callbacks_paths_and_labels_of_other_kinds_are_refused(call, message):
+    with pytest.raises(fb.InputError, match=message):
+        call()
+
+
+def test_a_duration_may_be_an_array_without_dims():
+    given = fb.dynamic_response(lambda a: None, duration=xr.DataArray(0.1), step=np.array(0.01))
+    assert given == fb.dynamic_response(given.builder, duration=0.1, step=0.01)

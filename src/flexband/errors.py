@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -249,6 +250,20 @@ def check_function(name: str, value: object, of: str = "") -> None:
     """Raise `InputError` if `value` cannot be called, or is a class."""
     if not callable(value) or isinstance(value, type):
         raise InputError(f"{name} must be a function{of}; got {shown(value)}")
+
+
+def check_arguments(name: str, function: Callable, *arguments: str) -> None:
+    """Raise `InputError` if a value is no function of these arguments, as far as that is known."""
+    check_function(name, function)
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # some functions of C state none
+        return
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        call = f"{name}({', '.join(arguments)})"
+        raise InputError(f"{name} is called as {call}; got {shown(function)}") from None
 
 
 def check_affordable(name: str, count: float) -> None:

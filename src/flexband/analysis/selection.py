@@ -93,7 +93,7 @@ def _positions(labels: xr.DataArray, dim: str, dim_labels: ArrayLike) -> np.ndar
     count, several = labels.sizes[dim], f"at: {dim}"
     try:
         asked = np.atleast_1d(np.asarray(dim_labels))
-    except ValueError:
+    except (TypeError, ValueError):
         raise InputError(f"{several} must be labels; got {shown(dim_labels)}") from None
     if asked.ndim > 1 or not asked.size:
         raise InputError(f"{several} must be a label or a list of them; got {shown(dim_labels)}")

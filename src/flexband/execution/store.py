@@ -151,7 +151,11 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"folder must be the path of a folder; got {shown(folder)}")
     path = Path(folder) / FileName.RUNS
-    if not (path / "zarr.json").exists():
+    try:
+        present = (path / "zarr.json").exists()
+    except (OSError, ValueError) as error:
+        raise InputError(f"folder must be the path of a folder; got {shown(folder)}") from error
+    if not present:
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)
     return xr.open_zarr(path, chunks=None, consolidated=True)  # pyright: ignore[reportArgumentType]

@@ -252,6 +252,8 @@ def dynamic_response(
     given = [(name, value) for name, value in optional if value is not None]
     for name, value in [("duration [s]", duration), *given]:
         check_positive(name, check_numbers(name, value))
+    duration = float(duration)
+    step, output_step = (None if value is None else float(value) for value in (step, output_step))
     if integrator is not None:
         check_instance("integrator", integrator, GeneralizedAlpha)
     if threads is not None:

@@ -18,7 +18,7 @@ from flexband.errors import (
     RunError,
     RunsNeeded,
     StrainWarning,
-    check_function,
+    check_arguments,
     check_integer,
     check_option,
     shown,
@@ -72,9 +72,10 @@ class EvaluationOptions:
     def __post_init__(self) -> None:
         object.__setattr__(self, "batch", check_integer("batch", self.batch, 1))
         object.__setattr__(self, "failed", checked_policy(self.failed))
-        for name, function in (("progress", self.progress), ("check", self.check)):
-            if function is not None:
-                check_function(name, function)
+        if self.progress is not None:
+            check_arguments("progress", self.progress, "done", "total")
+        if self.check is not None:
+            check_arguments("check", self.check, "outputs")
 
 
 def checked_policy(failed: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -46,13 +46,24 @@ def _differences(values: np.ndarray, apart: int) -> np.ndarray:
     differences = np.empty((count, 2, values.shape[1]))
     places = 2 * np.arange(count)
     inner = (places >= 2 * apart) & (places <= last - 2 * apart)
-    centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
-    differences[inner] = np.einsum("dk,ktn->tdn", _weights(5, 2.0), np.array(centre))
+    centre = [np.roll(values, -k * apart, axis=0)[places[inner], None] for k in range(-2, 3)]
+    differences[inner] = _weighted(_weights(5, 2.0), centre)
     for n in np.flatnonzero(~inner):
         first = min(max(places[n] - 3 * apart, 0), last - 6 * apart)
         around = values[first : first + 6 * apart + 1 : apart]
-        differences[n] = _weights(7, (places[n] - first) / apart) @ around
+        differences[n] = _weighted(_weights(7, (places[n] - first) / apart), around)
     return differences
+
+
+def _weighted(weights: np.ndarray, values: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+    """Return the sums over k of the weights (2, k) times values, in the order of k.
+
+    `einsum` and products of matrices add in an order that depends on the number of samples.
+    """
+    total = weights[:, 0, None] * values[0]
+    for weight, value in zip(weights.T[1:], values[1:], strict=True):
+        total = total + weight[:, None] * value
+    return total
 
 
 def _weights(count: int, at: float) -> np.ndarray:

@@ -84,6 +84,7 @@ if TYPE_CHECKING:
         Work,
     )
     from flexband.mechanics.sensors.forces import (
+        LawState,
         Reaction,
         ReactionMoment,
         SpringForce,

@@ -14,7 +14,7 @@ from flexband.mechanics.engine.entries import SENSE, SETTLE
 from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import WIDTH
-from flexband.mechanics.linearization.balance import Balance, find_rest
+from flexband.mechanics.linearization.balance import Balance, RestSearch, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.linearization.load_path import raised, snap_throughs
 
@@ -47,6 +47,7 @@ def block_equilibria(
     work, failure = begin(system, values)
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
+    work.z[state.rule : state.rows][1:2] = RestSearch().state_step
     start, failed, on_way = work.z.copy(), failure.copy(), []
     if not any(spin.rate for spin in spins):
         snap_throughs(system, values, start, failed)

@@ -105,12 +105,12 @@ class ModeSolver:
         for lane, balance in enumerate(balances):
             if failure[0, lane]:
                 continue
-            if not balance.free:
+            if not balance.free and not balance.equations.state_count:
                 raise InputError("the mechanism has no degree of freedom, so it has no modes")
-            z, linear, sample = balance.z, balance.linear, int(numbers[lane])
+            z, linear, sample = balance.z, balance.motion, int(numbers[lane])
             if self.at_start:
                 z = work.z[:, lane]
-                linear = balance.equations.linear(z, still)  # with the multipliers of the motion
+                linear = balance.equations.coupled(z, still)  # with the multipliers of the motion
                 if balance.excess > self.unbalanced:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
@@ -118,7 +118,7 @@ class ModeSolver:
             modes = self._lowest(linear, balance, sample, z)
             if spins is not None and spins[lane].rate:
                 check_rotation(system, sample, balance, modes, spins[lane])
-            shapes = self._shapes(balance.equations, z, modes.vectors)
+            shapes = self._shapes(balance.equations, z, modes)
             results.append(SampleModes(modes, shapes, linear.M @ modes.vectors))
         return BlockModes(failure, results, unbalanced, moving)
 
@@ -134,16 +134,21 @@ class ModeSolver:
                 return candidates.selected(listed[: self.count])
             asked *= 2
 
-    def _shapes(self, equations: Equations, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    def _shapes(self, equations: Equations, z: np.ndarray, modes: Eigenmodes) -> np.ndarray:
         """Return the outputs' derivatives along each vector, shape (modes, outputs)."""
         system, work = equations.system, equations.work
         rows = np.zeros((system.sensed, WIDTH))
-        shapes = []
+        shapes, vectors, sizes = [], modes.vectors, equations.size
+        q, z = np.arange(equations.q.start, equations.q.stop), equations.held(z)
+        if equations.state_count:
+            vectors = np.vstack([vectors, modes.states])
+            sizes = np.append(sizes, equations.state_sizes(z, resting(system)))
+            q = np.append(q, np.arange(equations.y0.start, equations.y0.stop))
         for vector in vectors.T:
-            size = self.perturbation / np.abs(vector / equations.size).max()
+            size = self.perturbation / np.abs(vector / sizes).max()
             work.z[:] = z[:, None]
             for lane, step in enumerate((1.0, -1.0, 1.0j, -1.0j)):
-                work.z[equations.q, lane] += (step.conjugate() * size * vector).real
+                work.z[q, lane] += (step.conjugate() * size * vector).real
             run(SENSE, system, equations.values, work, rows[None], equations.failure)
             outputs = derive(system, rows[:, None].copy())[:, 0]
             parts = [(outputs[:, k] - outputs[:, k + 1]) / (2 * size) for k in (0, 2)]

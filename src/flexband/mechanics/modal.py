@@ -119,6 +119,8 @@ class ModalResponse(AtRest):
 
     def _modes(self, mechanism: Mechanism) -> Followed:
         """Return the modes of lowest frequency of every sample."""
+        if mechanism.state.rule < mechanism.state.rows:
+            raise InputError("modes of force laws with states are not followed; use fb.modes")
         count = self.modes + self.tracking.further
         _, samples, unbalanced = sample_modes(mechanism, count, self.about, self.steps)
         if unbalanced:

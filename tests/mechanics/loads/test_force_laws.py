@@ -10,7 +10,7 @@ import flexband as fb
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.loads import compiled_laws
-from flexband.mechanics.loads.compiled_laws import compiled_law
+from flexband.mechanics.loads.compiled_laws import LawShape, compiled_law
 
 FORCES = np.arange(20.0)
 BAD = 3
@@ -166,14 +166,14 @@ def test_the_same_law_made_again_is_compiled_once():
         return law
 
     count = len(compiled_laws._laws)
-    first = compiled_law(made(1.0), 1, 0)
+    first = compiled_law(made(1.0), LawShape(1, 0))
     for _ in range(50):
-        assert compiled_law(made(1.0), 1, 0) is first
+        assert compiled_law(made(1.0), LawShape(1, 0)) is first
     assert len(compiled_laws._laws) == count + 1
-    assert compiled_law(made(2.0), 1, 0) is not first
+    assert compiled_law(made(2.0), LawShape(1, 0)) is not first
 
 
 def test_many_laws_are_warned_of():
     many = len(compiled_laws._laws) + 1
     with pytest.warns(fb.FlexbandWarning, match="should be parameters of a ForceLaw"):
-        compiled_law(lambda t, x, v, p, force: None, 2, 0, many=many)
+        compiled_law(lambda t, x, v, p, force: None, LawShape(2, 0), many=many)

@@ -218,7 +218,7 @@ class Mechanism:
         angles += points + len(self.moments)
         return State.of(
             coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
-            points,
+            points, sum(len(law.states) for law in self.laws),
         )  # fmt: skip
 
     @cached_property
@@ -384,6 +384,16 @@ class Mechanism:
         rows = (self.state.tension + number, self.state.elongation + number)
         return Form.variable(rows[0]), Form.variable(rows[1])
 
+    def law_state(self, load: str, name: str) -> Form:
+        """Return a first-order state of a force law."""
+        laws = {part: e.laws for part, e in self.entries.items()}
+        stateful = {part: group for part, group in laws.items() if any(w.states for w in group)}
+        _within("load with states", load, stateful)
+        names = [state for law in laws[load] for state in law.states]
+        _within(f"state of load {load!r}", name, dict.fromkeys(names))
+        first = sum(len(law.states) for law in self.laws[: self._before(load, "laws")])
+        return Form.variable(self.state.law_state + first + names.index(name))
+
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 
@@ -405,7 +415,8 @@ class Mechanism:
                 pairs.append((-tension, elongation))
         first = sum(len(law.points) for law in self.laws[: self._before(part, "laws")])
         frames = [frame for law in self.entries[part].laws for frame in law.points]
-        angle = self.state.velocity - len(self.moments) - (self.state.rows - self.state.law) // 3
+        points = sum(len(law.points) for law in self.laws)
+        angle = self.state.velocity - len(self.moments) - points
         for p, frame in enumerate(frames, start=first):
             moved = (*frame.position, Form.variable(angle + p))
             row = self.state.law + 3 * p

@@ -76,6 +76,7 @@ class Laws(NamedTuple):
     parameter_start: np.ndarray  # law -> first of its parameters
     f: np.ndarray  # function of time that multiplies a parameter
     point_start: np.ndarray  # law -> first of its points
+    state_start: np.ndarray  # law -> first of its states
     angle: int  # angle of the first point; those of the others follow
     position: int  # vector of the first point's position; those of the others follow
     coordinates: np.ndarray  # law -> number of coordinates that it depends on
@@ -183,6 +184,7 @@ class Values(NamedTuple):
     vectors: VectorValues
     springs: SpringValues
     laws: np.ndarray  # parameters
+    law_states: np.ndarray  # at the start, or `law_states.MARK.steady`
     terms: np.ndarray  # coefficients
     forces: np.ndarray  # coefficients
     sensors: np.ndarray  # coefficients

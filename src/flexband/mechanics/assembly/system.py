@@ -151,6 +151,7 @@ def assemble(mechanism: Mechanism) -> System:
         numbers=np.empty((0, 1)),
         functions=np.empty((0, 1)),
         rates=np.empty((0, 1)),
+        law_states=vectors.laws.starting_states(),
         **{name: table.values() for name, table in tables.items()},
     )
     driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]

@@ -19,6 +19,7 @@ from flexband.mechanics.assembly.structure import (
 )
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import TimeFunction, Vector
+from flexband.mechanics.kernels.law_states import MARK
 from flexband.mechanics.kernels.laws import AXES
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.compiled_laws import compiled_law
@@ -157,7 +158,7 @@ class LawTable:
         position: int,
         groups: Sequence[Sequence[int]],
     ):
-        self.compiled = [compiled_law(e.law, len(e.points), len(e.parameters)) for e in laws]
+        self.compiled = [compiled_law(entry.law, entry.shape) for entry in laws]
         self.laws, self.angle, self.position = laws, angle, position
         self.parameters = [parameter for law in laws for parameter in law.parameters]
         self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0
@@ -184,6 +185,7 @@ class LawTable:
             parameter_start=starts([law.parameters for law in self.laws]),
             f=indices(places.functions[p if callable(p) else None] for p in self.parameters),
             point_start=starts([law.points for law in self.laws]),
+            state_start=starts([[*law.states] for law in self.laws]),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -196,11 +198,17 @@ class LawTable:
         """Return the parameters; those that are functions of time are 1."""
         return stack([1.0 if callable(p) else p for p in self.parameters])
 
+    def starting_states(self) -> np.ndarray:
+        """Return the states at the start, `MARK.steady` where their rates vanish."""
+        given = [value for law in self.laws for value in law.states.values()]
+        return stack([MARK.steady if isinstance(value, str) else value for value in given])
+
 
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws`."""
     axes = AXES * len(law.points)
-    return 1 + len(law.parameters) + axes * (3 + axes + 2 * len(group))
+    given = 1 + len(law.parameters) + 4 * len(law.states)
+    return given + axes * (3 + axes + 2 * len(group))
 
 
 def time(t: float) -> float:

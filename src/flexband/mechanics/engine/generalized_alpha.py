@@ -35,6 +35,7 @@ from flexband.mechanics.kernels.equations import (
     sense,
     tangent,
     to_right_side,
+    update_law_states,
     violated_constraint,
 )
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
@@ -50,6 +51,12 @@ from flexband.mechanics.kernels.lanes import (
     maximum,
     store,
     where,
+)
+from flexband.mechanics.kernels.law_states import (
+    begin_states,
+    end_states,
+    hold_states,
+    shift_states,
 )
 
 ROUNDING = 1e-14
@@ -346,6 +353,7 @@ def stand_still(structure, method, work, failed):
         store(z, state.acceleration + i, where(failed, second, load(z, state.acceleration + i)))
         store(a, i, where(failed, new, load(a, i)))
     store(work.rate, 0, where(failed, filled(NEWTON.initial_rate), load(work.rate, 0)))
+    begin_states(state, z, h, failed)
     clear(work.r, state.velocity + 1)  # and of what is not finite
     clear(work.s, state.velocity + 1)
 
@@ -394,6 +402,7 @@ def break_off(structure, method, values, now, work, part, alive):
     struck = where(less(magnitude(part), filled(0.5)), alive, none)
     struck = where(less(none, part), none, struck)
     restarted = where(less(part, filled(-0.5)), alive, none)
+    hold_states(structure.state, work.z, maximum(struck, restarted))
     if any_true(struck):
         strike(structure, method, values, now, work, struck)
     if any_true(restarted):
@@ -437,6 +446,28 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
 
 
 @inlined
+def share_forces(structure, values, now, work, stepping, redundant, known, n):
+    """Share the forces of redundant constraints, and note from when on they are not resolved.
+
+    `redundant` constraints were left out of round n, `known` ones at the start.
+    """
+    none = filled(0.0)
+    shared = where(stepping, where(redundant, redundant, known), none)
+    unresolved, more = none, where(stepping, less(known, redundant), none)
+    if any_true(shared):
+        unresolved = share(structure, values, now, work, shared)
+    more = where(
+        less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), more, none
+    )  # not light ones
+    if any_true(more):
+        unresolved += released(structure, values, now, work, more)
+    if any_true(unresolved):
+        since = where(unresolved, load(values.numbers, n), none)
+        since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
+        store(work.unresolved, 0, since)
+
+
+@inlined
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)
@@ -456,6 +487,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         other = where(less(length, before), filled(1.0), less(before, length))
         if any_true(other):
             restart(structure, work, other)
+            shift_states(structure.state, z, length / before, other)
         before, still = length, where(less(none, part), none, filled(1.0))
         divided = any_true(still)
         scaled = of_part(method, length)
@@ -463,30 +495,21 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         if method.attempts > 1 or divided:
             keep_state(structure, work)
         predict(structure, scaled, values, z, a)
+        begin_states(structure.state, z, length * method.step, filled(1.0))
         failed, redundant = attempt(
             structure, scaled, limit, values, now, work, known, stepping, failure
         )
         store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
-        shared = where(stepping, where(redundant, redundant, known), none)
-        unresolved, more = none, where(stepping, less(known, redundant), none)
-        if any_true(shared):
-            unresolved = share(structure, values, now, work, shared)
-        more = where(
-            less(filled(PROJECTION.zero_pivot), load(work.smallest, 0)), more, none
-        )  # not light ones
-        if any_true(more):
-            unresolved += released(structure, values, now, work, more)
-        if any_true(unresolved):
-            since = where(unresolved, load(values.numbers, n), none)
-            since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
-            store(work.unresolved, 0, since)
+        share_forces(structure, values, now, work, stepping, redundant, known, n)
+        update_law_states(structure, values, now, z, work.blocks)
         struck = none
         if divided:
             go_back(structure, work, still)
             struck = break_off(structure, method, values, now, work, part, alive)
         add_turns(structure, scaled, values, work, stepping)
         sense(structure, values, now, z, outputs[n], work.blocks)
+        end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):
             finish_impulse(structure, z, struck)
         while k < KEPT and kept_at(k, rounds) == n:

@@ -44,6 +44,8 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.law_states import hold_states
+from flexband.mechanics.kernels.laws import start_states
 from flexband.mechanics.kernels.springs import set_rest
 
 
@@ -172,6 +174,12 @@ def start(structure, values, work, failure):
     failed, redundant = assemble(structure, values, s, work)
     set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
     project_velocities(structure, values, s, work)
+    if state.rule < state.rows:
+        start_states(
+            structure.laws, values.laws, values.law_states, structure.vectors, values.vectors,
+            state, values.functions, np.int64(0), z, work.blocks,
+        )  # fmt: skip
+        hold_states(state, z, filled(1.0))
     left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):
         projection.share(structure, values, np.int64(0), work, left_out)

@@ -28,7 +28,12 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws import add_law_forces, add_law_tangent, read_laws
+from flexband.mechanics.kernels.laws import (
+    add_law_forces,
+    add_law_tangent,
+    read_laws,
+    update_states,
+)
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,
@@ -224,6 +229,17 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
         structure.vectors, values.vectors, structure.terms, values.terms, state, functions, now, z,
         weight, matrix,
     )  # fmt: skip
+
+
+@inlined
+def update_law_states(structure, values, now, z, memory):
+    """Solve for the states of force laws at the present coordinates and velocities."""
+    if structure.state.rule < structure.state.rows:
+        update_angles(structure.vectors, values.vectors, structure.state, z)
+        update_states(
+            structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
+            values.functions, now, z, memory,
+        )  # fmt: skip
 
 
 @inlined

@@ -1,14 +1,26 @@
 """Forces and tangent of force laws, on lanes: the engine fills a law's memory and calls the law.
 
-The rows of the memory of a law with m parameters and P points are t, p (m rows), then x, v and
-force (3P rows each). The tangent needs three matrices behind them: B = ∂x/∂q (3P × C, where C is
-the number of coordinates that the law depends on), K = −∂force/∂x (3P × 3P) and K B.
+The rows of the memory of a law with m parameters, P points and n states are t, p (m rows), then x,
+v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
+and their rates ẏ. The law solves y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent
+needs three matrices behind them: B = ∂x/∂q (3P × C, where C is the number of coordinates that the
+law depends on), K = −∂force/∂x (3P × 3P), in which y follows x, and K B.
 """
 
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
-from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    call_at,
+    compiled,
+    filled,
+    less,
+    load,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.law_states import MARK, rows_of_states
 
 AXES = 3
 """Of a point: X, Y and θ."""
@@ -19,21 +31,22 @@ DIFFERENCE = 1e-6
 
 @compiled
 def _layout(laws, s):
-    """Return the first and the last point of a law, and the rows of x, v, force and B."""
+    """Return the first and the last point of a law, and the rows of x, v, force, y and B."""
     first, last = laws.point_start[s], laws.point_start[s + 1]
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
-    return first, last, x, x + size, x + 2 * size, x + 3 * size
+    y, count = x + 3 * size, laws.state_start[s + 1] - laws.state_start[s]
+    return first, last, x, x + size, x + 2 * size, y, y + 4 * count
 
 
 @compiled
 def _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory):
-    """Write time, parameters, positions and velocities."""
+    """Write time, parameters, positions and velocities, and what is known of the states."""
     store(memory, 0, load(functions, now + laws.time))
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
         value = load(values, k) * load(functions, now + laws.f[k])
         store(memory, 1 + k - begin, value)
-    first, last, x, v, _, _ = _layout(laws, s)
+    first, last, x, v, _, y, _ = _layout(laws, s)
     for p in range(first, last):
         row, a = AXES * (p - first), laws.angle + p
         px, py = vector(vectors, vector_values, z, 0, laws.position + p)
@@ -44,6 +57,52 @@ def _fill(laws, values, vectors, vector_values, state, functions, now, z, s, mem
         store(memory, v + row, vx)
         store(memory, v + row + 1, vy)
         store(memory, v + row + 2, angle_rate(vectors, vector_values, state, z, a))
+    start, slope, _, rule, _ = rows_of_states(state)
+    begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
+    for k in range(count):
+        before = load(z, start + begin + k)
+        store(memory, y + k, before)
+        store(memory, y + count + k, before + load(z, rule) * load(z, slope + begin + k))
+        store(memory, y + 2 * count + k, load(z, rule + 1))
+
+
+@compiled
+def _call(laws, state, z, s, memory):
+    """Call a law, and take over its states and their rates."""
+    call_at(laws.address[s], memory, 0)
+    _, _, _, _, _, y, _ = _layout(laws, s)
+    _, _, rate, _, _ = rows_of_states(state)
+    begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
+    for k in range(count):
+        store(z, state.law_state + begin + k, load(memory, y + k))
+        store(z, rate + begin + k, load(memory, y + 3 * count + k))
+
+
+@compiled
+def start_states(laws, values, starting, vectors, vector_values, state, functions, now, z, memory):
+    """Set the states at the start: those given, `starting`, or those without a rate."""
+    for s in range(len(laws.address)):
+        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        _, _, _, _, _, y, _ = _layout(laws, s)
+        begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
+        for k in range(count):
+            given = load(starting, begin + k)
+            steady = less(filled(0.5 * MARK.steady), given)
+            known = where(steady, filled(0.0), given)
+            store(memory, y + k, known)
+            store(memory, y + count + k, known)
+            store(memory, y + 2 * count + k, where(steady, filled(MARK.solved), filled(0.0)))
+        if count > 0:
+            _call(laws, state, z, s, memory)
+
+
+@compiled
+def update_states(laws, values, vectors, vector_values, state, functions, now, z, memory):
+    """Solve for the states at the present positions and velocities."""
+    for s in range(len(laws.address)):
+        if laws.state_start[s + 1] > laws.state_start[s]:
+            _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+            _call(laws, state, z, s, memory)
 
 
 @compiled
@@ -51,8 +110,8 @@ def add_law_forces(laws, values, vectors, vector_values, state, functions, now, 
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
     for s in range(len(laws.address)):
         _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        call_at(laws.address[s], memory, 0)
-        first, last, _, _, force, _ = _layout(laws, s)
+        _call(laws, state, z, s, memory)
+        first, last, _, _, force, _, _ = _layout(laws, s)
         for p in range(first, last):
             row, position = force + AXES * (p - first), laws.position + p
             fx, fy = load(memory, row), load(memory, row + 1)
@@ -67,8 +126,8 @@ def read_laws(laws, values, vectors, vector_values, state, functions, now, z, me
     """Set the laws' forces and moments in z."""
     for s in range(len(laws.address)):
         _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        call_at(laws.address[s], memory, 0)
-        first, last, _, _, force, _ = _layout(laws, s)
+        _call(laws, state, z, s, memory)
+        first, last, _, _, force, _, _ = _layout(laws, s)
         for k in range(AXES * (last - first)):
             store(z, state.law + AXES * first + k, load(memory, force + k))
 
@@ -85,8 +144,9 @@ def add_law_tangent(
     """
     for s in range(len(laws.address)):
         _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        first, last, x, v, force, B = _layout(laws, s)
+        first, last, x, v, force, y, B = _layout(laws, s)
         axes, count = AXES * (last - first), laws.coordinates[s]
+        begin, states = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
         K, KB = B + axes * count, B + axes * count + axes * axes
         for j in range(axes):
             nudge = filled(DIFFERENCE)
@@ -96,6 +156,8 @@ def add_law_tangent(
             for sign in (1.0, -1.0):
                 store(memory, x + j, place + sign * nudge)
                 store(memory, v + j, speed + sign * rate * nudge)
+                for k in range(states):
+                    store(memory, y + k, load(z, state.law_state + begin + k))
                 call_at(laws.address[s], memory, 0)
                 for i in range(axes):
                     part = (0.5 * sign) * load(memory, force + i) / nudge
@@ -122,7 +184,7 @@ def add_law_tangent(
 @compiled
 def _fill_derivatives(laws, vectors, vector_values, z, s, memory, B):
     """Write B, the derivatives of the points' positions and angles by the coordinates."""
-    first, last, _, _, _, _ = _layout(laws, s)
+    first, last, _, _, _, _, _ = _layout(laws, s)
     count = laws.coordinates[s]
     for row in range(B, B + AXES * (last - first) * count):
         store(memory, row, filled(0.0))

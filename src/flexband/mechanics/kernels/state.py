@@ -1,13 +1,14 @@
 """The state z of a mechanism: which of its rows holds what.
 
-    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F]
+    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y]
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
 coordinates, λ the Lagrange multipliers and θ the angles and lengths of vectors, which follow from
 q; v and a are the velocities and accelerations of q. U is the elastic energy, M what acts on each
 angle or length, T the tension of each spring and s its elongation: the length of a translational
 spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
-F the forces and moments of force laws, which are set where a sensor reads them. Everything that
+F the forces and moments of force laws, which are set where a sensor reads them. y are the
+first-order states of force laws and what integrates them, see `kernels.law_states`. Everything that
 reads the state (forms, sensors, kernels) finds its rows here.
 """
 
@@ -35,16 +36,25 @@ class State(NamedTuple):
     elongation: int
     direction: int
     law: int
+    law_state: int
+    rule: int
     rows: int
 
     @staticmethod
     def of(
-        coordinates: int, multipliers: int, angles: int, springs: int, directions: int, points: int
+        coordinates: int,
+        multipliers: int,
+        angles: int,
+        springs: int,
+        directions: int,
+        points: int,
+        law_states: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
-        `points` is the number of points of force laws.
+        `points` is the number of points of force laws, `law_states` that of their states.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
-        return State(coordinates, *accumulate((*parts, 2 * directions, 3 * points)))
+        parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
+        return State(coordinates, *accumulate(parts))

@@ -67,6 +67,9 @@ class RestSearch(NamedTuple):
         times as large.
     growth
         Of the weight of the stiffness against the inertia, with every step that succeeds.
+    state_step, state_steps, state_change
+        Step of the states of force laws [s], longer than any time constant, the most of them, and
+        the relative change of a state that rests.
     """
 
     iterations: int = 100
@@ -77,6 +80,9 @@ class RestSearch(NamedTuple):
     push: float = 1e-4
     max_pushes: int = 3
     growth: float = 100.0
+    state_step: float = 1e5
+    state_steps: int = 20
+    state_change: float = 1e-9
 
 
 Factors = tuple[np.ndarray, np.ndarray]
@@ -122,6 +128,7 @@ class Balance:
             self.forces = self.basis.T @ r
             self.loose = self.basis.T @ loose
         self.pull = equations.inertia(z)
+        z[equations.y] = equations.solved_states()
 
     @property
     def free(self) -> int:
@@ -210,6 +217,13 @@ class Balance:
         direction = -self.basis @ np.linalg.solve(M, forces) / self.equations.size
         return direction / np.abs(direction).max()
 
+    @cached_property
+    def motion(self) -> Linear:
+        """The matrices of small motions, in which states of force laws are unknowns."""
+        if not self.equations.state_count:
+            return self.linear
+        return self.equations.coupled(self.z, self.spin)
+
     def lowest(self) -> float:
         """Return the lowest ω² [1/s²] of the symmetric part of the stiffness, or 0."""
         if not self.free:
@@ -220,7 +234,7 @@ class Balance:
     def stable(self) -> bool:
         """Whether no small motion grows, but for rounding of the multipliers."""
         floor = ROUNDING * np.abs(self.carried).max(initial=0.0) / self.equations.size**2
-        return is_stable(self.linear._replace(K=self.linear.K + np.diag(floor)), self.basis)
+        return is_stable(self.motion._replace(K=self.motion.K + np.diag(floor)), self.basis)
 
 
 def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
@@ -255,6 +269,8 @@ def _solution(matrix: np.ndarray, factors: Factors | None, right: np.ndarray) ->
 
 def is_stable(linear: Linear, basis: np.ndarray) -> bool:
     """Return whether no small motion grows: energy has a minimum, or no eigenvalue is positive."""
+    if linear.states is not None:
+        return not np.any(eigenmodes(linear, basis, 2 * len(linear.M)).unstable)
     if not basis.shape[1]:
         return True
     D, L = (reduced(part, basis) for part in (linear.D, linear.L))
@@ -288,7 +304,36 @@ def find_rest(
 
     If the equilibrium near z is not stable, or there is none, the search goes downhill: from
     `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
+
+    States of force laws take long steps, each to a rest of the mechanism, until they remain.
     """
+    if not equations.state_count:
+        return _rest(equations, z, spin, start, search)
+    z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
+    balance, success = _rest(equations, z, spin, start, search)
+    for _ in range(search.state_steps):
+        before, y = balance.z[equations.y0], balance.z[equations.y]
+        size = np.maximum(np.abs(y), np.abs(before))
+        if not success or not np.isfinite(size).all():
+            break
+        if np.all(np.abs(y - before) <= search.state_change * size):
+            return balance, True
+        z = _hurried(equations, balance.z, search.state_step)
+        balance, success = _rest(equations, z, spin, z, search)
+    return balance, False
+
+
+def _hurried(equations: Equations, z: np.ndarray, step: float) -> np.ndarray:
+    """Return a state from which states of force laws take such a step [s] of Euler's method."""
+    z = equations.held(z)
+    z[equations.state.rule + 1] = step
+    return z
+
+
+def _rest(
+    equations: Equations, z: np.ndarray, spin: Spin, start: np.ndarray, search: RestSearch
+) -> tuple[Balance, bool]:
+    """Perform `find_rest` for one step of the states of force laws."""
     balance, success = _searched(equations, z, spin, search, downhill=False)
     if not success:
         balance, success = _searched(equations, z, spin, search, downhill=True)

@@ -13,7 +13,7 @@ from scipy.linalg import LinAlgError, cholesky, eigh, qr, solve_triangular
 from scipy.sparse import csr_array
 
 from flexband.mechanics.engine.redundancy import RANK
-from flexband.mechanics.linearization.linearize import Linear
+from flexband.mechanics.linearization.linearize import Linear, LinearStates
 
 ROUNDING = 16 * np.finfo(float).eps
 """Of the stiffness of a mode, relative to the sum of the magnitudes of its terms."""
@@ -35,10 +35,13 @@ class Eigenmodes(NamedTuple):
     s: np.ndarray
     vectors: np.ndarray
     thickness: np.ndarray = np.zeros(0, dtype=bool)  # whether each is of the thickness of beams
+    states: np.ndarray = np.zeros((0, 0))  # what each moves of states of force laws, as columns
 
     def selected(self, chosen: np.ndarray) -> Eigenmodes:
         """Return some of the modes."""
-        return Eigenmodes(*(part[..., chosen] for part in self))
+        states = self.states[:, chosen] if len(self.states) else self.states
+        s, vectors, thickness = (part[..., chosen] for part in self[:3])
+        return Eigenmodes(s, vectors, thickness, states)
 
     @property
     def frequency(self) -> np.ndarray:
@@ -107,6 +110,8 @@ def is_symmetric(loads: np.ndarray, *, asymmetry: float = 1e-7) -> bool:
 
 def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     """Return the `count` modes of lowest frequency, or all if there are fewer."""
+    if linear.states is not None:
+        return _with_states(linear, linear.states, basis, count)
     M, D, L = (reduced(part, basis) for part in (linear.M, linear.D, linear.L))
     symmetric = is_symmetric(L)
     if symmetric:
@@ -197,6 +202,39 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
         mask = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
         keep = np.append(np.flatnonzero(resting)[order[: len(mask)][mask]], keep)
     return s[keep], vectors[:, keep]
+
+
+def _with_states(
+    linear: Linear, states: LinearStates, basis: np.ndarray, count: int, *, alone: float = 1e-13
+) -> Eigenmodes:
+    """Solve the first-order system of the coordinates, their rates and states of force laws.
+
+    A motion of states `alone`, relative to that of coordinates, has no modal mass; its largest
+    state moves by one.
+    """
+    n, m = basis.shape[1], len(states.by_state)
+    M, D, K = (reduced(part, basis) for part in (linear.M, linear.D, linear.K + linear.L))
+    right = np.hstack([-K, -D, basis.T @ states.loads])
+    rows = [
+        np.hstack([np.zeros((n, n)), np.eye(n), np.zeros((n, m))]),
+        np.linalg.solve(M, right) if n else right,
+        np.hstack([states.by_place @ basis, states.by_rate @ basis, states.by_state]),
+    ]
+    s, x = np.linalg.eig(np.vstack(rows))
+    kept = np.imag(s) >= 0
+    s, x = s[kept], x[:, kept]
+    vectors, y = basis @ x[:n], x[2 * n :]
+    mass = np.sqrt(np.einsum("im,ij,jm->m", vectors.conj(), linear.M, vectors).real)
+    moving = np.abs(x[:n]).max(axis=0, initial=0.0) > alone
+    scale = np.where(moving, mass, np.abs(y).max(axis=0, initial=0.0))
+    vectors, y = vectors / scale, y / scale
+    noise = np.where(moving, np.sqrt(rounding(linear, vectors)), 0.0)
+    s = np.where(np.abs(s) <= np.maximum(noise, RESOLVED * np.abs(s).max()), 0.0, s)
+    s = np.where(np.abs(np.real(s)) <= PURE * np.abs(s), 1j * np.imag(s), s)
+    if not (np.imag(vectors).any() or np.imag(y).any()):
+        vectors, y = np.real(vectors), np.real(y)
+    order = np.argsort(np.abs(s), kind="stable")[:count]
+    return Eigenmodes(s[order], vectors[:, order], states=y[:, order])
 
 
 def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:

@@ -4,13 +4,17 @@
 
 K is symmetric, L is the stiffness of loads. L and D contain what Newton's matrix of the integrator
 leaves out: forces that are products of the state, such as those that turn with a body, and the part
-of force laws that is not symmetric.
+of force laws that is not symmetric. Where laws have states y with rates ẏ = g, these are unknowns
+too:
+
+    M δq̈ + … = Q_y δy,   δẏ = g_q δq + g_v δq̇ + g_y δy
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +28,15 @@ from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 
 
+class LinearStates(NamedTuple):
+    """The derivatives of force laws with states: of loads by states, and of the states' rates."""
+
+    loads: np.ndarray  # Q_y, (coordinates, states)
+    by_place: np.ndarray  # g_q, (states, coordinates)
+    by_rate: np.ndarray  # g_v
+    by_state: np.ndarray  # g_y, (states, states)
+
+
 class Linear(NamedTuple):
     """The matrices of small motions."""
 
@@ -33,6 +46,7 @@ class Linear(NamedTuple):
     L: np.ndarray
     Phi: np.ndarray  # (multipliers, coordinates)
     terms: np.ndarray  # magnitudes of the terms of K + L, whose rounding matters
+    states: LinearStates | None = None  # of laws, where M, … hold them
 
 
 @dataclass(frozen=True)
@@ -98,7 +112,25 @@ class Equations:
         self.v = slice(self.state.velocity + 1, self.state.acceleration)
         self.a = slice(self.state.acceleration + 1, self.state.energy)
         self.multipliers = slice(self.state.multiplier, self.state.angle)
+        starts = self.state.law_state + self.state_count * np.arange(5)
+        self.y, self.y0, _, self.rates = (slice(*pair) for pair in pairwise(starts.tolist()))
         self.size = 1.0 / self.values.inverse_scale[self.q, 0]
+
+    @property
+    def state_count(self) -> int:
+        """Number of the states of force laws."""
+        return (self.state.rule - self.state.law_state) // 4
+
+    def held(self, z: np.ndarray) -> np.ndarray:
+        """Return the state with the states of force laws as they are, whatever their rates."""
+        z = z.copy()
+        z[self.y0] = z[self.y]
+        z[self.state.rule : self.state.rows] = 0.0
+        return z
+
+    def solved_states(self) -> np.ndarray:
+        """Return the states of force laws that the last evaluation has solved for."""
+        return self.work.z[self.y, 0].copy()
 
     @cached_property
     def _bare(self) -> System:
@@ -190,12 +222,34 @@ class Equations:
         self._run(LOADS, self.system)
         return -self.work.r[self.q]
 
+    def coupled(self, z: np.ndarray, spin: Spin) -> Linear:
+        """Return the matrices about a state with the states of force laws as unknowns."""
+        if not self.state_count:
+            return self.linear(z, spin)
+        z = self.held(z)
+        scale = self.state_sizes(z, spin)
+        states = self._state_derivatives(z, spin, scale)
+        return self.linear(z, spin)._replace(states=states)
+
+    def state_sizes(self, z: np.ndarray, spin: Spin) -> np.ndarray:
+        """Return sizes of the states of force laws, by which they compare: more than zero.
+
+        They are those of the values, or those that a motion by the size of the mechanism causes.
+        """
+        z = self.held(z)
+        first = self._state_derivatives(z, spin, np.maximum(np.abs(z[self.y]), 1.0))
+        caused = np.abs(first.by_place * self.size).max(axis=1, initial=0.0)
+        decay = np.abs(np.diag(first.by_state))
+        caused = caused / np.where(decay > 0, decay, 1.0)
+        size = np.maximum(np.abs(z[self.y]), caused)
+        return np.where(np.isfinite(size) & (size > 0), size, 1.0)
+
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state, in axes that turn with `spin`."""
         n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
         K, Phi = matrix[:n, :n], matrix[n:, :n]
         D = (self._matrix(z, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
-        by_place, by_rate = self._load_derivatives(z, spin)
+        by_place, by_rate = (part[:n] for part in self._load_derivatives(z, spin))
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
         L = -by_place - spin.rate * turning(by_rate)
         terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
@@ -203,28 +257,42 @@ class Equations:
         return Linear(M, D - by_rate + coriolis, K - centrifugal, L, Phi, terms)
 
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
-        """Return ∂Q/∂q and ∂Q/∂v by central differences, four columns at a time."""
+        """Return the derivatives of the loads, and of the rates of laws' states, by q and v."""
         n, structure = self.state.coordinates, self.system.structure
-        derivatives = np.zeros((2, n, n))
         if not (len(structure.forces.row) or len(structure.laws.address)):
-            return derivatives[0], derivatives[1]
-        half = WIDTH // 2
+            return np.zeros((n, n)), np.zeros((n, n))
         pace = self.perturbation * max(1.0, abs(spin.rate))
-        for part, first, steps in (
-            (0, self.q.start, self.perturbation * self.size),
-            (1, self.v.start, pace * self.size),
-        ):
-            for begin in range(0, n, half):
-                columns = np.arange(begin, min(begin + half, n))
-                place, lanes = first + columns, np.arange(len(columns))
-                states = _copies(z)
-                states[place, lanes] += steps[columns]
-                states[place, half + lanes] -= steps[columns]
-                width = states[place, lanes] - states[place, half + lanes]  # as rounded
-                Q = self.loads(states)
-                with np.errstate(invalid="ignore"):  # where a force law fails
-                    derivatives[part][:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
-        return derivatives[0], derivatives[1]
+        return (
+            self._differences(z, self.q.start, self.perturbation * self.size),
+            self._differences(z, self.v.start, pace * self.size),
+        )
+
+    def _state_derivatives(self, z: np.ndarray, spin: Spin, scale: np.ndarray) -> LinearStates:
+        """Return the derivatives of laws with states, which are held, of these sizes."""
+        n = self.state.coordinates
+        by_place, by_rate = self._load_derivatives(z, spin)
+        by_state = self._differences(z, self.y0.start, self.perturbation * scale)
+        by_place = by_place[n:] + spin.rate * turning(by_rate[n:])
+        return LinearStates(by_state[:n], by_place, by_rate[n:], by_state[n:])
+
+    def _differences(self, z: np.ndarray, first: int, steps: np.ndarray) -> np.ndarray:
+        """Return the derivatives of loads and rates by rows of z from `first` on.
+
+        They are central differences, four columns at a time.
+        """
+        n, half = len(steps), WIDTH // 2
+        derivatives = np.zeros((self.state.coordinates + self.state_count, n))
+        for begin in range(0, n, half):
+            columns = np.arange(begin, min(begin + half, n))
+            place, lanes = first + columns, np.arange(len(columns))
+            states = _copies(z)
+            states[place, lanes] += steps[columns]
+            states[place, half + lanes] -= steps[columns]
+            width = states[place, lanes] - states[place, half + lanes]  # as rounded
+            Q = np.concatenate([self.loads(states), self.work.z[self.rates]])
+            with np.errstate(invalid="ignore"):  # where a force law fails
+                derivatives[:, columns] = (Q[:, lanes] - Q[:, half + lanes]) / width
+        return derivatives
 
 
 def _copies(column: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import singledispatch
 from hashlib import sha256
+from itertools import accumulate
 from types import CellType, CodeType, FunctionType, ModuleType, NoneType
 from typing import NamedTuple, cast
 
@@ -24,13 +25,27 @@ from numba.np.numpy_support import carray
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.loads.lines import lines_of
+from flexband.mechanics.loads.solved_states import solver_of
 
 Law = Callable[..., None]
 """``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
 
 Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (points, 3). It fills the
-rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body.
+rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body. Rows of lines
+follow those of points, see `lines`. With states it is ``law(t, x, v, s, p, force, rate)`` and fills
+their rates too.
 """
+
+
+class LawShape(NamedTuple):
+    """The sizes of what a law takes, and the lines between its points."""
+
+    points: int
+    parameters: int
+    states: int = 0
+    between: tuple[tuple[int, int], ...] = ()
+
 
 Functions = tuple[FunctionType, ...]
 
@@ -39,6 +54,17 @@ Report = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 _laws: dict[Hashable, CompiledLaw] = {}
 _lock = threading.Lock()
 _own = threading.local()
+
+
+class Outcomes(NamedTuple):
+    """What a law did: it raised an error, it ran, or no states agreed with their rates."""
+
+    raised: int = 0
+    ran: int = 1
+    unsolved: int = 2
+
+
+OUTCOME = Outcomes()
 
 
 class LawFailure(NamedTuple):
@@ -70,8 +96,8 @@ class CompiledLaw:
     kept: tuple
 
 
-def compiled_law(law: Law, points: int, parameters: int, *, many: int = 200) -> CompiledLaw:
-    """Return a law for so many points and parameters; indices are checked when it runs.
+def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
+    """Return a law for so many points, parameters and states; indices are checked when it runs.
 
     The compilation of `many` laws is warned of: Numba does not give back the 2 MB of each.
 
@@ -82,10 +108,10 @@ def compiled_law(law: Law, points: int, parameters: int, *, many: int = 200) -> 
     """
     kept: list = [law]
     try:
-        key = _meaning(law, kept, ()), points, parameters
+        key = _meaning(law, kept, ()), shape
         with _lock:
             if key not in _laws:
-                _laws[key] = _compile(law, points, parameters, kept)
+                _laws[key] = _compile(law, shape, kept)
                 if len(_laws) == many:
                     warn(
                         f"{many} force laws have been compiled; each takes memory until the "
@@ -98,63 +124,94 @@ def compiled_law(law: Law, points: int, parameters: int, *, many: int = 200) -> 
         raise InputError(f"the law {law!r} does not compile: {error}") from None
 
 
-def _compile(law: Law, points: int, parameters: int, kept: list) -> CompiledLaw:
+class _Rows(NamedTuple):
+    """Where the memory of a law has x, v, force, y, b, τ and ẏ, and its end; see `kernels.laws`."""
+
+    x: int
+    v: int
+    force: int
+    y: int
+    b: int
+    tau: int
+    rate: int
+    end: int
+
+    @staticmethod
+    def of(shape: LawShape) -> _Rows:
+        """Return the rows of a law."""
+        sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
+        return _Rows(*accumulate(sizes))
+
+
+def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
+    at, points, count = _Rows.of(shape), shape.points, shape.points + len(shape.between)
     dispatcher = _checked(law, {})
-    size = points * AXES
-    start_x = 1 + parameters
-    start_v, start_force, rows = start_x + size, start_x + 2 * size, start_x + 3 * size
+    solved = solver_of(dispatcher, shape.states)
+    add_lines, pass_on = lines_of(shape.between, points)
 
     @Report
-    def report(address: int, lane: int, ran: int) -> None:
-        memory = (ctypes.c_double * (rows * WIDTH)).from_address(address)
-        column = np.array(memory).reshape(rows, WIDTH)[:, lane]
-        x, v = (column[k : k + size].reshape(points, AXES) for k in (start_x, start_v))
-        reason = _reason(dispatcher.py_func, ran, float(column[0]), x, v, column[1:start_x])
+    def report(address: int, lane: int, outcome: int) -> None:
+        memory = (ctypes.c_double * (at.end * WIDTH)).from_address(address)
+        column = np.array(memory).reshape(at.end, WIDTH)[:, lane]
+        x, v, force = np.zeros((3, count, AXES))
+        x[:points], v[:points] = column[at.x : at.force].reshape(2, points, AXES)
+        add_lines(x, v)
+        y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
+        arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
+        time = float(column[0])
+        reason = _reason(dispatcher.py_func, outcome, time, *arguments)
         failures = _own.__dict__.setdefault("failures", {})
-        failures.setdefault((id(done), lane), LawFailure(done, lane, float(column[0]), reason))
+        failures.setdefault((id(done), lane), LawFailure(done, lane, time, reason))
 
     def every_lane(memory):
-        lanes = carray(memory, (rows, WIDTH))
-        p = np.empty(parameters)
-        x, v, force = np.empty((points, 3)), np.empty((points, 3)), np.empty((points, 3))
+        lanes = carray(memory, (at.end, WIDTH))
+        x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
         for lane in range(WIDTH):
-            known, ran, good = True, False, True
-            for k in range(parameters):
-                p[k] = lanes[1 + k, lane]
-            for k in range(size):
-                x.flat[k] = lanes[start_x + k, lane]
-                v.flat[k] = lanes[start_v + k, lane]
-                force.flat[k] = 0.0
-                known = known and np.isfinite(x.flat[k]) and np.isfinite(v.flat[k])
+            column = lanes[:, lane].copy()
+            x[:points] = column[at.x : at.v].reshape(points, 3)
+            v[:points] = column[at.v : at.force].reshape(points, 3)
+            p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.end]
+            b, tau = column[at.b : at.tau], column[at.tau : at.rate]
+            force[:] = 0.0
+            rate[:] = 0.0
+            outcome = OUTCOME.raised
+            known = np.isfinite(column[at.x : at.force]).all() and np.isfinite(b).all()
             if known:  # not after the run of this lane has failed
+                add_lines(x, v)
                 try:
-                    dispatcher(lanes[0, lane], x, v, p, force)
-                    ran = True
+                    agrees = solved(column[0], x, v, y, p, force, rate, b, tau)
+                    outcome = OUTCOME.ran if agrees else OUTCOME.unsolved
                 except Exception:
-                    ran = False
-            for k in range(size):
-                good = good and np.isfinite(force.flat[k])
-                lanes[start_force + k, lane] = force.flat[k] if ran else np.nan
-            if known and not (ran and good):
-                report(lanes.ctypes.data, lane, 1 if ran else 0)
+                    outcome = OUTCOME.raised
+                pass_on(x, force)
+            if outcome != OUTCOME.ran:
+                force[:] = np.nan
+                y[:] = np.nan
+            column[at.force : at.y] = force[:points].ravel()
+            lanes[at.force : at.end, lane] = column[at.force : at.end]
+            if known and not np.isfinite(column[at.force : at.end]).all():
+                report(lanes.ctypes.data, lane, outcome)
 
     code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
     returned = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
     if returned != {"none"}:
+        fills = "`force` and `rate`" if shape.states else "`force`"
         raise InputError(
-            f"the law {law!r} must fill `force` and return nothing; it returns {returned.pop()}"
+            f"the law {law!r} must fill {fills} and return nothing; it returns {returned.pop()}"
         )
     done = CompiledLaw(cast(int, code.address), (code, report, *kept))
     return done
 
 
-def _reason(law: Law, ran: int, time: float, *arrays: np.ndarray) -> str:
+def _reason(law: Law, outcome: int, *arguments) -> str:
     """Return why a law failed; the text of an error comes from Python, which runs it again."""
-    if ran:
+    if outcome == OUTCOME.ran:
         return "is not finite"
+    if outcome == OUTCOME.unsolved:
+        return "has no states that agree with their rates"
     try:
         with np.errstate(all="ignore"):
-            law(time, *arrays, np.zeros_like(arrays[0]))
+            law(*arguments)
     except Exception as error:
         return f"raised {type(error).__name__}: {error}"
     return "raised an error"

@@ -5,15 +5,25 @@ The engine calls a law through its address, so it need not be compiled again for
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_function, check_non_negative, shown
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_function,
+    check_instance,
+    check_non_negative,
+    shown,
+)
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.loads.compiled_laws import Law, compiled_law
+from flexband.mechanics.loads.lines import check_lines
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, PairLoad, in_time
 
 
@@ -31,17 +41,30 @@ class ForceLaw:
         section. It is compiled anew when its code, or a number that it reads from outside, is
         new. A sample in which it raises an error, or forces are not finite, fails.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
+    states : first-order states of the law, such as a pressure or the integral of an error: name ->
+        value at the start, a number or an array of shape (n,), or "steady" where the state starts
+        with no rate. The law is then ``law(t, x, v, s, p, force, rate)``: it also receives the
+        states, shape (states,), in this order, and fills their `rate` ds/dt. They may be stiff:
+        their rule is L-stable and of second order (Jansen, Whiting and Hulbert 2000). The sensor
+        `LawState` reads them.
+    between : pairs of numbers of points, such as ``[(0, 1)]``. The law reads one more row of `x`
+        and `v` for each: (ℓ, 0, φ), the distance of the two points and the angle of the first less
+        that of the second, with turns counted. In `force` the row is (F, 0, M): F pushes the points
+        apart, M turns the first body, and the second one the other way.
 
     Raises
     ------
     InputError
-        If there is no point, a parameter is neither finite nor a function of time, or the law
-        does not compile, returns a value or calls itself.
+        If there is no point, a parameter is neither finite nor a function of time, a state at the
+        start is neither finite nor "steady", `between` has a number that is not of a point, or the
+        law does not compile, returns a value or calls itself.
     """
 
     points: Sequence[PointName]
     law: Law
     parameters: Sequence[InTime] = ()
+    states: Mapping[str, ArrayLike] = field(default_factory=dict)
+    between: Sequence[tuple[int, int]] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.points, list | tuple) or not self.points:
@@ -54,12 +77,28 @@ class ForceLaw:
         for k, value in enumerate(self.parameters):
             in_time(f"ForceLaw parameter {k}", value)
         check_function("ForceLaw law", self.law)
-        compiled_law(self.law, len(self.points), len(self.parameters))
+        _check_states(self.states)
+        check_lines(self.between, len(self.points))
+        compiled_law(self.law, self._entry([None] * len(self.points)).shape)
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the law."""
-        frames = [model.frame(point) for point in self.points]
-        return Entries(laws=[LawEntry(frames, self.law, self.parameters)])
+        return Entries(laws=[self._entry([model.frame(point) for point in self.points])])
+
+    def _entry(self, frames: Sequence[Any]) -> LawEntry:
+        return LawEntry(frames, self.law, self.parameters, self.states, self.between)
+
+
+def _check_states(states: object) -> None:
+    """Raise `InputError` if these are not names of states with values at the start."""
+    check_instance(
+        "ForceLaw states", states, Mapping, "a mapping from names to values at the start"
+    )
+    for name, value in cast(Mapping, states).items():
+        if not isinstance(name, str) or not name:
+            raise InputError(f"the name of a state must be non-empty text; got {shown(name)}")
+        if not isinstance(value, str) or value != "steady":
+            check_finite(f"ForceLaw state {name!r}", value, 'finite numbers or "steady"')
 
 
 @frozen()

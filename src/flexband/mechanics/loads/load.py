@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
-from flexband.mechanics.loads.compiled_laws import Law
+from flexband.mechanics.loads.compiled_laws import Law, LawShape
 
 InTime = ArrayLike | TimeFunction
 """A number, an array of shape (n,), or a function of the time [s] that returns one of these."""
@@ -59,11 +60,21 @@ class LawEntry(NamedTuple):
     points : the frames that the law reads and acts on.
     law : the user's function, see `compiled_laws`.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
+    states : its first-order states at the start by name, or "steady" where their rates vanish.
+    between : pairs of numbers of points, the ends of lines that it reads and acts on.
     """
 
     points: Sequence[Frame]
     law: Law
     parameters: Sequence[InTime]
+    states: Mapping[str, ArrayLike] = MappingProxyType({})
+    between: Sequence[tuple[int, int]] = ()
+
+    @property
+    def shape(self) -> LawShape:
+        """The sizes of what the law takes."""
+        between = tuple((first, second) for first, second in self.between)
+        return LawShape(len(self.points), len(self.parameters), len(self.states), between)
 
 
 class MomentEntry(NamedTuple):

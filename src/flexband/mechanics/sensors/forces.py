@@ -1,4 +1,4 @@
-"""Sensors of forces: of joints, drives and springs."""
+"""Sensors of forces: of joints, drives and springs, and of what force laws remember."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_option
+from flexband.errors import InputError, check_instance, check_option
 from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
@@ -103,6 +103,36 @@ class SpringForce(Sensor):
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.spring(self.spring, torsion=False)
+
+
+@frozen()
+class LawState(Sensor):
+    """A first-order state of a `ForceLaw`, such as a pressure.
+
+    Parameters
+    ----------
+    load : name of the load.
+    state : name of the state.
+    unit : of the state, for labels.
+
+    Raises
+    ------
+    InputError
+        If the unit is not text, or the load has no state of that name.
+    """
+
+    load: str
+    state: str
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        check_instance("LawState unit", self.unit, str, "text")
+
+    def outputs(self) -> list[tuple[str, str]]:
+        return [("", self.unit)]
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        return [model.law_state(self.load, self.state)]
 
 
 @frozen()

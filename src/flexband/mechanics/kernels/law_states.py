@@ -1,0 +1,92 @@
+"""First-order states of force laws, ẏ = g(t, x, v, y), and the rule that integrates them, on lanes.
+
+A step from y₀ is that of Jansen, Whiting and Hulbert's generalized-α method with ρ∞ = 0,
+
+    y₁ = y₀ + h c w₀ + h (1 − c) ẏ₁,   w₁ = (y₁ − y₀)/h,   c = 1/3,
+
+or one of Euler's implicit method, c = 0, where there is no w₀ yet. Laws solve for y₁, see
+`loads.solved_states`.
+
+The rows of the states in z are y, y₀, w and ẏ of all laws, then those of the rule, which all states
+share: h c, h (1 − c) and c.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flexband.mechanics.kernels.lanes import compiled, filled, load, store, where
+
+
+class Marks(NamedTuple):
+    """Numbers that stand for something else.
+
+    Attributes
+    ----------
+    steady
+        In place of a state at the start that is to have no rate.
+    solved
+        In place of h (1 − c) where a law solves for a state that has no rate.
+    """
+
+    steady: float = 1e300
+    solved: float = -1.0
+
+
+MARK = Marks()
+
+
+@compiled
+def rows_of_states(state):
+    """Return the rows of y₀, w and ẏ, of the rule, and how many states there are."""
+    count = (state.rule - state.law_state) // 4
+    start = state.law_state + count
+    return start, start + count, start + 2 * count, state.rule, count
+
+
+@compiled
+def begin_states(state, z, h, chosen):
+    """Begin a step of length h from y where `chosen` is true."""
+    start, _, _, rule, count = rows_of_states(state)
+    if count > 0:
+        share = load(z, rule + 2)
+        store(z, rule, where(chosen, h * share, load(z, rule)))
+        store(z, rule + 1, where(chosen, h * (1.0 - share), load(z, rule + 1)))
+        for k in range(count):
+            y = load(z, state.law_state + k)
+            store(z, start + k, where(chosen, y, load(z, start + k)))
+
+
+@compiled
+def end_states(state, z, h, chosen):
+    """End a step of length h: set w₁ = (y₁ − y₀)/h where `chosen` is true."""
+    start, slope, _, rule, count = rows_of_states(state)
+    if count > 0:
+        store(z, rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rule + 2)))
+        for k in range(count):
+            w = (load(z, state.law_state + k) - load(z, start + k)) / h
+            store(z, slope + k, where(chosen, w, load(z, slope + k)))
+
+
+@compiled
+def shift_states(state, z, ratio, chosen):
+    """Set w, the rate half a step earlier, to that half of another step earlier.
+
+    `ratio` is the length of the new step over that of the one before.
+    """
+    _, slope, rate, _, count = rows_of_states(state)
+    for k in range(count):
+        w, present = load(z, slope + k), load(z, rate + k)
+        store(z, slope + k, where(chosen, present + ratio * (w - present), w))
+
+
+@compiled
+def hold_states(state, z, chosen):
+    """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
+    start, _, _, rule, count = rows_of_states(state)
+    if count > 0:
+        for row in range(rule, rule + 3):
+            store(z, row, where(chosen, filled(0.0), load(z, row)))
+        for k in range(count):
+            y = load(z, state.law_state + k)
+            store(z, start + k, where(chosen, y, load(z, start + k)))

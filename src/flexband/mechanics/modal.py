@@ -119,7 +119,7 @@ class ModalResponse(AtRest):
 
     def _modes(self, mechanism: Mechanism) -> Followed:
         """Return the modes of lowest frequency of every sample."""
-        if mechanism.state.rule < mechanism.state.rows:
+        if mechanism.state.rule < mechanism.state.gap:
             raise InputError("modes of force laws with states are not followed; use fb.modes")
         count = self.modes + self.tracking.further
         _, samples, unbalanced = sample_modes(mechanism, count, self.about, self.steps)

@@ -26,16 +26,21 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.engine.batch import Impulse, run_samples
+from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
 from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
-from flexband.mechanics.engine.step_check import remark_on_few_steps, warn_of_large_steps
+from flexband.mechanics.engine.step_check import (
+    remark_on_few_steps,
+    warn_of_large_steps,
+    warn_of_missed_turns,
+)
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.sensors.energies import Work
 from flexband.progress import ProgressListener, listener, listening
 
 
@@ -92,7 +97,9 @@ def simulate(
             progress=progress,
         )
     integrator = GeneralizedAlpha() if integrator is None else integrator
-    few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
+    few = ""
+    if integrator.step_limits(system.structure.state, step) is None:
+        few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
     if few:
         motion.attrs["few_steps"] = few
         warn(few, ResolutionWarning)
@@ -144,7 +151,12 @@ def simulated(
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     system = assemble(mechanism)
-    check_memory(system, count, threads or available_cores(), substeps)
+    free = integrator.step_limits(system.structure.state, grid.step)
+    if free:
+        refuse_sums_over_steps(mechanism)
+    check_memory(
+        system, count, threads or available_cores(), substeps, polynomials=free is not None
+    )
     times = grid.times()
     batch = run_samples(
         system, times, integrator, every=substeps, threads=threads, progress=progress
@@ -153,6 +165,7 @@ def simulated(
     again = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
+    complete = complete and not free
     if len(again) and complete:
         every = 2 * substeps
         halves = grid._replace(substeps=every).times()
@@ -177,25 +190,45 @@ def simulated(
             "time": ("time", grid._replace(substeps=1).times(), {"units": "s"}),
         },
     )
-    try:
-        raise_failures(batch.failures, system, times, halved=complete)
-    except RunError as error:
-        batch.outputs[list(error.failures)] = np.nan
-        error.results = result
-        raise
-    warn_of_large_steps(batch.turned, system, times, integrator)
+    _raise_failures(batch, system, times, result, halved=complete)
+    if free:
+        warn_of_missed_turns(batch.turned, system, times)
+    else:
+        warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)
     result.attrs |= report(system, batch.corrections)
-    if len(again):  # all are completed
+    if len(again) and complete:  # all are completed
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
         sample = min(batch.starts)
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
+
+
+def refuse_sums_over_steps(mechanism: Mechanism) -> None:
+    """Raise `InputError` for sensors that add up over steps, of which a result shows only some."""
+    for name, sensor in mechanism.sensors.items():
+        if isinstance(sensor, Work):
+            raise InputError(
+                f"sensor {name!r}: Work is integrated over the steps of the result, and samples "
+                "choose shorter ones here; take the difference of energies instead"
+            )
+
+
+def _raise_failures(
+    batch: Batch, system: System, times: np.ndarray, result: xr.DataArray, *, halved: bool
+) -> None:
+    """Raise the error of the samples that failed, with the result of the others."""
+    try:
+        raise_failures(batch.failures, system, times, halved=halved)
+    except RunError as error:
+        batch.outputs[list(error.failures)] = np.nan
+        error.results = result
+        raise
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:

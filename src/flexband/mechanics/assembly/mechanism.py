@@ -219,6 +219,7 @@ class Mechanism:
         return State.of(
             coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
             points, sum(len(law.states) for law in self.laws),
+            sum(len(law.events) for law in self.laws),
         )  # fmt: skip
 
     @cached_property

@@ -11,6 +11,7 @@ from flexband.errors import check_affordable, returned
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes, zeros
 from flexband.mechanics.time_functions.schedule import Schedule
 from flexband.mechanics.time_functions.tabulation import tabulate
@@ -44,13 +45,29 @@ class Packed:
 
     def __call__(self, number: int) -> Values:
         values: Values = mapped(lambda rows: rows(number), self._blocks)
-        rest = zeros(len(values.springs.rest))  # the engine writes it when it knows the start
-        rest[:] = values.springs.rest
-        return values._replace(springs=values.springs._replace(rest=rest))
+        rest = _writable(values.springs.rest)  # the engine writes it when it knows the start
+        values = values._replace(springs=values.springs._replace(rest=rest))
+        if not len(values.polynomials):
+            return values
+        return values._replace(functions=_writable(values.functions), rates=_writable(values.rates))
 
 
-def pack(system: System, times: np.ndarray, samples: np.ndarray | None = None) -> Packed:
+def _writable(lanes: np.ndarray) -> np.ndarray:
+    """Return a copy of lanes."""
+    copy = zeros(len(lanes))
+    copy[:] = lanes
+    return copy
+
+
+def pack(
+    system: System,
+    times: np.ndarray,
+    samples: np.ndarray | None = None,
+    tolerance: float | None = None,
+) -> Packed:
     """Return the blocks of all samples, or of those with these numbers, for a run over `times` [s].
+
+    With the tolerance of steps that are chosen freely, functions of time are polynomials.
 
     Raises
     ------
@@ -61,19 +78,32 @@ def pack(system: System, times: np.ndarray, samples: np.ndarray | None = None) -
     terms, first = system.structure.terms, system.structure.state.multiplier
     entries = zip(terms.f.tolist(), terms.k.tolist(), strict=True)
     driven = {f: system.constraints[k - first] for f, k in reversed(list(entries)) if f > 0}
-    schedule, functions, rates = tabulate(system.functions, driven, system.samples, times)
+    schedule, functions, rates, polynomials = tabulate(
+        system.functions, driven, system.samples, times, tolerance=tolerance
+    )
     values = system.values._replace(
         functions=functions.reshape(-1, functions.shape[-1]),
         rates=rates.reshape(-1, rates.shape[-1]),
         parts=schedule.parts,
         numbers=schedule.numbers.astype(float),
     )
+    if polynomials is not None:
+        values = values._replace(
+            functions=functions[0],
+            rates=rates[0].reshape(-1, rates.shape[-1]),
+            table=values.functions,
+            table_rates=values.rates,
+            polynomials=polynomials.reshape(-1, polynomials.shape[-1]),
+        )
     return Packed(schedule, values, samples)
 
 
-def check_memory(system: System, times: int, threads: int, substeps: int) -> None:
+def check_memory(
+    system: System, times: int, threads: int, substeps: int, *, polynomials: bool = False
+) -> None:
     """Raise `InputError` if a simulation with so many times takes more memory than there is."""
-    samples, outputs, tables = system.samples, len(system.outputs), 3 * (1 + len(system.functions))
+    samples, outputs = system.samples, len(system.outputs)
+    tables = (3 + COEFFICIENTS * polynomials) * (1 + len(system.functions))
     lanes = WIDTH * min(threads, -(-samples // WIDTH))
     several = any(np.size(returned(f, 0.0)) > 1 for f in system.functions)
     tabulated = tables * ((samples + lanes) if several else 1 + WIDTH)

@@ -77,6 +77,7 @@ class Laws(NamedTuple):
     f: np.ndarray  # function of time that multiplies a parameter
     point_start: np.ndarray  # law -> first of its points
     state_start: np.ndarray  # law -> first of its states
+    gap_start: np.ndarray  # law -> first of its gaps
     angle: int  # angle of the first point; those of the others follow
     position: int  # vector of the first point's position; those of the others follow
     coordinates: np.ndarray  # law -> number of coordinates that it depends on
@@ -174,6 +175,9 @@ class Values(NamedTuple):
     numbers: np.ndarray  # which time each round belongs to
     functions: np.ndarray  # `Structure.functions` rows per round
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
+    table: np.ndarray  # as functions and rates, where these are of one moment, of free steps
+    table_rates: np.ndarray
+    polynomials: np.ndarray  # of the functions in each round, see `time_functions.polynomials`
     mass: np.ndarray
     regular_mass: np.ndarray  # as mass, without zeros: what matrices have where residuals have mass
     sharing_mass: np.ndarray  # as this, without light bodies: what redundant constraints share by
@@ -206,6 +210,9 @@ class WorkSpace(NamedTuple):
     before: np.ndarray  # z and a before a step
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
+    trial: np.ndarray  # failure of a free step that may be repeated, four rows
+    steps: np.ndarray  # length of the next free step and of the one before [s], two rows
+    taken: np.ndarray  # number of free steps, one row
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
@@ -216,7 +223,7 @@ class WorkSpace(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1)
+        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 2, 1)
         rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]
         memory = zeros(starts[-1])

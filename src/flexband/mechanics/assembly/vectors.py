@@ -186,6 +186,7 @@ class LawTable:
             f=indices(places.functions[p if callable(p) else None] for p in self.parameters),
             point_start=starts([law.points for law in self.laws]),
             state_start=starts([[*law.states] for law in self.laws]),
+            gap_start=starts([law.events for law in self.laws]),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -207,7 +208,7 @@ class LawTable:
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws`."""
     axes = AXES * len(law.points)
-    given = 1 + len(law.parameters) + 4 * len(law.states)
+    given = 1 + len(law.parameters) + 4 * len(law.states) + 2 * len(law.events)
     return given + axes * (3 + axes + 2 * len(group))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,14 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.corrections import Corrections, corrections
-from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
+from flexband.mechanics.engine.entries import MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws
-from flexband.mechanics.engine.generalized_alpha import Coefficients, GeneralizedAlpha
+from flexband.mechanics.engine.generalized_alpha import (
+    NEWTON,
+    Coefficients,
+    GeneralizedAlpha,
+    StepLimits,
+)
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
@@ -81,11 +87,13 @@ def run_samples(
     The outputs are those of `every` such time. If two `attempts` are made at each step, the second
     one damps Newton's method, and leaves out no constraint that is independent of the others.
     """
-    packed = pack(system, times, samples)
+    limits = integrator.step_limits(system.structure.state, times[1] - times[0])
+    packed = pack(system, times, samples, limits and limits.tolerance)
     chosen = np.arange(system.samples) if samples is None else samples
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
-    method = integrator.coefficients(times[1] - times[0])._replace(attempts=attempts)
-    tolerance = float(integrator.tolerance)
+    method = integrator.coefficients(times[1] - times[0])
+    method = method._replace(attempts=attempts, matrices=NEWTON.factorizations if limits else 1000)
+    run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
     failures = np.zeros((len(chosen), 4))
     starts: dict[int, np.ndarray] = {}
@@ -100,8 +108,7 @@ def run_samples(
         places = slice(block * WIDTH, (block + 1) * WIDTH)
         numbers = chosen[places]
         values = packed(block)
-        own_run = system, method, tolerance, values, rounds
-        series, failure, first, work = march_block(*own_run, under_way)
+        series, failure, first, work = run_block(values, rounds, under_way)
         started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
         require_inertia(system, values, started[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
@@ -126,15 +133,14 @@ def run_samples(
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
-    if not dynamics.signatures:
-        while_compiling(lambda: march_block(system, method, tolerance, packed(0), rounds=1))
+    if not (free_dynamics if limits else dynamics).signatures:
+        while_compiling(lambda: run_block(packed(0), 1))
     steps = blocks * (rounds - 1)
     pace = Pace(
         rounds - 1, lambda: sum(float(block_rounds[0, 0]) for block_rounds in under_way[:]) / steps
     )
     in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
     pace.end()
-    largest = Largest.joined(strains, len(chosen))
     return Batch(
         outputs,
         failures,
@@ -142,7 +148,7 @@ def run_samples(
         corrections(system, firsts, chosen),
         turned,
         unresolved,
-        largest,
+        Largest.joined(strains, len(chosen)),
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
     )
@@ -164,8 +170,11 @@ def march_block(
     values: Values,
     rounds: int,
     under_way: list[np.ndarray] | None = None,
+    limits: StepLimits | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
     """Run one block; the number of its last round is added to those `under_way`.
+
+    With `limits` its lanes choose their steps.
 
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
@@ -175,7 +184,7 @@ def march_block(
     first = work.z.copy()
     if under_way is not None:
         under_way.append(work.reached)
-    run(MARCH, system, values, work, series, failure, method, tolerance)
+    run(MARCH, system, values, work, series, failure, method, tolerance, limits)
     return series, failure, first, work
 
 
@@ -238,12 +247,14 @@ def run(
     failure: np.ndarray = NOTHING,
     method: Coefficients = NO_STEP,
     number: float = 0.0,
+    limits: StepLimits | None = None,
 ) -> None:
-    """Perform one of the tasks of `entries`."""
+    """Perform one of the tasks of `entries`. With limits, lanes choose the steps of MARCH."""
     arguments = (
-        task,
+        *(() if limits else (task,)),
         system.record,
         method,
+        *((limits,) if limits else ()),
         float(number),
         Record(values),
         Record(work),
@@ -252,6 +263,7 @@ def run(
         address(stop_flag()),
     )
     entry = dynamics if task in (START, MARCH) else statics
+    entry = free_dynamics if limits else entry
     compiled = _compiled.get(entry)
     if compiled is None:
         entry(*arguments)

@@ -1,13 +1,14 @@
-"""The entries of the engine: one for dynamics, one for statics.
+"""The entries of the engine: one for dynamics, one with steps that lanes choose, one for statics.
 
-Every entry compiles all kernels that it calls, so tasks share an entry. The entry for statics is
-compiled when it is first used.
+Every entry compiles all kernels that it calls, so tasks share an entry. The second and the third
+are compiled when they are first used.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.engine.free_steps.march import march_freely
 from flexband.mechanics.engine.generalized_alpha import march
 from flexband.mechanics.engine.initial_conditions import start
 from flexband.mechanics.engine.static_solver import settle
@@ -35,6 +36,16 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
         start(structure, values, work, failure)
     else:
         march(structure, method, number, values, work, outputs, failure, stop)
+
+
+@cached
+def free_dynamics(structure, method, limits, number, values, work, outputs, failure, stop):
+    """Simulate one block of samples from the start, with steps that each lane chooses.
+
+    Parameters are those of `dynamics`, and `limits`, the `StepLimits` of the run. `method` is that
+    of a step of the output.
+    """
+    march_freely(structure, method, limits, number, values, work, outputs, failure, stop)
 
 
 @cached

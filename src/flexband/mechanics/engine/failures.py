@@ -79,6 +79,8 @@ def raise_failures(
             "loads; PrescribedTravel in place of the force follows it",
             FAILURE.undetermined: f"{_massless(system)} can move while all that has mass is at "
             "rest, as at a dead centre; give it mass and inertia",
+            FAILURE.too_small: "no step is short enough, down to the smallest_step: events follow "
+            "each other without end, or forces that jump are not events",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)

@@ -58,6 +58,7 @@ from flexband.mechanics.kernels.law_states import (
     hold_states,
     shift_states,
 )
+from flexband.mechanics.kernels.state import State
 
 ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
@@ -94,6 +95,19 @@ class NewtonOptions(NamedTuple):
 NEWTON = NewtonOptions()
 
 
+class StepLimits(NamedTuple):
+    """What a run asks of its steps.
+
+    Attributes
+    ----------
+    tolerance : error of a coordinate in a step, relative to the size of the mechanism.
+    smallest : shortest step [s].
+    """
+
+    tolerance: float
+    smallest: float
+
+
 @frozen(kw_only=True)
 class GeneralizedAlpha:
     """Numerical parameters of the integrator.
@@ -103,6 +117,11 @@ class GeneralizedAlpha:
     spectral_radius : ρ∞ in [0, 1], which sets the damping of vibrations that the step does not
         resolve: none for 1, the most for 0.
     tolerance : of Newton's method, for the coordinates relative to the size of the mechanism.
+    step_tolerance : error of a coordinate in a step, relative to the size of the mechanism, with
+        which every sample chooses its steps between two times of the result; or None for steps that
+        are given. Where force laws have `events`, steps are always chosen, and None is 1e-7.
+    smallest_step : shortest step [s] that may be chosen, or None for 1e-7 of the given one. A
+        sample that needs shorter ones fails.
 
     Raises
     ------
@@ -112,8 +131,20 @@ class GeneralizedAlpha:
 
     spectral_radius: float = 0.7
     tolerance: float = 1e-10
+    step_tolerance: float | None = None
+    smallest_step: float | None = None
 
     def __post_init__(self) -> None:
+        if self.step_tolerance is not None:
+            check_positive("step_tolerance", check_numbers("step_tolerance", self.step_tolerance))
+            if not 1e-13 < self.step_tolerance < 1e-2:
+                raise InputError(
+                    "step_tolerance must be between 1e-13 and 0.01 of the mechanism's size; got "
+                    f"{self.step_tolerance:g}"
+                )
+        if self.smallest_step is not None:
+            name = "smallest_step [s]"
+            check_positive(name, check_numbers(name, self.smallest_step))
         rho = check_numbers("spectral_radius", self.spectral_radius)
         if not 0 <= rho <= 1:
             raise InputError(f"spectral_radius must be from 0 to 1; got {rho:g}")
@@ -123,6 +154,17 @@ class GeneralizedAlpha:
                 f"GeneralizedAlpha tolerance is {self.tolerance:g} of the mechanism's size; "
                 f"it is usually 1e-12 to 1e-8"
             )
+
+    def step_limits(self, state: State, step: float) -> StepLimits | None:
+        """Return the limits of steps that samples choose between times that are `step` [s] apart.
+
+        They are None where samples take the steps that are given.
+        """
+        if self.step_tolerance is None and state.gap == state.rows:
+            return None
+        tolerance = 1e-7 if self.step_tolerance is None else self.step_tolerance
+        smallest = self.smallest_step or 1e-7 * float(step)
+        return StepLimits(float(tolerance), float(min(smallest, step)))
 
     def coefficients(self, step: float) -> Coefficients:
         """Return the coefficients of the method for a step [s] (Chung and Hulbert 1993)."""
@@ -147,6 +189,7 @@ class Coefficients(NamedTuple):
     dq_da: float  # 1/β', ∂q/∂q̈ [s²]
     dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
     attempts: int = 1  # at a step, from the second one on with damped corrections
+    matrices: int = 1000  # the most of an attempt, with as many iterations each as Newton allows
 
 
 @inlined
@@ -161,6 +204,7 @@ def of_part(method, part):
         method.dq_da * (part * part),
         method.dv_da * part,
         method.attempts,
+        method.matrices,
     )
 
 
@@ -171,7 +215,7 @@ def predict(structure, method, values, z, a):
     Where the accelerations would move a coordinate by more than `NEWTON.max_fall` they are those of
     vibrations that the step does not resolve. The coordinate then moves with its velocity alone.
     """
-    h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
+    h, alpha_m, alpha_f, beta, gamma, _, _, _, _ = method
     state = structure.state
     velocity, acceleration = state.velocity, state.acceleration
     for i in range(1, state.coordinates + 1):
@@ -246,7 +290,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     weight, velocity_part = method.dq_da, method.dv_da / method.dq_da
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     lost = none
-    age, first = 0, True  # iterations since the factorization, and whether this is the first one
+    matrices, age, first = 0, 0, True  # age: iterations since the last factorization
     most = 1 if damped else NEWTON.iterations
     for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
@@ -276,7 +320,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
         pending, solved = where(done, none, pending), where(done, none, solved)
-        if not any_true(pending):
+        matrices += 1
+        if not any_true(pending) or matrices == method.matrices:
             break
         active, age = pending, 0  # where a new Jacobian is needed, it serves one more iteration
     return pending, redundant, lost
@@ -339,7 +384,7 @@ def stand_still(structure, method, work, failed):
 
     A prediction from velocities may be far off where a fine mesh vibrates faster than the step.
     """
-    h, alpha_m, alpha_f, beta, gamma, _, _, _ = method
+    h, alpha_m, alpha_f, beta, gamma, _, _, _, _ = method
     state, z, a, before = structure.state, work.z, work.a, work.before
     go_back(structure, work, failed)
     for i in range(1, state.coordinates + 1):

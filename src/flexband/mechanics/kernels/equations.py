@@ -28,6 +28,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.law_gaps import update_gap_rates
 from flexband.mechanics.kernels.laws import (
     add_law_forces,
     add_law_tangent,
@@ -234,11 +235,24 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
 @inlined
 def update_law_states(structure, values, now, z, memory):
     """Solve for the states of force laws at the present coordinates and velocities."""
-    if structure.state.rule < structure.state.rows:
+    if structure.state.rule < structure.state.rows:  # there are states or gaps
         update_angles(structure.vectors, values.vectors, structure.state, z)
         update_states(
             structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
             values.functions, now, z, memory,
+        )  # fmt: skip
+
+
+@inlined
+def update_law_gaps(structure, values, now, z, time, memory):
+    """Set the rates of the gaps of force laws from differences over a `time` [s].
+
+    The functions of time in `values` are those of one moment.
+    """
+    if structure.state.gap < structure.state.rows:
+        update_gap_rates(
+            structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
+            values.functions, values.rates, now, z, time, memory,
         )  # fmt: skip
 
 

@@ -30,6 +30,8 @@ class FailureCodes(NamedTuple):
         The mechanism snaps through before the loads act in full.
     undetermined
         Bodies without mass can move while all that has mass is at rest.
+    too_small
+        The smallest of the steps that are chosen freely is not short enough.
     """
 
     not_assembled: float = 1.0
@@ -42,6 +44,7 @@ class FailureCodes(NamedTuple):
     out_of_reach: float = 8.0
     snapped_through: float = 9.0
     undetermined: float = 10.0
+    too_small: float = 11.0
 
 
 FAILURE = FailureCodes()

@@ -20,6 +20,9 @@ from flexband.errors import returned
 TimeFunction = Callable[[float], ArrayLike]
 """A function of the time [s], which returns a number or an array of shape (n,)."""
 
+COEFFICIENTS = 8
+"""Of the polynomial of a function of time in a round of free steps, see `time_functions`."""
+
 
 @dataclass(frozen=True)
 class Composed:

@@ -45,6 +45,18 @@ def rows_of_states(state):
 
 
 @compiled
+def hold_states(state, z, chosen):
+    """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
+    start, _, _, rule, count = rows_of_states(state)
+    if count > 0:
+        for row in range(rule, rule + 3):
+            store(z, row, where(chosen, filled(0.0), load(z, row)))
+        for k in range(count):
+            y = load(z, state.law_state + k)
+            store(z, start + k, where(chosen, y, load(z, start + k)))
+
+
+@compiled
 def begin_states(state, z, h, chosen):
     """Begin a step of length h from y where `chosen` is true."""
     start, _, _, rule, count = rows_of_states(state)
@@ -59,13 +71,14 @@ def begin_states(state, z, h, chosen):
 
 @compiled
 def end_states(state, z, h, chosen):
-    """End a step of length h: set w₁ = (y₁ − y₀)/h where `chosen` is true."""
+    """End a step of length h: set w₁ = (y₁ − y₀)/h and hold y₁ where `chosen` is true."""
     start, slope, _, rule, count = rows_of_states(state)
+    for k in range(count):
+        w = (load(z, state.law_state + k) - load(z, start + k)) / h
+        store(z, slope + k, where(chosen, w, load(z, slope + k)))
+    hold_states(state, z, chosen)
     if count > 0:
         store(z, rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rule + 2)))
-        for k in range(count):
-            w = (load(z, state.law_state + k) - load(z, start + k)) / h
-            store(z, slope + k, where(chosen, w, load(z, slope + k)))
 
 
 @compiled
@@ -78,15 +91,3 @@ def shift_states(state, z, ratio, chosen):
     for k in range(count):
         w, present = load(z, slope + k), load(z, rate + k)
         store(z, slope + k, where(chosen, present + ratio * (w - present), w))
-
-
-@compiled
-def hold_states(state, z, chosen):
-    """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
-    start, _, _, rule, count = rows_of_states(state)
-    if count > 0:
-        for row in range(rule, rule + 3):
-            store(z, row, where(chosen, filled(0.0), load(z, row)))
-        for k in range(count):
-            y = load(z, state.law_state + k)
-            store(z, start + k, where(chosen, y, load(z, start + k)))

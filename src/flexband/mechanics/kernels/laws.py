@@ -2,9 +2,10 @@
 
 The rows of the memory of a law with m parameters, P points and n states are t, p (m rows), then x,
 v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
-and their rates ẏ. The law solves y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent
-needs three matrices behind them: B = ∂x/∂q (3P × C, where C is the number of coordinates that the
-law depends on), K = −∂force/∂x (3P × 3P), in which y follows x, and K B.
+and their rates ẏ, then a row each for the modes and the values of its gaps. The law solves
+y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent needs three matrices behind them:
+B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depends on), K = −∂force/∂x
+(3P × 3P), in which y follows x, and K B.
 """
 
 from __future__ import annotations
@@ -30,23 +31,24 @@ DIFFERENCE = 1e-6
 
 
 @compiled
-def _layout(laws, s):
+def layout(laws, s):
     """Return the first and the last point of a law, and the rows of x, v, force, y and B."""
     first, last = laws.point_start[s], laws.point_start[s + 1]
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
     y, count = x + 3 * size, laws.state_start[s + 1] - laws.state_start[s]
-    return first, last, x, x + size, x + 2 * size, y, y + 4 * count
+    gaps = laws.gap_start[s + 1] - laws.gap_start[s]
+    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + 2 * gaps
 
 
 @compiled
-def _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory):
+def fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory):
     """Write time, parameters, positions and velocities, and what is known of the states."""
     store(memory, 0, load(functions, now + laws.time))
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
         value = load(values, k) * load(functions, now + laws.f[k])
         store(memory, 1 + k - begin, value)
-    first, last, x, v, _, y, _ = _layout(laws, s)
+    first, last, x, v, _, y, _ = layout(laws, s)
     for p in range(first, last):
         row, a = AXES * (p - first), laws.angle + p
         px, py = vector(vectors, vector_values, z, 0, laws.position + p)
@@ -64,26 +66,43 @@ def _fill(laws, values, vectors, vector_values, state, functions, now, z, s, mem
         store(memory, y + k, before)
         store(memory, y + count + k, before + load(z, rule) * load(z, slope + begin + k))
         store(memory, y + 2 * count + k, load(z, rule + 1))
+    all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
+    for k in range(gaps):
+        store(memory, row + k, load(z, state.gap + 2 * all_gaps + gap + k))
+
+
+@compiled
+def gaps_of(laws, state, s, y):
+    """Return the number of all gaps, the first one of law s, their number and row in its memory.
+
+    `y` is the row of the law's states.
+    """
+    count = laws.state_start[s + 1] - laws.state_start[s]
+    gap, end = laws.gap_start[s], laws.gap_start[s + 1]
+    return (state.rows - state.gap) // 3, gap, end - gap, y + 4 * count
 
 
 @compiled
 def _call(laws, state, z, s, memory):
     """Call a law, and take over its states and their rates."""
     call_at(laws.address[s], memory, 0)
-    _, _, _, _, _, y, _ = _layout(laws, s)
+    _, _, _, _, _, y, _ = layout(laws, s)
     _, _, rate, _, _ = rows_of_states(state)
     begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
     for k in range(count):
         store(z, state.law_state + begin + k, load(memory, y + k))
         store(z, rate + begin + k, load(memory, y + 3 * count + k))
+    _, gap, gaps, row = gaps_of(laws, state, s, y)
+    for k in range(gaps):
+        store(z, state.gap + gap + k, load(memory, row + gaps + k))
 
 
 @compiled
 def start_states(laws, values, starting, vectors, vector_values, state, functions, now, z, memory):
     """Set the states at the start: those given, `starting`, or those without a rate."""
     for s in range(len(laws.address)):
-        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        _, _, _, _, _, y, _ = _layout(laws, s)
+        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        _, _, _, _, _, y, _ = layout(laws, s)
         begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
         for k in range(count):
             given = load(starting, begin + k)
@@ -92,16 +111,27 @@ def start_states(laws, values, starting, vectors, vector_values, state, function
             store(memory, y + k, known)
             store(memory, y + count + k, known)
             store(memory, y + 2 * count + k, where(steady, filled(MARK.solved), filled(0.0)))
-        if count > 0:
+        all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
+        for k in range(gaps):
+            store(memory, row + k, filled(1.0))
+        if count + gaps > 0:
+            _call(laws, state, z, s, memory)
+        for k in range(gaps):
+            open_ = less(filled(0.0), load(z, state.gap + gap + k))
+            mode = where(open_, filled(1.0), filled(-1.0))
+            store(memory, row + k, mode)
+            store(z, state.gap + 2 * all_gaps + gap + k, mode)
+        if gaps > 0:
             _call(laws, state, z, s, memory)
 
 
 @compiled
 def update_states(laws, values, vectors, vector_values, state, functions, now, z, memory):
-    """Solve for the states at the present positions and velocities."""
+    """Solve for the states at the present positions and velocities, and set the gaps."""
     for s in range(len(laws.address)):
-        if laws.state_start[s + 1] > laws.state_start[s]:
-            _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        count = laws.state_start[s + 1] - laws.state_start[s]
+        if count + laws.gap_start[s + 1] - laws.gap_start[s] > 0:
+            fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
             _call(laws, state, z, s, memory)
 
 
@@ -109,9 +139,9 @@ def update_states(laws, values, vectors, vector_values, state, functions, now, z
 def add_law_forces(laws, values, vectors, vector_values, state, functions, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
     for s in range(len(laws.address)):
-        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
         _call(laws, state, z, s, memory)
-        first, last, _, _, force, _, _ = _layout(laws, s)
+        first, last, _, _, force, _, _ = layout(laws, s)
         for p in range(first, last):
             row, position = force + AXES * (p - first), laws.position + p
             fx, fy = load(memory, row), load(memory, row + 1)
@@ -125,9 +155,9 @@ def add_law_forces(laws, values, vectors, vector_values, state, functions, now, 
 def read_laws(laws, values, vectors, vector_values, state, functions, now, z, memory):
     """Set the laws' forces and moments in z."""
     for s in range(len(laws.address)):
-        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
         _call(laws, state, z, s, memory)
-        first, last, _, _, force, _, _ = _layout(laws, s)
+        first, last, _, _, force, _, _ = layout(laws, s)
         for k in range(AXES * (last - first)):
             store(z, state.law + AXES * first + k, load(memory, force + k))
 
@@ -143,8 +173,8 @@ def add_law_tangent(
     is the size of the mechanism [m].
     """
     for s in range(len(laws.address)):
-        _fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        first, last, x, v, force, y, B = _layout(laws, s)
+        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        first, last, x, v, force, y, B = layout(laws, s)
         axes, count = AXES * (last - first), laws.coordinates[s]
         begin, states = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
         K, KB = B + axes * count, B + axes * count + axes * axes
@@ -184,7 +214,7 @@ def add_law_tangent(
 @compiled
 def _fill_derivatives(laws, vectors, vector_values, z, s, memory, B):
     """Write B, the derivatives of the points' positions and angles by the coordinates."""
-    first, last, _, _, _, _, _ = _layout(laws, s)
+    first, last, _, _, _, _, _ = layout(laws, s)
     count = laws.coordinates[s]
     for row in range(B, B + AXES * (last - first) * count):
         store(memory, row, filled(0.0))

@@ -1,6 +1,6 @@
 """The state z of a mechanism: which of its rows holds what.
 
-    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y]
+    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | g]
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
 coordinates, λ the Lagrange multipliers and θ the angles and lengths of vectors, which follow from
@@ -8,8 +8,9 @@ q; v and a are the velocities and accelerations of q. U is the elastic energy, M
 angle or length, T the tension of each spring and s its elongation: the length of a translational
 spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
 F the forces and moments of force laws, which are set where a sensor reads them. y are the
-first-order states of force laws and what integrates them, see `kernels.law_states`. Everything that
-reads the state (forms, sensors, kernels) finds its rows here.
+first-order states of force laws and what integrates them, see `kernels.law_states`. g are the gaps
+of force laws whose zeros are events, then their rates and their modes, see `kernels.law_gaps`.
+Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ class State(NamedTuple):
     law: int
     law_state: int
     rule: int
+    gap: int
     rows: int
 
     @staticmethod
@@ -49,12 +51,15 @@ class State(NamedTuple):
         directions: int,
         points: int,
         law_states: int,
+        gaps: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
-        `points` is the number of points of force laws, `law_states` that of their states.
+        `points` is the number of points of force laws, `law_states` and `gaps` those of
+        their states and gaps.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
+        parts = (*parts, 3 * gaps)
         return State(coordinates, *accumulate(parts))

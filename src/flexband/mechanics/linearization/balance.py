@@ -305,20 +305,27 @@ def find_rest(
     If the equilibrium near z is not stable, or there is none, the search goes downhill: from
     `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
 
-    States of force laws take long steps, each to a rest of the mechanism, until they remain.
+    States of force laws take long steps, each to a rest of the mechanism, until they remain, and
+    modes of gaps become the signs of the gaps.
     """
-    if not equations.state_count:
+    if equations.state.rule == equations.state.rows:
         return _rest(equations, z, spin, start, search)
     z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)
     for _ in range(search.state_steps):
         before, y = balance.z[equations.y0], balance.z[equations.y]
         size = np.maximum(np.abs(y), np.abs(before))
-        if not success or not np.isfinite(size).all():
+        if not np.isfinite(balance.z).all():
             break
-        if np.all(np.abs(y - before) <= search.state_change * size):
+        switched = equations.switched(balance.z)
+        same = np.array_equal(switched, balance.z)
+        if same and not success:
+            break
+        if same and np.all(np.abs(y - before) <= search.state_change * size):
             return balance, True
-        z = _hurried(equations, balance.z, search.state_step)
+        if not success:  # the mechanism went away from where the other mode holds it
+            switched[equations.q] = start[equations.q]
+        z = _hurried(equations, switched, search.state_step)
         balance, success = _rest(equations, z, spin, z, search)
     return balance, False
 
@@ -326,7 +333,7 @@ def find_rest(
 def _hurried(equations: Equations, z: np.ndarray, step: float) -> np.ndarray:
     """Return a state from which states of force laws take such a step [s] of Euler's method."""
     z = equations.held(z)
-    z[equations.state.rule + 1] = step
+    z[equations.state.rule : equations.state.gap][1:2] = step
     return z
 
 

@@ -125,7 +125,15 @@ class Equations:
         """Return the state with the states of force laws as they are, whatever their rates."""
         z = z.copy()
         z[self.y0] = z[self.y]
-        z[self.state.rule : self.state.rows] = 0.0
+        z[self.state.rule : self.state.gap] = 0.0
+        return z
+
+    def switched(self, z: np.ndarray) -> np.ndarray:
+        """Return the state with the modes of force laws that its gaps have."""
+        z, count = z.copy(), (self.state.rows - self.state.gap) // 3
+        self.loads(z[:, None])
+        gaps, modes = self.work.z[self.state.gap :][:count, 0], z[self.state.rows - count :]
+        modes[gaps * modes < 0] *= -1.0
         return z
 
     def solved_states(self) -> np.ndarray:

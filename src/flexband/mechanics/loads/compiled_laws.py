@@ -34,7 +34,8 @@ Law = Callable[..., None]
 Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (points, 3). It fills the
 rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body. Rows of lines
 follow those of points, see `lines`. With states it is ``law(t, x, v, s, p, force, rate)`` and fills
-their rates too.
+their rates too, and with events it is
+``law(t, x, v, p, force, mode, gap)`` or ``law(t, x, v, s, p, force, rate, mode, gap)``.
 """
 
 
@@ -44,6 +45,7 @@ class LawShape(NamedTuple):
     points: int
     parameters: int
     states: int = 0
+    events: int = 0
     between: tuple[tuple[int, int], ...] = ()
 
 
@@ -125,7 +127,7 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
 
 
 class _Rows(NamedTuple):
-    """Where the memory of a law has x, v, force, y, b, τ and ẏ, and its end; see `kernels.laws`."""
+    """Where the memory of a law has x, v, force, …, and its end; see `kernels.laws`."""
 
     x: int
     v: int
@@ -134,19 +136,21 @@ class _Rows(NamedTuple):
     b: int
     tau: int
     rate: int
+    mode: int
+    gap: int
     end: int
 
     @staticmethod
     def of(shape: LawShape) -> _Rows:
         """Return the rows of a law."""
         sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _Rows(*accumulate(sizes))
+        return _Rows(*accumulate([*sizes, *[shape.events] * 2]))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
     at, points, count = _Rows.of(shape), shape.points, shape.points + len(shape.between)
     dispatcher = _checked(law, {})
-    solved = solver_of(dispatcher, shape.states)
+    solved = solver_of(_with_all(dispatcher, shape), shape.states)
     add_lines, pass_on = lines_of(shape.between, points)
 
     @Report
@@ -158,8 +162,9 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         add_lines(x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
+        events = (column[at.mode : at.gap], np.zeros(shape.events)) if shape.events else ()
         time = float(column[0])
-        reason = _reason(dispatcher.py_func, outcome, time, *arguments)
+        reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
         failures = _own.__dict__.setdefault("failures", {})
         failures.setdefault((id(done), lane), LawFailure(done, lane, time, reason))
 
@@ -170,16 +175,18 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
             column = lanes[:, lane].copy()
             x[:points] = column[at.x : at.v].reshape(points, 3)
             v[:points] = column[at.v : at.force].reshape(points, 3)
-            p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.end]
+            p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
+            mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
             b, tau = column[at.b : at.tau], column[at.tau : at.rate]
             force[:] = 0.0
             rate[:] = 0.0
+            gap[:] = 0.0
             outcome = OUTCOME.raised
             known = np.isfinite(column[at.x : at.force]).all() and np.isfinite(b).all()
             if known:  # not after the run of this lane has failed
                 add_lines(x, v)
                 try:
-                    agrees = solved(column[0], x, v, y, p, force, rate, b, tau)
+                    agrees = solved(column[0], x, v, y, p, force, rate, mode, gap, b, tau)
                     outcome = OUTCOME.ran if agrees else OUTCOME.unsolved
                 except Exception:
                     outcome = OUTCOME.raised
@@ -193,14 +200,45 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
                 report(lanes.ctypes.data, lane, outcome)
 
     code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
+    _check_return(law, dispatcher, shape)
+    done = CompiledLaw(cast(int, code.address), (code, report, *kept))
+    return done
+
+
+def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
+    """Raise `InputError` if a law returns something."""
     returned = {str(signature.return_type) for signature in dispatcher.nopython_signatures}
     if returned != {"none"}:
-        fills = "`force` and `rate`" if shape.states else "`force`"
+        optional = ["`rate`"] * (shape.states > 0) + ["`gap`"] * (shape.events > 0)
+        fills = " and ".join(["`force`", *optional])
         raise InputError(
             f"the law {law!r} must fill {fills} and return nothing; it returns {returned.pop()}"
         )
-    done = CompiledLaw(cast(int, code.address), (code, report, *kept))
-    return done
+
+
+def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
+    """Return a compiled law that takes states, modes and gaps, whether or not it has some."""
+    if shape.states and shape.events:
+
+        def law(t, x, v, s, p, force, rate, mode, gap):
+            dispatcher(t, x, v, s, p, force, rate, mode, gap)
+
+    elif shape.states:
+
+        def law(t, x, v, s, p, force, rate, mode, gap):
+            dispatcher(t, x, v, s, p, force, rate)
+
+    elif shape.events:
+
+        def law(t, x, v, s, p, force, rate, mode, gap):
+            dispatcher(t, x, v, p, force, mode, gap)
+
+    else:
+
+        def law(t, x, v, s, p, force, rate, mode, gap):
+            dispatcher(t, x, v, p, force)
+
+    return njit(error_model="numpy")(law)
 
 
 def _reason(law: Law, outcome: int, *arguments) -> str:

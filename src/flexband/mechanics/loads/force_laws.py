@@ -51,6 +51,11 @@ class ForceLaw:
         and `v` for each: (ℓ, 0, φ), the distance of the two points and the angle of the first less
         that of the second, with turns counted. In `force` the row is (F, 0, M): F pushes the points
         apart, M turns the first body, and the second one the other way.
+    events : names of gaps, functions of what the law reads whose zeros are events, such as the
+        place of a switch. The law takes two arguments more, ``law(…, mode, gap)``, shape (events,).
+        It fills `gap`, and takes its sign from `mode`, 1.0 or -1.0, which is held while a step is
+        taken. Steps then end where a gap changes its sign, within a thousandth of a step, and every
+        sample chooses its steps, see `GeneralizedAlpha`.
 
     Raises
     ------
@@ -65,6 +70,7 @@ class ForceLaw:
     parameters: Sequence[InTime] = ()
     states: Mapping[str, ArrayLike] = field(default_factory=dict)
     between: Sequence[tuple[int, int]] = ()
+    events: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.points, list | tuple) or not self.points:
@@ -79,6 +85,7 @@ class ForceLaw:
         check_function("ForceLaw law", self.law)
         _check_states(self.states)
         check_lines(self.between, len(self.points))
+        _check_events(self.events)
         compiled_law(self.law, self._entry([None] * len(self.points)).shape)
 
     def enters(self, model: LoadModel) -> Entries:
@@ -86,7 +93,7 @@ class ForceLaw:
         return Entries(laws=[self._entry([model.frame(point) for point in self.points])])
 
     def _entry(self, frames: Sequence[Any]) -> LawEntry:
-        return LawEntry(frames, self.law, self.parameters, self.states, self.between)
+        return LawEntry(frames, self.law, self.parameters, self.states, self.between, self.events)
 
 
 def _check_states(states: object) -> None:
@@ -99,6 +106,16 @@ def _check_states(states: object) -> None:
             raise InputError(f"the name of a state must be non-empty text; got {shown(name)}")
         if not isinstance(value, str) or value != "steady":
             check_finite(f"ForceLaw state {name!r}", value, 'finite numbers or "steady"')
+
+
+def _check_events(events: object) -> None:
+    """Raise `InputError` if these are not different names."""
+    allowed = "a list of different names"
+    if not isinstance(events, list | tuple) or len({*map(str, events)}) < len(events):
+        raise InputError(f"ForceLaw events must be {allowed}; got {shown(events)}")
+    for name in events:
+        if not isinstance(name, str) or not name:
+            raise InputError(f"ForceLaw events must be {allowed}; got {shown(name)}")
 
 
 @frozen()

@@ -62,6 +62,7 @@ class LawEntry(NamedTuple):
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
     states : its first-order states at the start by name, or "steady" where their rates vanish.
     between : pairs of numbers of points, the ends of lines that it reads and acts on.
+    events : the names of its gaps, whose zeros are events.
     """
 
     points: Sequence[Frame]
@@ -69,12 +70,14 @@ class LawEntry(NamedTuple):
     parameters: Sequence[InTime]
     states: Mapping[str, ArrayLike] = MappingProxyType({})
     between: Sequence[tuple[int, int]] = ()
+    events: Sequence[str] = ()
 
     @property
     def shape(self) -> LawShape:
         """The sizes of what the law takes."""
         between = tuple((first, second) for first, second in self.between)
-        return LawShape(len(self.points), len(self.parameters), len(self.states), between)
+        sizes = len(self.points), len(self.parameters), len(self.states), len(self.events)
+        return LawShape(*sizes, between)
 
 
 class MomentEntry(NamedTuple):

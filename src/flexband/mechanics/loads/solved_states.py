@@ -41,26 +41,26 @@ class StateSolver(NamedTuple):
 def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -> Callable:
     """Return a function that solves for the states of a law and fills its forces and rates.
 
-    It takes t, x, v, y, p, force, rate, b and τ, and returns whether there is a solution. `law` is
-    compiled. Without states it takes t, x, v, p and force.
+    It takes t, x, v, y, p, force, rate, mode, gap, b and τ, and returns whether there is a
+    solution. `law` is compiled, and takes all of these but b and τ.
     """
     iterations, halvings, difference, rate_part, tolerance, stalled = solver
 
     @njit(error_model="numpy")
-    def evaluated(t, x, v, y, p, force, rate, b, tau):
-        law(t, x, v, p, force)
+    def evaluated(t, x, v, y, p, force, rate, mode, gap, b, tau):
+        law(t, x, v, y, p, force, rate, mode, gap)
         return True
 
     @njit(error_model="numpy")
-    def evaluate(t, x, v, y, p, force, rate, b, tau, rest):
+    def evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
         force[:] = 0.0
         rate[:] = 0.0
-        law(t, x, v, y, p, force, rate)
+        law(t, x, v, y, p, force, rate, mode, gap)
         for k in range(states):
             rest[k] = rate[k] if tau[k] < 0.0 else y[k] - b[k] - tau[k] * rate[k]
 
     @njit(error_model="numpy")
-    def differentiate(t, x, v, y, p, force, rate, b, tau, rest, size, J):
+    def differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J):
         """Fill J with the derivatives of `rest` by the states, of these sizes."""
         other = np.empty(states)
         for k in range(states):
@@ -69,20 +69,20 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
             before = y[k]
             y[k] = before + (difference * size[k] if size[k] > 0.0 else difference)
             width = y[k] - before
-            evaluate(t, x, v, y, p, force, rate, b, tau, other)
+            evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, other)
             for i in range(states):
                 J[i, k] = (other[i] - rest[i]) / width
             y[k] = before
 
     @njit(error_model="numpy")
-    def solved(t, x, v, y, p, force, rate, b, tau):
+    def solved(t, x, v, y, p, force, rate, mode, gap, b, tau):
         rest, move, before, size, weight = np.zeros((5, states))
         J, last = np.empty((states, states)), np.inf
-        evaluate(t, x, v, y, p, force, rate, b, tau, rest)
+        evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
         for _ in range(iterations):
             if not rest.any():
                 return True
-            differentiate(t, x, v, y, p, force, rate, b, tau, rest, size, J)
+            differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J)
             for i in range(states):
                 weight[i] = max((np.abs(J[i]) * size).max(), 1e-300)
             excess = (np.abs(rest) / weight).max()
@@ -92,7 +92,7 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
             part = 1.0
             for _ in range(halvings):
                 y[:] = before + part * move
-                evaluate(t, x, v, y, p, force, rate, b, tau, rest)
+                evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
                 remaining = (np.abs(rest) / weight).max()
                 if remaining < excess or remaining < tolerance:
                     break

@@ -77,6 +77,29 @@ class Schedule:
         """Return some of these arrays' columns, one for each of these samples."""
         return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
 
+    def halved(self, chosen: np.ndarray, times: np.ndarray) -> Schedule:
+        """Return the rounds with some steps in two halves, over the times [s] of the run.
+
+        `chosen` has shape (rounds, n or 1).
+        """
+        runs, columns = [], np.arange(chosen.shape[1])
+        arrays = [self.lanes(array, columns) for array in self._rows]
+        for column in columns:
+            rows = np.stack([array[:, column] for array in arrays], axis=1)
+            places = np.flatnonzero(chosen[:, column])
+            rows[places, 0] *= 0.5
+            first = rows[places].copy()
+            first[:, 2] = 0.5 * (rows[places - 1, 2] + rows[places, 2])
+            first[:, 3] = 0.5 * (rows[places - 1, 3] + rows[places, 3])
+            first[:, 4] = 0.0
+            runs.append(np.insert(rows, places, first, axis=0))
+        return _padded(runs, times)
+
+    @property
+    def _rows(self) -> list[np.ndarray]:
+        """The arrays of the rounds."""
+        return [self.parts, self.numbers.astype(float), self.times, self.limits, self.sides]
+
     def of(self, samples: np.ndarray | None) -> Schedule:
         """Return the rounds of the samples with these numbers."""
         if samples is None or self.parts.shape[1] == 1:
@@ -98,6 +121,11 @@ def scheduled(times: np.ndarray, samples: int, breaks: Sequence[Breaks]) -> Sche
     for sample in range(1 if common.all() else samples):
         chosen = common | (column == sample)
         runs.append(_rounds(times, before[chosen], after[chosen], impulsive[chosen]))
+    return _padded(runs, times)
+
+
+def _padded(runs: Sequence[np.ndarray], times: np.ndarray) -> Schedule:
+    """Return the rounds of samples with different numbers of rounds, from those of each."""
     most = max(len(rows) for rows in runs)
     count, end = len(times) - 1, (RESTART, len(times) - 1, times[-1], times[-1], 0.0)
     padded = np.array(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from flexband.errors import ResolutionWarning, warn
+from flexband.errors import ResolutionWarning, named, warn
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
 from flexband.mechanics.time_functions.averages import Averaging, ChordMiss
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
@@ -15,6 +16,8 @@ from flexband.mechanics.time_functions.derivatives import derivatives, derivativ
 from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
+from flexband.mechanics.time_functions.polynomials import PolynomialFit
+from flexband.mechanics.time_functions.polynomials import rates as rates_of
 from flexband.mechanics.time_functions.schedule import (
     IMPULSE,
     SHORTEST_PART,
@@ -25,6 +28,24 @@ from flexband.mechanics.time_functions.schedule import (
 from flexband.prescribed_motion import prescribing
 
 
+class FunctionTables(NamedTuple):
+    """The functions of time of a run: 1 and the functions.
+
+    Attributes
+    ----------
+    schedule : the rounds of the run.
+    values : of the functions, shape (rounds, 1 + functions, n or 1).
+    rates : f′ and f″ of functions in constraints, shape (rounds, 2, 1 + functions, n or 1). Those
+        of all other functions, which may jump, are not needed and zero.
+    polynomials : in each round, see `PolynomialFit`, or None.
+    """
+
+    schedule: Schedule
+    values: np.ndarray
+    rates: np.ndarray
+    polynomials: np.ndarray | None = None
+
+
 def tabulate(
     functions: Sequence[TimeFunction],
     driven: Mapping[int, str],
@@ -32,17 +53,16 @@ def tabulate(
     times: np.ndarray,
     search: BreakpointSearch = BreakpointSearch(),
     averaging: Averaging = Averaging(),
-) -> tuple[Schedule, np.ndarray, np.ndarray]:
+    tolerance: float | None = None,
+) -> FunctionTables:
     """Return the rounds of a run over equidistant times [s], and functions of time in them.
-
-    They are 1 and the functions, shape (rounds, 1 + functions, n or 1), and f′ and f″ of each,
-    shape (rounds, 2, 1 + functions, n or 1). The derivatives are those of functions in constraints.
-    Those of all other functions, which may jump, are not needed and zero.
 
     Parameters
     ----------
     driven : number of a function that prescribes a motion -> name of what it drives.
     times : two for a run that only starts; functions are not looked at between them.
+    tolerance : of steps that are chosen freely, for which functions are polynomials in each round;
+        loads are then neither averaged nor divided.
 
     Raises
     ------
@@ -57,7 +77,8 @@ def tabulate(
         if function is during_impulse:
             series.append(_Impulses())
         elif f not in driven:
-            series.append(_Load.of(function, samples, times, search, averaging))
+            chosen = averaging if tolerance is None else None
+            series.append(_Load.of(function, samples, times, search, chosen))
         else:
             user, outer = function, None
             if isinstance(function, Composed):
@@ -80,6 +101,9 @@ def tabulate(
             )
     breaks = [function.breaks for function in series if function.breaks]
     schedule = scheduled(times, samples, breaks)
+    polynomials = None
+    if tolerance is not None:
+        schedule, polynomials = PolynomialFit().fitted(series, schedule, times, tolerance)
     rounds, _ = schedule.parts.shape
     values, rates = [np.ones((rounds, 1))], [np.zeros((rounds, 2, 1))]
     for function in series:
@@ -87,10 +111,14 @@ def tabulate(
         values.append(value)
         rates.append(rate)
     most = max(column.shape[-1] for column in values)
-    return (
+    tabulated = np.stack([np.broadcast_to(r, (rounds, 2, most)) for r in rates], axis=2)
+    if polynomials is not None:
+        tabulated = rates_of(polynomials, schedule, times[1] - times[0])
+    return FunctionTables(
         schedule,
         np.stack([np.broadcast_to(v, (rounds, most)) for v in values], axis=1),
-        np.stack([np.broadcast_to(r, (rounds, 2, most)) for r in rates], axis=2),
+        tabulated,
+        polynomials,
     )
 
 
@@ -98,10 +126,25 @@ class _TabulatedFunction:
     """A function of time in the rounds of a run."""
 
     breaks: Breaks | None = None
+    prescribes: bool = False
+
+    @property
+    def columns(self) -> int:
+        """Number of columns."""
+        return 1
+
+    @property
+    def name(self) -> str:
+        """Name of the function, for messages."""
+        return ""
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the values, shape (rounds, n), and the rates, shape (rounds, 2, n)."""
         raise NotImplementedError
+
+    def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return the values of these columns, each at its time [s], shape (times,)."""
+        return np.zeros(len(times))
 
 
 class _Impulses(_TabulatedFunction):
@@ -119,23 +162,36 @@ class _Load(_TabulatedFunction):
     values: np.ndarray
     breaks: Breaks | None = None
 
+    @property
+    def columns(self) -> int:
+        return self.values.shape[1]
+
+    @property
+    def name(self) -> str:
+        return named(self.at.function) if self.at else ""
+
+    def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        return self.at.points(times, columns) if self.at else np.zeros(len(times))
+
     @staticmethod
     def of(
         function: TimeFunction,
         samples: int,
         times: np.ndarray,
         search: BreakpointSearch,
-        averaging: Averaging,
+        averaging: Averaging | None,
     ) -> _Load:
         values = table(function, samples, times)
         if len(times) == 2:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
         missed = ChordMiss.of(at, times, values, search)
-        rough, noticed = averaging.unresolved(missed), averaging.noticed(missed)
+        noticed = (averaging or Averaging()).noticed(missed)
         points = Breakpoints.none()
         if noticed.any() or at.stated is not None:
             points = search.locate(at, times, noticed, missed.spread, missed.largest)
+        if averaging and (noticed.any() or at.stated is not None):
+            rough = averaging.unresolved(missed)
             step = (points.before - times[0]) / (times[1] - times[0])
             for near in (step - SHORTEST_PART, step + SHORTEST_PART):
                 rough[np.clip(near.astype(int), 0, len(rough) - 1), points.column] = False
@@ -152,7 +208,7 @@ class _Load(_TabulatedFunction):
 
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rates = np.zeros((len(schedule.parts), 2, 1))
-        if self.at is None or not schedule.sides.any():
+        if self.at is None or schedule.is_regular:
             return self.values, rates
         values, (row, column) = _spread(self.values, schedule)
         at = schedule.limits[row, column % schedule.limits.shape[1]]
@@ -221,8 +277,22 @@ class _Drive(_TabulatedFunction):
         tables = values, values[::2][at], rates[at], reach[at]
         return _Drive(motion, outer, *tables, spacing, motion.breaks)
 
+    prescribes = True
+
+    @property
+    def columns(self) -> int:
+        return self.motion.at.columns
+
+    @property
+    def name(self) -> str:
+        return named(self.motion.at.function)
+
+    def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        f = self.motion.at.points(times, columns)
+        return f if self.outer is None else self.outer(f)
+
     def in_rounds(self, schedule: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if not schedule.sides.any():
+        if schedule.is_regular:
             return self.values, self.rates
         h, at = times[1] - times[0], self.motion.at
         values, (row, column) = _spread(self.values, schedule)

@@ -1,0 +1,102 @@
+"""How long steps are that are chosen freely, on lanes: error of a step, and length of the next one.
+
+A step of generalized-α moves a coordinate wrong by C h² (a₁ − a₀), where a₀ and a₁ are the method's
+accelerations before and after it, and C = |1/6 − β − (α_m − α_f)/2|. It is repeated with a shorter
+step if that is more than the tolerance of the mechanism's size.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flexband.mechanics.kernels.lanes import (
+    compiled,
+    filled,
+    inlined,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
+
+
+class StepControl(NamedTuple):
+    """How the length of a step follows from the error of the one before.
+
+    Attributes
+    ----------
+    safety
+        Of the length that the error asks for, the part that is taken.
+    shortest, longest
+        Length of a step over that of the one before.
+    unchanged
+        Growth below which the length remains.
+    repeated
+        The same length ratio where Newton's method has failed.
+    first
+        First step of a run, in steps of the output.
+    overshoot
+        Part of a step by which it passes an event.
+    located
+        Part of a step in which an event is located at its end.
+    difference
+        Part of a step over which the rates of gaps are differences.
+    """
+
+    safety: float = 0.9
+    shortest: float = 0.2
+    longest: float = 2.0
+    unchanged: float = 1.2
+    repeated: float = 0.25
+    first: float = 0.05
+    overshoot: float = 2e-4
+    located: float = 1e-3
+    difference: float = 1e-3
+
+
+CONTROL = StepControl()
+
+
+@compiled
+def shift_accelerations(structure, z, a, ratio, chosen):
+    """Set a, an acceleration at a part of a step from its end, to that part of another step.
+
+    `ratio` is the length of the new step over that of the one before.
+    """
+    for i in range(1, structure.state.coordinates + 1):
+        old, present = load(a, i), load(z, structure.state.acceleration + i)
+        store(a, i, where(chosen, present + ratio * (old - present), old))
+
+
+@inlined
+def error_of_step(structure, method, values, work, ratio, limits):
+    """Return the largest error of a coordinate in a step, over the tolerance.
+
+    `work.before` has the state before the step, and `ratio` is that of `shift_accelerations`.
+    """
+    state = structure.state
+    C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
+    largest = filled(0.0)
+    for i in range(1, state.coordinates + 1):
+        old = load(work.before, state.acceleration + i)
+        old = old + ratio * (load(work.before, state.rows + i) - old)
+        change = magnitude(load(work.a, i) - old) * load(values.inverse_scale, i)
+        largest = maximum(largest, change)
+    return magnitude(C * method.step * method.step) * largest / limits.tolerance
+
+
+@compiled
+def length_ratio(error):
+    """Return the length of the next step over that of one with this error, over the tolerance.
+
+    It is the third root of 1/error times the safety factor, within its bounds.
+    """
+    least = CONTROL.shortest / CONTROL.safety
+    most = CONTROL.longest / CONTROL.safety
+    target = 1.0 / maximum(error, filled(1.0 / (most * most * most)))
+    target = maximum(target, filled(least * least * least))
+    root = filled(1.0)
+    for _ in range(12):  # Newton's method
+        root = root - (root - target / (root * root)) / 3.0
+    return CONTROL.safety * root

@@ -1,0 +1,163 @@
+"""Functions of time as polynomials in each round of a run, for steps that end anywhere in it.
+
+A polynomial is one in u, from −1 at the start of the round to 1 at its end.
+Rounds end at kinks and jumps, so that functions are smooth in them. A round in which a polynomial
+is off by more than is allowed is halved, in each sample for itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from flexband.errors import InputError
+from flexband.mechanics.kernels.forms import COEFFICIENTS
+from flexband.mechanics.time_functions.schedule import Schedule
+
+
+class SmoothFunction(Protocol):
+    """A function of time with one column per sample or one that all samples share."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def prescribes(self) -> bool: ...
+    def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray: ...
+
+
+@dataclass(frozen=True)
+class PolynomialFit:
+    """How functions become polynomials.
+
+    Attributes
+    ----------
+    error_part
+        Error of a polynomial, relative to the range of the function in the run, over the tolerance
+        of the steps.
+    motion_part
+        The same of a prescribed motion, whose second derivative matters.
+    rounding
+        Error that counts as none, relative to the largest value.
+    halvings
+        The most of a round.
+    """
+
+    error_part: float = 1e-2
+    motion_part: float = 1e-5
+    rounding: float = 1e-13
+    halvings: int = 12
+
+    def fitted(
+        self, functions: Sequence[SmoothFunction], schedule: Schedule, times: np.ndarray,
+        tolerance: float,
+    ) -> tuple[Schedule, np.ndarray]:  # fmt: skip
+        """Return the rounds and the polynomials of 1 and the functions in them.
+
+        The coefficients have shape (rounds, 1 + functions, `COEFFICIENTS`, n or 1).
+
+        Raises
+        ------
+        InputError
+            If a function is not smooth even in small parts of a step.
+        """
+        fits: list[tuple[np.ndarray, np.ndarray]] = []
+        for halving in range(self.halvings + 1):
+            fits = [self._fit(function, schedule, tolerance) for function in functions]
+            rough = [off for _, off in fits]
+            most = max([schedule.parts.shape[1], *(off.shape[1] for off in rough)])
+            halved = np.zeros((len(schedule.parts), most), dtype=bool)
+            for off in rough:
+                halved |= off
+            if not halved.any():
+                break
+            if halving == self.halvings:
+                k = next(k for k, off in enumerate(rough) if off.any())
+                moment = schedule.times[np.argwhere(rough[k])[0, 0], 0]
+                raise InputError(
+                    f"{functions[k].name} is not smooth near t = {moment:.6g} s, even in "
+                    f"2^{self.halvings} parts of a step; steps that are chosen freely need that"
+                )
+            schedule = schedule.halved(halved, times)
+        one = np.zeros((len(schedule.parts), COEFFICIENTS, 1))
+        one[:, 0] = 1.0
+        parts = [one, *(coefficients for coefficients, _ in fits)]
+        most = max(part.shape[2] for part in parts)
+        return schedule, np.stack(
+            [np.broadcast_to(part, (*part.shape[:2], most)) for part in parts], axis=1
+        )
+
+    def _fit(
+        self, function: SmoothFunction, schedule: Schedule, tolerance: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return coefficients, shape (rounds, `COEFFICIENTS`, n or 1), and where they are off."""
+        degree, width = COEFFICIENTS - 1, max(function.columns, schedule.parts.shape[1])
+        nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
+        checks = -np.cos(np.pi * (np.arange(degree) + 0.5) / degree)
+        places = np.concatenate([nodes, checks])
+        shape = (len(schedule.parts), width)
+        stepping = np.broadcast_to(schedule.parts > 0, shape)
+        end = np.broadcast_to(schedule.limits, shape)
+        start = np.concatenate([end[:1], end[:-1]])
+        row, column = np.nonzero(stepping[1:])
+        low, high = start[row + 1, column], end[row + 1, column]
+        moments = low[:, None] + 0.5 * (1 + places) * (high - low)[:, None]
+        columns = np.repeat(column % function.columns, len(places))
+        f = function.points(moments.ravel(), columns).reshape(moments.shape)
+        inverse = np.linalg.inv(np.vander(nodes, increasing=True))
+        c = np.stack([_summed(weights, f.T[: degree + 1]) for weights in inverse])
+        powers = np.vander(checks, COEFFICIENTS, increasing=True)
+        fitted = np.stack([_summed(weights, c) for weights in powers])
+        error = np.abs(fitted - f[:, degree + 1 :].T).max(axis=0)
+        lowest, highest = np.full((2, width), [[np.inf], [-np.inf]])
+        np.minimum.at(lowest, column, f.min(axis=1))
+        np.maximum.at(highest, column, f.max(axis=1))
+        part = self.motion_part if function.prescribes else self.error_part
+        allowed = np.maximum(
+            part * tolerance * (highest - lowest),
+            self.rounding * np.maximum(np.abs(lowest), np.abs(highest)),
+        )
+        coefficients, off = np.zeros((shape[0], COEFFICIENTS, width)), np.zeros(shape, dtype=bool)
+        coefficients[row + 1, :, column] = c.T
+        off[row + 1, column] = error > allowed[column]
+        return coefficients, off
+
+
+def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarray:
+    """Return f′ and f″ of polynomials in the rounds of a run, shape (rounds, 2, functions, n or 1).
+
+    They are those at the end of a step, and just after it where a round is no step.
+    """
+    count, width = len(polynomials), polynomials.shape[-1]
+    stepping = np.broadcast_to(schedule.parts > 0, (count, schedule.parts.shape[1])).copy()
+    stepping[0] = False
+    place = np.arange(count)[:, None]
+    after = np.where(stepping, place, count)
+    after = np.minimum.accumulate(after[::-1], axis=0)[::-1]
+    before = np.maximum.accumulate(np.where(stepping, place, 0), axis=0)
+    number = np.where(stepping | (after == count), before, np.minimum(after, count - 1))
+    u = np.where(stepping | (after == count), 1.0, -1.0)
+    columns = np.arange(max(width, number.shape[1]))
+    number, u = number[:, columns % number.shape[1]], u[:, columns % u.shape[1]]
+    c = polynomials[number, :, :, columns % width]  # (rounds, n, functions, coefficients)
+    lengths = step * schedule.parts[number, columns % schedule.parts.shape[1]]
+    scale = (2.0 / np.where(lengths > 0, lengths, 1.0))[..., None]
+    first, second = np.zeros((2, *c.shape[:3]))
+    for k in range(1, COEFFICIENTS):
+        power = u[..., None] ** (k - 1)
+        first = first + k * c[..., k] * power
+        if k > 1:
+            second = second + k * (k - 1) * c[..., k] * u[..., None] ** (k - 2)
+    return np.stack([scale * first, scale**2 * second], axis=1).transpose(0, 1, 3, 2)
+
+
+def _summed(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return Σ weights_k values_k in the order of k, which products of matrices do not keep."""
+    total = weights[0] * values[0]
+    for weight, value in zip(weights[1:], values[1:], strict=True):
+        total = total + weight * value
+    return total

@@ -83,6 +83,7 @@ if TYPE_CHECKING:
         PotentialEnergy,
         Work,
     )
+    from flexband.mechanics.sensors.extremes import Integral, Largest, Smallest
     from flexband.mechanics.sensors.forces import (
         LawState,
         Reaction,

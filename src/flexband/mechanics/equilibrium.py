@@ -19,6 +19,7 @@ from flexband.mechanics.engine.redundancy import dependent, require_inertia, war
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
 from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.sensors.extremes import refuse_over_steps
 from flexband.words import number_of
 
 
@@ -59,6 +60,7 @@ def equilibrium(
         is on the way to it.
     """
     check_instance("mechanism", mechanism, Mechanism)
+    refuse_over_steps(mechanism.sensors)
     steps, at = check_steps(steps), check_time(time)
     if threads is not None:
         check_integer("threads", threads, 1)

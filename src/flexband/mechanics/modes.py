@@ -40,6 +40,7 @@ from flexband.mechanics.equilibrium import check_steps
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.linearize import Spin
 from flexband.mechanics.linearization.thickness import Thickness
+from flexband.mechanics.sensors.extremes import refuse_over_steps
 
 
 @frozen()
@@ -117,6 +118,7 @@ def modes(
         If the constraints cannot be met or no equilibrium is found for a sample.
     """
     check_instance("mechanism", mechanism, Mechanism)
+    refuse_over_steps(mechanism.sensors)
     count, steps = check_integer("count", count, 1), check_steps(steps)
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,8 +48,18 @@ from flexband.mechanics.loads.load import (
     MomentEntry,
     SpringEntry,
 )
+from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import number_of, with_article
+
+
+class Watched(NamedTuple):
+    """A form of which a sensor wants an extreme or the integral in a window of time [s]."""
+
+    form: Form
+    kind: int
+    times: tuple[float, float]
+    sensor: OverSteps
 
 
 @frozen(kw_only=True)
@@ -220,6 +231,7 @@ class Mechanism:
             coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
             points, sum(len(law.states) for law in self.laws),
             sum(len(law.events) for law in self.laws),
+            sum(len(s.outputs()) for s in self.sensors.values() if isinstance(s, OverSteps)),
         )  # fmt: skip
 
     @cached_property
@@ -394,6 +406,21 @@ class Mechanism:
         _within(f"state of load {load!r}", name, dict.fromkeys(names))
         first = sum(len(law.states) for law in self.laws[: self._before(load, "laws")])
         return Form.variable(self.state.law_state + first + names.index(name))
+
+    @cached_property
+    def watched(self) -> list[Watched]:
+        """The forms whose extremes and integrals sensors want, as the engine numbers them."""
+        sensors = [s for s in self.sensors.values() if isinstance(s, OverSteps)]
+        return [
+            Watched(form, sensor.kind, sensor.times, sensor)
+            for sensor in sensors
+            for form in sensor.sensor.rows(self)
+        ]
+
+    def over_steps(self, sensor: OverSteps) -> list[Form]:
+        """Return what the engine makes of the outputs of a sensor over its steps."""
+        rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
+        return [Form.variable(self.state.extreme + k) for k in rows]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.

@@ -86,6 +86,7 @@ def pack(
         rates=rates.reshape(-1, rates.shape[-1]),
         parts=schedule.parts,
         numbers=schedule.numbers.astype(float),
+        moments=schedule.times,
     )
     if polynomials is not None:
         values = values._replace(

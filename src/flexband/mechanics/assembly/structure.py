@@ -109,6 +109,16 @@ class Products(NamedTuple):
     f: np.ndarray
 
 
+class WatchedForms(NamedTuple):
+    """Products of the forms whose extremes and integrals are wanted, and what of each."""
+
+    row: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    f: np.ndarray
+    kind: np.ndarray  # of each row, see `kernels.extremes`
+
+
 class Structure(NamedTuple):
     """What all samples share: sizes, and which number goes where."""
 
@@ -126,6 +136,7 @@ class Structure(NamedTuple):
     terms: ConstraintProducts
     forces: Products  # rows as [1, q]
     sensors: Products
+    extremes: WatchedForms
     pattern: Pattern
 
 
@@ -173,6 +184,7 @@ class Values(NamedTuple):
     weight: np.ndarray  # constant forces on [1, q]
     parts: np.ndarray  # what each round of the run does, see `schedule`
     numbers: np.ndarray  # which time each round belongs to
+    moments: np.ndarray  # time of each round [s]
     functions: np.ndarray  # `Structure.functions` rows per round
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
     table: np.ndarray  # as functions and rates, where these are of one moment, of free steps
@@ -188,10 +200,12 @@ class Values(NamedTuple):
     vectors: VectorValues
     springs: SpringValues
     laws: np.ndarray  # parameters
-    law_states: np.ndarray  # at the start, or `law_states.MARK.steady`
+    law_states: np.ndarray  # at the start, or `laws.states.MARK.steady`
     terms: np.ndarray  # coefficients
     forces: np.ndarray  # coefficients
     sensors: np.ndarray  # coefficients
+    extremes: np.ndarray  # coefficients
+    windows: np.ndarray  # first and last time of each extreme [s]
 
 
 class WorkSpace(NamedTuple):
@@ -213,6 +227,7 @@ class WorkSpace(NamedTuple):
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
     steps: np.ndarray  # length of the next free step and of the one before [s], two rows
     taken: np.ndarray  # number of free steps, one row
+    forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
@@ -224,6 +239,7 @@ class WorkSpace(NamedTuple):
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
         rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 2, 1)
+        rows += (len(structure.extremes.kind),)
         rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]
         memory = zeros(starts[-1])

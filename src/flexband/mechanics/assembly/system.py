@@ -18,7 +18,14 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.assembly.stacking import count_samples, leaves, stack
 from flexband.mechanics.assembly.structure import Structure, Values
-from flexband.mechanics.assembly.tables import MassTable, Places, ProductTable, Table, TermTable
+from flexband.mechanics.assembly.tables import (
+    ExtremeTable,
+    MassTable,
+    Places,
+    ProductTable,
+    Table,
+    TermTable,
+)
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
@@ -106,6 +113,7 @@ def assemble(mechanism: Mechanism) -> System:
 
     inertia = Inertia(mechanism)
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
+    watched = mechanism.watched
     weight, force_rows = _forces(mechanism)
     vectors = VectorTables.of(mechanism)
     tables: dict[str, Table] = {
@@ -119,6 +127,7 @@ def assemble(mechanism: Mechanism) -> System:
         ),
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
+        "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
     used = chain.from_iterable(table.functions for table in tables.values())
     functions = [f for f in dict.fromkeys(used) if f is not None]
@@ -129,12 +138,13 @@ def assemble(mechanism: Mechanism) -> System:
     pattern, slots = analyse(_pairs(state, owners), state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
-    read = {i for row in sensor_rows for key in row.terms for i in key[:2]}
+    forms = [*sensor_rows, *(form for form, *_ in watched)]
+    read = {i for row in forms for key in row.terms for i in key[:2]}
     structure = Structure(
         state=state,
         functions=len(numbers),
         reads_energy=state.energy in read,
-        reads_laws=not read.isdisjoint(range(state.law, state.rows)),
+        reads_laws=not read.isdisjoint(range(state.law, state.extreme)),
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
@@ -149,6 +159,8 @@ def assemble(mechanism: Mechanism) -> System:
         weight=stack(weight),
         parts=np.empty((0, 1)),
         numbers=np.empty((0, 1)),
+        moments=np.empty((0, 1)),
+        windows=stack([time for w in watched for time in w.times]),
         functions=np.empty((0, 1)),
         rates=np.empty((0, 1)),
         table=np.empty((0, 1)),

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from flexband.mechanics.assembly.stacking import indices, stack
-from flexband.mechanics.assembly.structure import ConstraintProducts, Mass, Products
+from flexband.mechanics.assembly.structure import ConstraintProducts, Mass, Products, WatchedForms
 from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.state import State
@@ -146,6 +146,17 @@ class ProductTable(_FormTable):
 
     def structure(self, places: Places) -> Products:
         return Products(*self.columns(places))
+
+
+class ExtremeTable(ProductTable):
+    """The products of forms whose extremes and integrals are wanted, of these kinds."""
+
+    def __init__(self, rows: Sequence[Form], kinds: Sequence[int]):
+        super().__init__(rows)
+        self.kinds = kinds
+
+    def structure(self, places: Places) -> Any:
+        return WatchedForms(*self.columns(places), kind=indices(self.kinds))
 
 
 class TermTable(_FormTable):

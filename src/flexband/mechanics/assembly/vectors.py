@@ -19,8 +19,8 @@ from flexband.mechanics.assembly.structure import (
 )
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import TimeFunction, Vector
-from flexband.mechanics.kernels.law_states import MARK
-from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.kernels.laws.forces import AXES
+from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.compiled_laws import compiled_law
 from flexband.mechanics.loads.load import LawEntry, SpringEntry
@@ -206,7 +206,7 @@ class LawTable:
 
 
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
-    """Return how many rows of memory a law needs, see `kernels.laws`."""
+    """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
     given = 1 + len(law.parameters) + 4 * len(law.states) + 2 * len(law.events)
     return given + axes * (3 + axes + 2 * len(group))

@@ -24,7 +24,7 @@ from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
-from flexband.mechanics.engine.straining import Largest, Members, kept_steps
+from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
 from flexband.mechanics.engine.threads import (
     Progress,
     in_parallel,
@@ -58,7 +58,7 @@ class Batch(NamedTuple):
     corrections: Corrections  # of the given start
     turned: np.ndarray  # (samples, bodies, 4), see `Work`
     unresolved: np.ndarray  # (samples,), number of the first time, see `WorkSpace`, or 0
-    strains: Largest
+    strains: LargestStrains
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
 
@@ -100,7 +100,7 @@ def run_samples(
     blocks = -(-len(chosen) // WIDTH)
     firsts = np.empty((system.structure.state.rows, len(chosen)))
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
-    members, strains = Members(system), [Largest.none()] * blocks
+    members, strains = Members(system), [LargestStrains.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
     impulses: list[Impulse] = []
 
@@ -148,7 +148,7 @@ def run_samples(
         corrections(system, firsts, chosen),
         turned,
         unresolved,
-        Largest.joined(strains, len(chosen)),
+        LargestStrains.joined(strains, len(chosen)),
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
     )

@@ -37,7 +37,9 @@ from flexband.mechanics.kernels.equations import (
     to_right_side,
     update_law_states,
     violated_constraint,
+    watch,
 )
+from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
@@ -52,7 +54,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.law_states import (
+from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
     hold_states,
@@ -160,7 +162,7 @@ class GeneralizedAlpha:
 
         They are None where samples take the steps that are given.
         """
-        if self.step_tolerance is None and state.gap == state.rows:
+        if self.step_tolerance is None and state.gap == state.extreme:
             return None
         tolerance = 1e-7 if self.step_tolerance is None else self.step_tolerance
         smallest = self.smallest_step or 1e-7 * float(step)
@@ -519,6 +521,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     store(work.rate, 0, filled(NEWTON.initial_rate))
     code, known = load(failure, 0), load(failure, 3)
     restart(structure, work, filled(1.0))
+    begin_extremes(structure.extremes, structure.state, z)
+    moment = load(values.moments, 0)
+    watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))
     sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
     alive, before = where(code, none, filled(1.0)), filled(1.0)
     elements = len(structure.beams.first) + len(structure.continua.first)
@@ -553,6 +558,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
             go_back(structure, work, still)
             struck = break_off(structure, method, values, now, work, part, alive)
         add_turns(structure, scaled, values, work, stepping)
+        moment, earlier = load(values.moments, n), load(values.moments, n - 1)
+        watched = where(less(magnitude(part), filled(0.5)), stepping, alive)
+        watch(structure, values, now, work, earlier, moment, watched)
         sense(structure, values, now, z, outputs[n], work.blocks)
         end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):

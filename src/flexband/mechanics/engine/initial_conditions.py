@@ -44,8 +44,8 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.law_states import hold_states
-from flexband.mechanics.kernels.laws import start_states
+from flexband.mechanics.kernels.laws.forces import start_states
+from flexband.mechanics.kernels.laws.states import hold_states
 from flexband.mechanics.kernels.springs import set_rest
 
 
@@ -174,7 +174,7 @@ def start(structure, values, work, failure):
     failed, redundant = assemble(structure, values, s, work)
     set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
     project_velocities(structure, values, s, work)
-    if state.rule < state.rows:
+    if state.rule < state.extreme:
         start_states(
             structure.laws, values.laws, values.law_states, structure.vectors, values.vectors,
             state, values.functions, np.int64(0), z, work.blocks,

@@ -21,7 +21,7 @@ from flexband.mechanics.engine.generalized_alpha import kept_at
 from flexband.mechanics.kernels.lane_type import WIDTH
 
 
-class Largest(NamedTuple):
+class LargestStrains(NamedTuple):
     """The largest strains of some samples, each array of shape (members, 2, samples).
 
     The axial one is the first of two, that of the surface by bending the second.
@@ -31,14 +31,14 @@ class Largest(NamedTuple):
     kept: np.ndarray  # the number of the state
 
     @staticmethod
-    def none() -> Largest:
+    def none() -> LargestStrains:
         """Return no strains of a block without flexible members."""
-        return Largest(np.zeros((0, 2, WIDTH)), np.zeros((0, 2, WIDTH), dtype=int))
+        return LargestStrains(np.zeros((0, 2, WIDTH)), np.zeros((0, 2, WIDTH), dtype=int))
 
     @staticmethod
-    def joined(parts: list[Largest], samples: int) -> Largest:
+    def joined(parts: list[LargestStrains], samples: int) -> LargestStrains:
         """Return those of all blocks of samples."""
-        return Largest(
+        return LargestStrains(
             *(np.concatenate(p, axis=-1)[..., :samples] for p in zip(*parts, strict=True))
         )
 
@@ -63,7 +63,7 @@ class Members:
             pairs.append((np.diff(body.axis()[2]).T, (half / body.element_lengths).T))
         return pairs
 
-    def largest(self, states: np.ndarray, samples: np.ndarray) -> Largest:
+    def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
         strain = np.zeros((len(self.own), 2, len(samples)))
         kept = np.zeros(strain.shape, dtype=int)
@@ -84,7 +84,7 @@ class Members:
                 peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
                 place = np.abs(peaks).argmax(axis=1)
                 strain[m, kind] = peaks[np.arange(len(samples)), place]
-        return Largest(strain, kept)
+        return LargestStrains(strain, kept)
 
 
 def kept_steps(steps: int) -> np.ndarray:
@@ -94,7 +94,7 @@ def kept_steps(steps: int) -> np.ndarray:
 
 def warn_of_large_strains(
     system: System,
-    largest: Largest,
+    largest: LargestStrains,
     failed: np.ndarray,
     times: np.ndarray | None = None,
     *,

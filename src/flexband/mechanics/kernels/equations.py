@@ -16,6 +16,7 @@ from flexband.mechanics.kernels.elements.elastic import (
     add_elastic_tangent,
     elastic_energy,
 )
+from flexband.mechanics.kernels.extremes import update_extremes
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
@@ -28,13 +29,13 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.law_gaps import update_gap_rates
-from flexband.mechanics.kernels.laws import (
+from flexband.mechanics.kernels.laws.forces import (
     add_law_forces,
     add_law_tangent,
     read_laws,
     update_states,
 )
+from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,
@@ -235,7 +236,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
 @inlined
 def update_law_states(structure, values, now, z, memory):
     """Solve for the states of force laws at the present coordinates and velocities."""
-    if structure.state.rule < structure.state.rows:  # there are states or gaps
+    if structure.state.rule < structure.state.extreme:  # there are states or gaps
         update_angles(structure.vectors, values.vectors, structure.state, z)
         update_states(
             structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
@@ -249,7 +250,7 @@ def update_law_gaps(structure, values, now, z, time, memory):
 
     The functions of time in `values` are those of one moment.
     """
-    if structure.state.gap < structure.state.rows:
+    if structure.state.gap < structure.state.extreme:
         update_gap_rates(
             structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
             values.functions, values.rates, now, z, time, memory,
@@ -257,11 +258,8 @@ def update_law_gaps(structure, values, now, z, time, memory):
 
 
 @inlined
-def sense(structure, values, now, z, outputs, memory):
-    """Set the sensors' rows, after the rows of z that they may depend on.
-
-    `memory` is work space of force laws.
-    """
+def prepare(structure, values, now, z, memory):
+    """Set the rows of z that sensors may depend on; `memory` is work space of force laws."""
     state = structure.state
     update_dependent(structure, values, now, z)
     if structure.reads_energy:
@@ -272,5 +270,27 @@ def sense(structure, values, now, z, outputs, memory):
             structure.laws, values.laws, structure.vectors, values.vectors, state,
             values.functions, now, z, memory,
         )  # fmt: skip
+
+
+@inlined
+def sense(structure, values, now, z, outputs, memory):
+    """Set the sensors' rows, after the rows of z that they may depend on.
+
+    `memory` is work space of force laws.
+    """
+    prepare(structure, values, now, z, memory)
     clear(outputs, outputs.shape[0])
     add_products(structure.sensors, values.sensors, values.functions, now, z, outputs, 1.0)
+
+
+@inlined
+def watch(structure, values, now, work, before, time, chosen):
+    """Take a step from one time to another into account in extremes, where `chosen` is true."""
+    extremes, count = structure.extremes, len(structure.extremes.kind)
+    if count > 0:
+        prepare(structure, values, now, work.z, work.blocks)
+        clear(work.forms, count)
+        add_products(extremes, values.extremes, values.functions, now, work.z, work.forms, 1.0)
+        update_extremes(
+            extremes, values.windows, structure.state, work.z, work.forms, before, time, chosen
+        )

@@ -1,6 +1,6 @@
 """The state z of a mechanism: which of its rows holds what.
 
-    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | g]
+    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | g | x]
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
 coordinates, λ the Lagrange multipliers and θ the angles and lengths of vectors, which follow from
@@ -8,8 +8,9 @@ q; v and a are the velocities and accelerations of q. U is the elastic energy, M
 angle or length, T the tension of each spring and s its elongation: the length of a translational
 spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
 F the forces and moments of force laws, which are set where a sensor reads them. y are the
-first-order states of force laws and what integrates them, see `kernels.law_states`. g are the gaps
-of force laws whose zeros are events, then their rates and their modes, see `kernels.law_gaps`.
+first-order states of force laws and what integrates them, see `kernels.laws.states`. g are the gaps
+of force laws whose zeros are events, then their rates and their modes, see `kernels.laws.gaps`. x
+are extremes and integrals over the steps of a run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
 
@@ -40,6 +41,7 @@ class State(NamedTuple):
     law_state: int
     rule: int
     gap: int
+    extreme: int
     rows: int
 
     @staticmethod
@@ -52,6 +54,7 @@ class State(NamedTuple):
         points: int,
         law_states: int,
         gaps: int,
+        extremes: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
@@ -61,5 +64,5 @@ class State(NamedTuple):
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
-        parts = (*parts, 3 * gaps)
+        parts = (*parts, 3 * gaps, 2 * extremes)
         return State(coordinates, *accumulate(parts))

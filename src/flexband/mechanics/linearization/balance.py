@@ -308,7 +308,7 @@ def find_rest(
     States of force laws take long steps, each to a rest of the mechanism, until they remain, and
     modes of gaps become the signs of the gaps.
     """
-    if equations.state.rule == equations.state.rows:
+    if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
     z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)

@@ -130,9 +130,10 @@ class Equations:
 
     def switched(self, z: np.ndarray) -> np.ndarray:
         """Return the state with the modes of force laws that its gaps have."""
-        z, count = z.copy(), (self.state.rows - self.state.gap) // 3
+        z, count = z.copy(), (self.state.extreme - self.state.gap) // 3
         self.loads(z[:, None])
-        gaps, modes = self.work.z[self.state.gap :][:count, 0], z[self.state.rows - count :]
+        gaps = self.work.z[self.state.gap :][:count, 0]
+        modes = z[self.state.gap : self.state.extreme][2 * count :]
         modes[gaps * modes < 0] *= -1.0
         return z
 

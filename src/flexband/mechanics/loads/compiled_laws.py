@@ -24,7 +24,7 @@ from numba.np.numpy_support import carray
 
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_type import WIDTH
-from flexband.mechanics.kernels.laws import AXES
+from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.loads.lines import lines_of
 from flexband.mechanics.loads.solved_states import solver_of
 
@@ -86,7 +86,7 @@ def take_failures() -> list[LawFailure]:
 
 @dataclass(frozen=True, eq=False)
 class CompiledLaw:
-    """A law as a C function of the memory that `kernels.laws` describes, for all lanes.
+    """A law as a C function of the memory that `kernels.laws.forces` describes, for all lanes.
 
     Attributes
     ----------
@@ -126,8 +126,8 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
         raise InputError(f"the law {law!r} does not compile: {error}") from None
 
 
-class _Rows(NamedTuple):
-    """Where the memory of a law has x, v, force, …, and its end; see `kernels.laws`."""
+class _MemoryRows(NamedTuple):
+    """Where the memory of a law has x, v, force, …, and its end; see `kernels.laws.forces`."""
 
     x: int
     v: int
@@ -141,14 +141,14 @@ class _Rows(NamedTuple):
     end: int
 
     @staticmethod
-    def of(shape: LawShape) -> _Rows:
+    def of(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
         sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _Rows(*accumulate([*sizes, *[shape.events] * 2]))
+        return _MemoryRows(*accumulate([*sizes, *[shape.events] * 2]))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
-    at, points, count = _Rows.of(shape), shape.points, shape.points + len(shape.between)
+    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
     dispatcher = _checked(law, {})
     solved = solver_of(_with_all(dispatcher, shape), shape.states)
     add_lines, pass_on = lines_of(shape.between, points)

@@ -53,7 +53,7 @@ class SpringEntry(NamedTuple):
 
 
 class LawEntry(NamedTuple):
-    """A force law, see `kernels.laws`.
+    """A force law, see `kernels.laws.forces`.
 
     Attributes
     ----------

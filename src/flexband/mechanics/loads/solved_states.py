@@ -1,7 +1,7 @@
 """First-order states of a force law: Newton's method for one sample, compiled with the law.
 
 A state y_k with the rate ẏ_k(y) solves y_k = b_k + τ_k ẏ_k, which is a step of a method for stiff
-equations, or ẏ_k = 0 where τ_k is `law_states.MARK.solved`.
+equations, or ẏ_k = 0 where τ_k is `laws.states.MARK.solved`.
 """
 
 from __future__ import annotations

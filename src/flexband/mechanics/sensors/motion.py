@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -39,6 +39,7 @@ class SensorModel(Protocol):
     def joint(self, name: str) -> tuple[Joint, Sequence[Form]]: ...
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]: ...
     def law_state(self, load: str, name: str) -> Form: ...
+    def over_steps(self, sensor: Any) -> list[Form]: ...
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]: ...
 
 

@@ -19,7 +19,7 @@ def _cubic(start, slope, c2, c3, u):
 def crossing(state, before, z, step):
     """Return the part of the step at which the first gap changes its sign, or 1 if none does."""
     first = filled(1.0)
-    count = (state.rows - state.gap) // 3
+    count = (state.extreme - state.gap) // 3
     for k in range(count):
         mode = load(z, state.gap + 2 * count + k)
         start, end = mode * load(before, state.gap + k), mode * load(z, state.gap + k)
@@ -48,7 +48,7 @@ def crossing(state, before, z, step):
 @compiled
 def switch_modes(state, z, chosen):
     """Set the modes to the signs of the gaps; return where one changes."""
-    count = (state.rows - state.gap) // 3
+    count = (state.extreme - state.gap) // 3
     changed = filled(0.0)
     for k in range(count):
         row = state.gap + 2 * count + k

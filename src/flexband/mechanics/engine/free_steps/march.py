@@ -35,7 +35,14 @@ from flexband.mechanics.engine.generalized_alpha import (
     share_forces,
 )
 from flexband.mechanics.engine.projection import accelerate, share
-from flexband.mechanics.kernels.equations import clear, sense, update_law_gaps, update_law_states
+from flexband.mechanics.kernels.equations import (
+    clear,
+    sense,
+    update_law_gaps,
+    update_law_states,
+    watch,
+)
+from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lanes import (
@@ -50,7 +57,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.law_states import (
+from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
     hold_states,
@@ -91,7 +98,7 @@ def jumped(structure, values, work, step):
 
 
 @inlined
-def switch(structure, values, work, step, limits, chosen):
+def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
     Where the forces jump by that, the accelerations start anew.
@@ -107,6 +114,7 @@ def switch(structure, values, work, step, limits, chosen):
         smooth = less(jumped(structure, values, work, step), filled(1e-3 * limits.tolerance))
         restart(structure, work, where(smooth, filled(0.0), changed))
         update_law_gaps(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
+        watch(structure, values, now, work, time, time, changed)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
 
 
@@ -169,6 +177,8 @@ def cover(
         early = where(good, less(event, filled(1.0 - CONTROL.located)), none)
         accepted = where(remaining, where(early, none, good), none)
         end_states(state, z, step, accepted)
+        time = load(values.moments, n - 1) + elapsed
+        watch(structure, values, now, work, time, time + step, accepted)
         share_forces(structure, values, now, work, accepted, redundant, known, n)
 
         next_step = next_length(error, failed, early, event, step)
@@ -185,7 +195,7 @@ def cover(
         remaining = where(shortest, none, remaining)
         at_end = where(less(step, ahead), none, accepted)
         elapsed = where(accepted, elapsed + step, elapsed)
-        switch(structure, values, work, step, limits, accepted)
+        switch(structure, values, work, step, time + step, limits, accepted)
         store(work.taken, 0, load(work.taken, 0) + accepted)
         remaining = where(at_end, none, remaining)
     return lost
@@ -202,6 +212,9 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)
     update_law_gaps(structure, values, now, z, span, work.blocks)
+    begin_extremes(structure.extremes, structure.state, z)
+    moment = load(values.moments, 0)
+    watch(structure, values, now, work, moment, moment, filled(1.0))
     sense(structure, values, now, z, outputs[0], work.blocks)
     alive = where(load(failure, 0), none, filled(1.0))
     elements = len(structure.beams.first) + len(structure.continua.first)
@@ -220,15 +233,17 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
         add_turns(structure, method, values, work, where(stepping, alive, none))
         still = where(less(none, part), none, alive)
         set_functions(structure.functions, values, n, filled(1.0), length, stepping)
-        struck = none
+        struck, moment = none, load(values.moments, n)
         if any_true(still):
             keep_state(structure, work)
             struck = break_off(structure, method, values, now, work, part, alive)
             update_law_states(structure, values, now, z, work.blocks)
             span = CONTROL.difference * load(work.steps, 0)
             update_law_gaps(structure, values, now, z, span, work.blocks)
+            restarted = where(less(part, filled(-0.5)), still, none)
+            watch(structure, values, now, work, moment, moment, restarted)
             go_back(structure, work, where(still, none, filled(1.0)))
-            switch(structure, values, work, load(work.steps, 0), limits, still)
+            switch(structure, values, work, load(work.steps, 0), moment, limits, still)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if any_true(struck):
             finish_impulse(structure, z, struck)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector
 from flexband.mechanics.kernels.lanes import call_at, compiled, filled, load, store
-from flexband.mechanics.kernels.law_states import rows_of_states
-from flexband.mechanics.kernels.laws import AXES, fill, gaps_of, layout
+from flexband.mechanics.kernels.laws.forces import AXES, fill, gaps_of, layout
+from flexband.mechanics.kernels.laws.states import rows_of_states
 
 
 @compiled

@@ -21,7 +21,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.law_states import MARK, rows_of_states
+from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
 
 AXES = 3
 """Of a point: X, Y and θ."""
@@ -79,7 +79,7 @@ def gaps_of(laws, state, s, y):
     """
     count = laws.state_start[s + 1] - laws.state_start[s]
     gap, end = laws.gap_start[s], laws.gap_start[s + 1]
-    return (state.rows - state.gap) // 3, gap, end - gap, y + 4 * count
+    return (state.extreme - state.gap) // 3, gap, end - gap, y + 4 * count
 
 
 @compiled

@@ -55,6 +55,13 @@ class Matern:
     ------
     InputError
         If ν is not above 0, or above 100.
+
+    Examples
+    --------
+    >>> fb.Matern(1.5)(np.array([0.0, 1.0])).round(4)
+    array([1.    , 0.4834])
+    >>> fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 1.0), correlation=fb.Matern(1.5)).dimension
+    2
     """
 
     nu: float

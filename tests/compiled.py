@@ -9,9 +9,13 @@ import flexband as fb
 from tests.mechanics.models import Dense, pendulum
 
 
-def mechanics():
-    """Compile the engine."""
+def dynamics():
+    """Compile the engine's entry for motions."""
     fb.simulate(pendulum(), duration=2e-3, step=1e-3)
+
+
+def statics():
+    """Compile the engine's entry for equilibria."""
     fb.equilibrium(pendulum())
 
 
@@ -28,5 +32,5 @@ def uncertainty():
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        for task in [processes.submit(mechanics), processes.submit(uncertainty)]:
+        for task in [processes.submit(task) for task in (dynamics, statics, uncertainty)]:
             task.result()

@@ -385,18 +385,24 @@ def test_an_ascii_terminal_is_enough(study_file, tmp_path):
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
         "PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0",
     }  # fmt: skip
-    program = [sys.executable, "-c", "from flexband.cli import app; app()"]
-    for arguments in (
-        ["run", study_file, "--output", tmp_path / "oüt"],
-        ["run", "--help"],
-        ["run", tmp_path / "fehlt µ.py"],
-    ):  # fmt: skip
-        done = subprocess.run([*program, *map(str, arguments)], env=environment,
-                              capture_output=True, check=False)  # fmt: skip
-        assert done.returncode == ("fehlt" in str(arguments[1])), done.stderr
-        assert b"Traceback" not in done.stderr
-        assert b"UnicodeEncodeError" not in done.stderr
-        (done.stdout + done.stderr).decode("ascii")
+    program = """
+import sys
+from flexband.cli import app
+
+file, out, missing = sys.argv[1:]
+for words in (["run", file, "--output", out], ["run", "--help"], ["run", missing]):
+    try:
+        app(words)
+    except SystemExit as end:
+        print("status", end.code, flush=True)
+"""
+    arguments = [study_file, tmp_path / "oüt", tmp_path / "fehlt µ.py"]
+    done = subprocess.run([sys.executable, "-c", program, *map(str, arguments)], env=environment,
+                          capture_output=True, check=True)  # fmt: skip
+    assert re.findall(rb"^status (\d)", done.stdout, re.MULTILINE) == [b"0", b"0", b"1"]
+    assert b"Traceback" not in done.stderr
+    assert b"UnicodeEncodeError" not in done.stderr
+    (done.stdout + done.stderr).decode("ascii")
 
 
 def test_files_of_an_earlier_run_are_not_taken_for_new_ones(study_file, tmp_path):

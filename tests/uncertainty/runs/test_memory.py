@@ -32,7 +32,7 @@ MOST, LEAST = 1 / 1.2, 2.0
 )
 def test_the_memory_announced_is_what_a_study_takes(method, intervals, random, ringing):
     inputs = inputs_of(intervals, random)
-    announced, peak = announced_and_peak(method, inputs, 3, 1500, ringing=ringing)
+    announced, peak = announced_and_peak(method, inputs, 3, 800, ringing=ringing)
     assert MOST <= announced / peak <= LEAST
 
 

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from flexband.analysis.allocation.allocate import allocate
     from flexband.analysis.allocation.costs import ReciprocalCost
     from flexband.analysis.allocation.grades import Grades
-    from flexband.analysis.derived import derived
+    from flexband.analysis.derivation import derived
     from flexband.analysis.limits import Limit
     from flexband.analysis.margins import check_limits
-    from flexband.analysis.p_box import p_box
-    from flexband.analysis.path import path
+    from flexband.analysis.p_boxes import p_box
+    from flexband.analysis.paths import path
     from flexband.analysis.probability.failure import failure_probability
-    from flexband.analysis.quantiles import quantiles
+    from flexband.analysis.quantile_bounds import quantiles
     from flexband.analysis.quantities import (
         Magnitude,
         Peak,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from flexband.analysis.sensitivity.contributions import contributions
     from flexband.analysis.sensitivity.sobol import sobol_indices
     from flexband.analysis.sensitivity.tolerance_for import tolerance_for
-    from flexband.analysis.value_range import value_range
+    from flexband.analysis.value_ranges import value_range
     from flexband.analysis.verification.verify import verify
     from flexband.errors import (
         AssemblyError,
@@ -101,11 +101,11 @@ if TYPE_CHECKING:
     from flexband.mechanics.simulate import simulate
     from flexband.mechanics.static_response import static_response
     from flexband.mechanics.time_functions.interpolation import table
-    from flexband.models.elsewhere import elsewhere
+    from flexband.models.external_runs import elsewhere
     from flexband.models.fmu import FMU
+    from flexband.models.functions import samplewise
     from flexband.models.one_by_one import ModelError
     from flexband.models.program import ExternalProgram
-    from flexband.models.samplewise import samplewise
     from flexband.models.umbridge_client import UMBridgeModel
     from flexband.models.umbridge_server import UMBridgeServer, serve
     from flexband.report.drawing.draw import draw

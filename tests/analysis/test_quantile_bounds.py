@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2, lognorm, norm
 
 import flexband as fb
-from flexband.analysis.quantiles import sorted_quantiles
+from flexband.analysis.quantile_bounds import sorted_quantiles
 from flexband.analysis.sampled import SampledSeries, samples_of
 
 P = np.array([0.05, 0.5, 0.95])

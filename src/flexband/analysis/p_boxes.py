@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from flexband.analysis.intervals import over_options
-from flexband.analysis.quantiles import (
+from flexband.analysis.quantile_bounds import (
     MAX_SAMPLES,
     probability_below,
     searched,

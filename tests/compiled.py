@@ -24,7 +24,9 @@ def uncertainty():
     t = np.linspace(0, 1, 200)
     wave = {"a": fb.Interval(60.0, 66.0), "b": fb.Normal(1.0, 0.01)}
     fb.propagate(lambda a, b: a[:, None] * b[:, None] * t, wave, fb.PCCI(1, 1))
-    fb.propagate(lambda a, b: np.sin((a * b)[:, None] * t), wave, fb.PhaseResolvedPCCI(2, 2))
+    fb.propagate(
+        lambda a, b: np.sin((a * b)[:, None] * t), wave, fb.methods.PhaseResolvedPCCI(2, 2)
+    )
     dense = Dense(pendulum())
     unknowns = dense.structure.pattern.unknowns
     dense.solved(np.zeros(unknowns), np.zeros(unknowns))

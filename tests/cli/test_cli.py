@@ -455,7 +455,7 @@ def test_a_comparison_keeps_the_methods_that_are_finished(study_file, tmp_path, 
 
     out = tmp_path / "out"
     monkeypatch.setattr("flexband.study.comparison.warm_up", lambda *_: None)
-    monkeypatch.setattr(fb.PhaseResolvedPCCI, "solve", fails)
+    monkeypatch.setattr(fb.methods.PhaseResolvedPCCI, "solve", fails)
     result = call("compare", study_file, "--output", out, "--samples", 4, "--points", 2,
                   "--orders", "1,1")  # fmt: skip
     assert result.exit_code == 130
@@ -489,5 +489,5 @@ def test_a_misspelled_name_in_a_builder_is_told_with_its_line_and_the_nearest_na
     result = call("run", file, "--output", tmp_path / "out")
     assert result.exit_code == 1
     text = " ".join(result.output.split())
-    assert "no attribute 'RigidBoby'; did you mean 'RigidBody'?" in text
+    assert "no attribute 'RigidBoby'; did you mean 'flexband.RigidBody'?" in text
     assert "arm.py, line 5)" in "".join(result.output.split("\n")).replace("  ", " ")

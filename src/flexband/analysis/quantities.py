@@ -99,7 +99,7 @@ class Peak(_OverTime):
     --------
     >>> import xarray as xr
     >>> pulse = xr.DataArray([[0.0, 3.0, 4.0, 3.0]], {"time": np.arange(4.0)}, ("sample", "time"))
-    >>> fb.Peak()(pulse).values, fb.PeakTime()(pulse).values
+    >>> fb.analysis.Peak()(pulse).values, fb.analysis.PeakTime()(pulse).values
     (array([4.]), array([2.]))
     """
 

@@ -59,8 +59,9 @@ class Store:
     >>> import tempfile
     >>> inputs, doubled = {"a": fb.Interval(0.0, 1.0)}, lambda a: 2 * a
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     bands = fb.propagate(doubled, inputs, fb.ImprovedPCCI(0, 2), store=fb.Store(folder))
-    ...     runs = fb.open_runs(folder)["outputs"].values
+    ...     store = fb.execution.Store(folder)
+    ...     bands = fb.propagate(doubled, inputs, fb.ImprovedPCCI(0, 2), store=store)
+    ...     runs = fb.execution.open_runs(folder)["outputs"].values
     ...
     >>> np.sort(runs)
     array([0., 1., 2.])

@@ -119,14 +119,14 @@ def told(folder, command, arguments):
     with pytest.MonkeyPatch.context() as patch:
         results = []
         for name in ANSWERS:
-            patch.setattr(fb, name, recorded(getattr(fb, name), results))
+            patch.setattr(fb.analysis, name, recorded(getattr(fb.analysis, name), results))
         trust = ["--trust"] * (command in LOADING)
         printed = run(command, folder, *arguments, *trust)
     assert printed.exit_code == 0, printed.output
     pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
     with pytest.MonkeyPatch.context() as patch:
         for name in ANSWERS:
-            patch.setattr(fb, name, lambda *_, **__: results.pop(0))
+            patch.setattr(fb.analysis, name, lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
         plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results

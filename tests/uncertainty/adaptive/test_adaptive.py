@@ -113,7 +113,7 @@ def test_a_polynomial_is_found_exactly_with_its_own_orders():
         "x": fb.Interval(-1.0, 1.0), "a": fb.Normal(0.0, 1.0),
         "y": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0),
     }  # fmt: skip
-    with pytest.warns(fb.FlexbandWarning, match="'b' changes no output"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="'b' changes no output"):
         bands = fb.propagate(response, inputs, fb.AdaptivePCCI(1e-6, max_runs=60))
     assert bands.attrs["runs"] < 60
     assert bands.attrs["expected_error"] < 1e-6
@@ -199,7 +199,7 @@ def test_rare_values_at_which_a_response_fails_are_left_out():
 
     def response(a, x):
         if np.any(np.abs(x) > 4.3):
-            raise fb.InputError("x must be from -4.3 to 4.3")
+            raise fb.errors.InputError("x must be from -4.3 to 4.3")
         return a + x**8
 
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
@@ -212,7 +212,7 @@ def test_a_refusal_at_one_rare_value_hides_no_other():
 
     def response(e, x):
         if np.any(x > 3.0):
-            raise fb.InputError("x must be 3 at most")
+            raise fb.errors.InputError("x must be 3 at most")
         return x + 0.3 * e + 10 * np.maximum(0.0, -x - 2.0)
 
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=24))
@@ -404,7 +404,7 @@ def test_phases_need_equidistant_times_and_values_do_not():
         return xr.DataArray(values, dims=("sample", "time"), coords={"time": times})
 
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(0.0, 2.0)}
-    with pytest.raises(fb.InputError, match="equidistant values of 'time'"):
+    with pytest.raises(fb.errors.InputError, match="equidistant values of 'time'"):
         fb.propagate(response, inputs, fb.AdaptivePCCI())
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(phase_resolved=False))
     np.testing.assert_allclose(bands["error_bar"], [-1 * times, 3 * times], atol=1e-9)
@@ -484,7 +484,7 @@ def test_the_batch_and_the_order_of_inputs_do_not_change_bands():
     ],
 )
 def test_bad_input_is_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()
 
 
@@ -545,7 +545,7 @@ class Open:
 
     def __call__(self, x, e):
         if self.h > 0.9:
-            raise fb.SimulationError("no convergence", {0: (0.1, "the step is too long")})
+            raise fb.errors.SimulationError("no convergence", {0: (0.1, "the step is too long")})
         lag = 1 - self.h**2 / 4 - 0.3 / self.n**4
         frequency = (1 + 0.02 * x + 0.02 * e) * lag
         wave = np.cos(2 * np.pi * frequency[:, None] * EVERY_OTHER) + 0.1 * e[:, None]
@@ -572,7 +572,7 @@ def test_a_discretization_that_is_left_out_is_chosen_by_the_tolerance(tolerance)
     kinds = ("fitted", "checked", "refined", "coarser", "repeated")
     assert attrs["runs"] == sum(attrs[f"runs_{kind}"] for kind in kinds)
     assert attrs["runs_coarser"] > 0
-    with pytest.raises(fb.InputError, match="step and elements must be given for PCCI"):
+    with pytest.raises(fb.errors.InputError, match="step and elements must be given for PCCI"):
         fb.propagate(Open(), inputs, fb.PCCI())
 
 
@@ -605,11 +605,11 @@ def test_finer_runs_that_fail_are_not_fine_enough_where_the_step_is_left_out():
 
         def __call__(self, x, e):
             if self.h < 1:
-                raise fb.SimulationError("no convergence", {0: (0.1, "diverged")})
+                raise fb.errors.SimulationError("no convergence", {0: (0.1, "diverged")})
             return Open(0.8, 100)(x, e)
 
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-    with pytest.raises(fb.SimulationError):
+    with pytest.raises(fb.errors.SimulationError):
         fb.propagate(Failing(left_out=("step",)), inputs, fb.AdaptivePCCI(0.01))
 
 
@@ -752,9 +752,13 @@ def test_an_output_that_vanishes_does_not_drive_the_refinement():
 @pytest.mark.parametrize(
     "error",
     [
-        fb.AssemblyError("2 of 8 runs failed\nsample 0, t = 0 s: no rank", {0: (0.0, "no rank")}),
-        fb.SimulationError("2 of 8 runs failed\nsample 0, t = 1 s: no rank", {0: (1.0, "no rank")}),
-        fb.InputError("8 samples would take 80 GB of memory"),
+        fb.errors.AssemblyError(
+            "2 of 8 runs failed\nsample 0, t = 0 s: no rank", {0: (0.0, "no rank")}
+        ),
+        fb.errors.SimulationError(
+            "2 of 8 runs failed\nsample 0, t = 1 s: no rank", {0: (1.0, "no rank")}
+        ),
+        fb.errors.InputError("8 samples would take 80 GB of memory"),
         MemoryError(),
     ],
     ids=lambda error: type(error).__name__,
@@ -780,9 +784,9 @@ def test_runs_that_cannot_start_are_not_tried_with_finer_steps():
 
     def other(wave, x, e, h, n):
         tried.append(h)
-        raise fb.AssemblyError("1 of 8 runs failed", {0: (0.0, "open")})
+        raise fb.errors.AssemblyError("1 of 8 runs failed", {0: (0.0, "open")})
 
-    with pytest.raises(fb.AssemblyError):
+    with pytest.raises(fb.errors.AssemblyError):
         fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
     assert len(set(tried)) == 1
 
@@ -808,12 +812,12 @@ def test_a_finer_run_that_fails_loses_nothing():
     class Failing(Coarse):
         def refined(self):
             def fails(x, e):
-                raise fb.SimulationError("no convergence", {0: (0.1, "diverged")})
+                raise fb.errors.SimulationError("no convergence", {0: (0.1, "diverged")})
 
             return fails
 
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-    with pytest.warns(fb.FlexbandWarning, match="discretization error is not estimated"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="discretization error is not estimated"):
         bands = fb.propagate(Failing(0.1), inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["discretization_error"] == "not estimated"
 
@@ -850,9 +854,9 @@ def test_only_runs_that_fail_are_left_out_of_those_held_out():
     one = ResponseRuns(*(v[:1] for v in runs))
     np.testing.assert_array_equal(succeeded(one, 0).values, one.values)  # bounds at one place
     np.testing.assert_array_equal(succeeded(runs, 0).values, values[:2])
-    with pytest.raises(fb.RunError, match="most of the held-out runs"):
+    with pytest.raises(fb.errors.RunError, match="most of the held-out runs"):
         succeeded(runs, 1)
-    with pytest.raises(fb.RunError, match="1 of 3 runs that are fitted"):
+    with pytest.raises(fb.errors.RunError, match="1 of 3 runs that are fitted"):
         succeeded(runs, 3)
 
 
@@ -864,7 +868,9 @@ def test_bands_without_width_are_warned_of():
 
     field = fb.RandomField(1.0, 0.5, correlation_length=0.05, domain=(0.0, 1.0), terms=30)
     inputs = {"a": field, "e": fb.Interval(1.0, 1.01)}
-    with pytest.warns(fb.FlexbandWarning, match="the response: the bands have no width although"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match="the response: the bands have no width although"
+    ):
         bands = fb.propagate(response, inputs, fb.AdaptivePCCI(max_runs=32))
     assert float(bands["error_bar"][1] - bands["error_bar"][0]) == 0
     assert not bands["trusted"]
@@ -909,7 +915,9 @@ def test_each_output_keeps_one_fit_and_runs_are_held_once():
 def test_a_tolerance_that_is_missed_is_warned_of():
     """A jump, of which no polynomials make a band within 1 % in 60 runs."""
     inputs = {"k": fb.Interval(90.0, 110.0), "a": fb.Normal(1.0, 0.05)}
-    with pytest.warns(fb.ToleranceWarning, match=r"of the error bar's width, above .* of 1 %:"):
+    with pytest.warns(
+        fb.errors.ToleranceWarning, match=r"of the error bar's width, above .* of 1 %:"
+    ):
         bands = fb.propagate(lambda k, a: (k > 103.0) * a, inputs, fb.AdaptivePCCI(0.01, 60))
     assert bands.attrs["expected_error"] > 0.01
     with warnings.catch_warnings(action="error"):
@@ -925,7 +933,9 @@ def test_a_step_that_misses_the_tolerance_is_not_blamed_on_the_runs():
 
     inputs = {"stiffness": fb.Interval(95.0, 105.0), "mass": fb.Normal(1.0, 0.01)}
     coarse = fb.dynamic_response(swing, duration=2.0, step=0.05)
-    with pytest.warns(fb.ToleranceWarning, match="due to step; give a finer step, or leave it out"):
+    with pytest.warns(
+        fb.errors.ToleranceWarning, match="due to step; give a finer step, or leave it out"
+    ):
         bands = fb.propagate(coarse, inputs, fb.AdaptivePCCI(0.01))
     assert bands.attrs["step_error"] > 10 * bands.attrs["expansion_error"]
 

@@ -116,7 +116,7 @@ def allocate(
     --------
     >>> inputs = {"a": fb.Interval(9.0, 11.0), "b": fb.Interval(9.0, 11.0)}
     >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
-    >>> plan = fb.allocate(surrogate, fb.Limit(below=20.6), costs={"a": 1.0, "b": 4.0})
+    >>> plan = fb.analysis.allocate(surrogate, fb.Limit(below=20.6), costs={"a": 1.0, "b": 4.0})
     >>> plan["name"].values.tolist(), plan["tolerance"].values.round(2)
     (['a', 'b'], array([0.2, 0.4]))
     """

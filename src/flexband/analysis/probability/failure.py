@@ -122,7 +122,7 @@ def failure_probability(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
-    >>> result = fb.failure_probability(surrogate, fb.Limit(below=1.3))
+    >>> result = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.3))
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """

@@ -85,7 +85,7 @@ def contributions(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "pivot": fb.Interval(-0.1, 0.1)}
     >>> surrogate = fb.expand(lambda length, pivot: length + pivot, inputs, fb.PCCI(0, 1))
-    >>> result = fb.contributions(surrogate)
+    >>> result = fb.analysis.contributions(surrogate)
     >>> result["name"].values.tolist(), result["contribution"].values.round(4)
     (['length', 'pivot'], array([0.4, 0.2]))
     """

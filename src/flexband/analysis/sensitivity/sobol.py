@@ -70,7 +70,7 @@ def sobol_indices(
     --------
     >>> inputs = {"a": fb.Normal(0.0, 2.0), "b": fb.Normal(0.0, 1.0)}
     >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(1, 0))
-    >>> indices = fb.sobol_indices(surrogate)
+    >>> indices = fb.analysis.sobol_indices(surrogate)
     >>> indices["total"].sel(name="a").values.round(4)  # 4/(4 + 1)
     array([0.8, 0.8])
     """

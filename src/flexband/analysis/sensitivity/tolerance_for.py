@@ -61,7 +61,7 @@ def tolerance_for(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "pivot": fb.Interval(-0.1, 0.1)}
     >>> surrogate = fb.expand(lambda length, pivot: length + pivot, inputs, fb.PCCI(0, 1))
-    >>> float(fb.tolerance_for(surrogate, "length", share=0.5)["tolerance"].round(3))
+    >>> float(fb.analysis.tolerance_for(surrogate, "length", share=0.5)["tolerance"].round(3))
     0.05
     """
     several, k = surrogates_of(surrogate), checked_sigmas(sigmas)

@@ -138,12 +138,12 @@ class Beam(CentreLine):
             )
         if self.integration is None:
             return
-        allowed = "None, SelectiveIntegration() or FullIntegration()"
+        allowed = "None, sections.SelectiveIntegration() or sections.FullIntegration()"
         check_implements("Beam integration", self.integration, SectionIntegration, allowed)
         if self.shear_factor is not None:
             raise InputError(
                 "Beam shear_factor must be None if there is an integration; "
-                "use SelectiveIntegration(shear_factor=...)"
+                "use sections.SelectiveIntegration(shear_factor=...)"
             )
 
     @property

@@ -52,7 +52,7 @@ class RegressionPCCI(ExpansionMethod):
     Examples
     --------
     >>> inputs = {name: fb.Normal(1.0, 0.1) for name in "abcd"}
-    >>> bands = fb.propagate(lambda **x: sum(x.values()), inputs, fb.RegressionPCCI(1))
+    >>> bands = fb.propagate(lambda **x: sum(x.values()), inputs, fb.methods.RegressionPCCI(1))
     >>> bands["error_bar"].values.round(4)  # 4 ± √4 · 0.1
     array([3.8, 4.2])
     """

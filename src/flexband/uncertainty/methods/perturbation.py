@@ -58,7 +58,7 @@ class PerturbationChebyshev(ExpansionMethod):
     Examples
     --------
     >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 0.1)}
-    >>> bands = fb.propagate(lambda a, b: a + 2 * b, inputs, fb.PerturbationChebyshev(1))
+    >>> bands = fb.propagate(lambda a, b: a + 2 * b, inputs, fb.methods.PerturbationChebyshev(1))
     >>> bands["error_bar"].values.round(4)
     array([-0.2,  1.2])
     """

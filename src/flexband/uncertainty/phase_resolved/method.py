@@ -64,7 +64,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     ...     return size[:, None] * np.sin(2 * np.pi * frequency[:, None] * time)
     ...
     >>> inputs = {"frequency": fb.Interval(19.0, 21.0), "size": fb.Normal(2.0, 0.1)}
-    >>> bands = fb.propagate(ringing, inputs, fb.PhaseResolvedPCCI(1, 1))
+    >>> bands = fb.propagate(ringing, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     >>> bands["mean"].values[:, -1].round(2)
     array([-2.,  2.])
     """

@@ -58,9 +58,10 @@ class Matern:
 
     Examples
     --------
-    >>> fb.Matern(1.5)(np.array([0.0, 1.0])).round(4)
+    >>> matern = fb.fields.Matern(1.5)
+    >>> matern(np.array([0.0, 1.0])).round(4)
     array([1.    , 0.4834])
-    >>> fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 1.0), correlation=fb.Matern(1.5)).dimension
+    >>> fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 1.0), correlation=matern).dimension
     2
     """
 

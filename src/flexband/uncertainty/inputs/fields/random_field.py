@@ -105,7 +105,7 @@ class RandomField(Field):
 
     _smoother = (
         "take a correlation function with a fourth derivative at distance 0, such as "
-        "squared_exponential or Matern(2.5)"
+        "fields.squared_exponential or fields.Matern(2.5)"
     )
 
     def __post_init__(self) -> None:

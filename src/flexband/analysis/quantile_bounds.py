@@ -117,7 +117,7 @@ def quantiles(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
-    >>> fb.quantiles(surrogate, 0.95)["quantiles"].values.round(2)  # 0.8 and 1.2, and 1.645 σ
+    >>> fb.analysis.quantiles(surrogate, 0.95)["quantiles"].values.round(2)  # + 1.645 σ
     array([[0.88],
            [1.28]])
     """

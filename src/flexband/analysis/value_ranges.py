@@ -53,7 +53,7 @@ def value_range(
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Uniform(-0.1, 0.1)}
     >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
-    >>> fb.value_range(surrogate, probability=1.0)["range"].values.round(4)
+    >>> fb.analysis.value_range(surrogate, probability=1.0)["range"].values.round(4)
     array([0.7, 1.3])
     """
     check_surrogate(surrogate)

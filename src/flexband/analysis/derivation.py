@@ -115,7 +115,7 @@ def derived(
     ...
     >>> inputs = {"size": fb.Interval(0.9, 1.1), "offset": fb.Normal(0.0, 0.01)}
     >>> surrogate = fb.expand(stroke, inputs, fb.PCCI(1, 1))
-    >>> fb.derived(surrogate, fb.Peak())["error_bar"].values.round(3)
+    >>> fb.analysis.derived(surrogate, fb.analysis.Peak())["error_bar"].values.round(3)
     array([0.89, 1.11])
     """
     surrogates = surrogates_of(surrogate)

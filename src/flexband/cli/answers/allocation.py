@@ -69,7 +69,7 @@ def allocate(
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
     response, store = result.response_and_store(purpose, trust=trust) if confirm else (None, None)
-    allocation = fb.allocate(
+    allocation = fb.analysis.allocate(
         surrogate,  # pyright: ignore[reportArgumentType]  # one with choices is refused
         limits,
         costs,
@@ -90,9 +90,9 @@ def allocate(
     )
 
 
-def costs_of(texts: list[str]) -> dict[str, float | fb.Grades]:
+def costs_of(texts: list[str]) -> dict[str, float | fb.analysis.Grades]:
     """Return the cost of each tolerance; raise `UsageError` if a text is none of the forms."""
-    costs: dict[str, float | fb.Grades] = {}
+    costs: dict[str, float | fb.analysis.Grades] = {}
     for text in texts:
         name, _, value = text.partition("=")
         pairs = [tuple(grade.split(":")) for grade in value.split(",")]
@@ -107,5 +107,5 @@ def costs_of(texts: list[str]) -> dict[str, float | fb.Grades]:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
             raise UsageError(f"--cost must be {forms}; got {text!r}") from None
         with usage():
-            costs[name] = fb.Grades(grades)
+            costs[name] = fb.analysis.Grades(grades)
     return costs

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.mechanics.time_functions.evaluation import Evaluation
 
 OMEGA, DAMPING, MEMORY = 2 * np.pi, 0.1, 0.4
 
@@ -105,3 +106,19 @@ def test_accelerations_that_the_terms_lack_are_warned_of():
         fb.errors.FlexbandWarning, match=r"joint 'road' .* lack \d+ % of the variance"
     ):
         fb.simulate(shaker(road.value(np.zeros((2, road.dimension)))), duration=0.5, step=0.01)
+
+
+def test_a_field_is_asked_for_many_times_at_once():
+    """Looking for kinks at thousands of times takes one call of a field, not one for each."""
+    times, calls = np.linspace(0.0, 1.0, 1001), []
+
+    def road(t):
+        calls.append(np.size(t))
+        if np.shape(t)[:1] not in ((), (1,)):
+            raise ValueError("a field takes one row of positions")
+        return (np.array([[1.0], [2.0]]) * np.sin(np.atleast_2d(t))).reshape(2, *np.shape(t)[1:])
+
+    at = Evaluation(road, 2, times)
+    calls.clear()
+    assert at(times) == pytest.approx(np.outer(np.sin(times), [1.0, 2.0]), abs=1e-15)
+    assert calls == [1001]

@@ -10,7 +10,7 @@ import ast
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexband.errors import warn, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -22,13 +22,15 @@ from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.report.plot.figures import fields_figure
-from flexband.response import ResponseFunction
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.response import ResponseFunction
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def given_by(

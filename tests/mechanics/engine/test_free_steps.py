@@ -202,7 +202,9 @@ def test_events_without_end_fail_by_name():
         loads={"f": fb.ForceLaw(["m"], chatters, events=["stop"])},
         sensors={"x": fb.Position("m")},
     )
-    with pytest.raises(fb.SimulationError, match="events follow each other without end") as raised:
+    with pytest.raises(
+        fb.errors.SimulationError, match="events follow each other without end"
+    ) as raised:
         fb.simulate(model, duration=0.2, step=0.01)
     ((time, _),) = raised.value.failures.values()
     assert time == pytest.approx(0.1, abs=0.011)
@@ -219,19 +221,21 @@ def test_events_without_end_fail_by_name():
     ],
 )
 def test_bad_options_are_refused_by_name(options, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         fb.GeneralizedAlpha(**options)
 
 
 @pytest.mark.parametrize("events", ["floor", [""], ["a", "a"], [3]])
 def test_bad_events_are_refused_by_name(events):
-    with pytest.raises(fb.InputError, match="ForceLaw events must be a list of different names"):
+    with pytest.raises(
+        fb.errors.InputError, match="ForceLaw events must be a list of different names"
+    ):
         fb.ForceLaw(["ball"], bounces, (1.0,), events=events)
 
 
 def test_work_over_chosen_steps_is_refused():
     model = replace(relay(), sensors={"W": fb.Work("f")})
-    with pytest.raises(fb.InputError, match="sensor 'W': Work is integrated over the steps"):
+    with pytest.raises(fb.errors.InputError, match="sensor 'W': Work is integrated over the steps"):
         fb.simulate(model, duration=0.1, step=0.01)
 
 
@@ -239,7 +243,7 @@ def test_a_load_that_is_not_smooth_is_refused():
     def rough(t):
         return np.sin(1e9 * np.asarray(t))
 
-    with pytest.raises(fb.InputError, match="is not smooth near t = "):
+    with pytest.raises(fb.errors.InputError, match="is not smooth near t = "):
         fb.simulate(pushed(rough), duration=0.1, step=0.01, integrator=chosen(1e-6))
 
 

@@ -314,7 +314,9 @@ def test_laws_without_states_fail_by_name(law, start, message):
         loads={"f": fb.ForceLaw(["m"], law, states={"s": start})},
         sensors={"x": fb.Position("m")},
     )
-    with pytest.raises((fb.AssemblyError, fb.SimulationError), match=re.escape(message)):
+    with pytest.raises(
+        (fb.errors.AssemblyError, fb.errors.SimulationError), match=re.escape(message)
+    ):
         fb.simulate(model, duration=0.1, step=1e-3)
 
 
@@ -325,7 +327,7 @@ def test_a_state_that_never_rests_has_no_equilibrium():
                "k": fb.Spring("m", (0.0, 0.0), stiffness=10.0, rest_length=0.0)},
         sensors={"x": fb.Position("m")},
     )  # fmt: skip
-    with pytest.raises(fb.AssemblyError, match="no equilibrium was found"):
+    with pytest.raises(fb.errors.AssemblyError, match="no equilibrium was found"):
         fb.equilibrium(model)
 
 
@@ -343,13 +345,15 @@ def test_a_state_that_never_rests_has_no_equilibrium():
     ],
 )
 def test_bad_states_are_refused_by_name(changes, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         fb.ForceLaw(**{"points": ["m"], "law": follows, "parameters": (1.0, 1.0),
                        "states": {"s": 0.0}} | changes)  # fmt: skip
 
 
 def test_a_state_that_does_not_exist_is_refused_by_name():
-    with pytest.raises(fb.InputError, match=r"state of load 'f' 'z' is not in the mechanism"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"state of load 'f' 'z' is not in the mechanism"
+    ):
         fb.Mechanism(
             bodies=follower().bodies, loads=follower().loads, sensors={"z": fb.LawState("f", "z")}
         )

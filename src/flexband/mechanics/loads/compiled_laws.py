@@ -148,10 +148,22 @@ class _MemoryRows(NamedTuple):
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
+    dispatcher, done = _checked(law, {}), []
+    lines = lines_of(shape.between, shape.points)
+    report = _reporter(dispatcher, shape, lines, done)
+    every_lane = _every_lane(dispatcher, shape, lines, report)
+    code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
+    _check_return(law, dispatcher, shape)
+    done.append(CompiledLaw(cast(int, code.address), (code, report, *kept)))
+    return done[0]
+
+
+def _reporter(
+    dispatcher: Dispatcher, shape: LawShape, lines: tuple, done: list[CompiledLaw]
+) -> Callable:
+    """Return a C function that notes why the law, which will be `done`, failed in a lane."""
     at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
-    dispatcher = _checked(law, {})
-    solved = solver_of(_with_all(dispatcher, shape), shape.states)
-    add_lines, pass_on = lines_of(shape.between, points)
+    add_lines, _ = lines
 
     @Report
     def report(address: int, lane: int, outcome: int) -> None:
@@ -166,43 +178,62 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         time = float(column[0])
         reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
         failures = _own.__dict__.setdefault("failures", {})
-        failures.setdefault((id(done), lane), LawFailure(done, lane, time, reason))
+        failures.setdefault((id(done[0]), lane), LawFailure(done[0], lane, time, reason))
 
-    def every_lane(memory):
-        lanes = carray(memory, (at.end, WIDTH))
+    return report
+
+
+def _every_lane(
+    dispatcher: Dispatcher, shape: LawShape, lines: tuple, report: Callable
+) -> Callable:
+    """Return a function of the memory of a law that Numba can compile as a C function."""
+    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
+    solved = solver_of(_with_all(dispatcher, shape), shape.states)
+    add_lines, pass_on = lines
+    plain, lined = not (shape.states or shape.events), len(shape.between) > 0
+
+    def every_lane(memory):  # noqa: PLR0912 (functions of its parts would take half of the time)
+        lanes, column = carray(memory, (at.end, WIDTH)), np.empty(at.end)
         x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
+        p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
+        b, tau = column[at.b : at.tau], column[at.tau : at.rate]
+        mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
         for lane in range(WIDTH):
-            column = lanes[:, lane].copy()
-            x[:points] = column[at.x : at.v].reshape(points, 3)
-            v[:points] = column[at.v : at.force].reshape(points, 3)
-            p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
-            mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
-            b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-            force[:] = 0.0
-            rate[:] = 0.0
-            gap[:] = 0.0
-            outcome = OUTCOME.raised
-            known = np.isfinite(column[at.x : at.force]).all() and np.isfinite(b).all()
+            outcome, known = OUTCOME.raised, True
+            for k in range(at.force):
+                column[k] = lanes[k, lane]
+                known = known and (k < at.x or np.isfinite(column[k]))
+            for k in range(at.y, at.end):
+                column[k] = lanes[k, lane] if k < at.gap else 0.0
+                known = known and (k < at.b or k >= at.tau or np.isfinite(column[k]))
+            for k in range(3 * points):
+                x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
+            for k in range(3 * count):
+                force.flat[k] = 0.0
             if known:  # not after the run of this lane has failed
-                add_lines(x, v)
+                if lined:
+                    add_lines(x, v)
                 try:
-                    agrees = solved(column[0], x, v, y, p, force, rate, mode, gap, b, tau)
-                    outcome = OUTCOME.ran if agrees else OUTCOME.unsolved
+                    if plain:  # a branch that Numba removes if it is not taken
+                        dispatcher(column[0], x, v, p, force)
+                        outcome = OUTCOME.ran
+                    else:
+                        agrees = solved(column[0], x, v, y, p, force, rate, mode, gap, b, tau)
+                        outcome = OUTCOME.ran if agrees else OUTCOME.unsolved
                 except Exception:
                     outcome = OUTCOME.raised
-                pass_on(x, force)
-            if outcome != OUTCOME.ran:
-                force[:] = np.nan
-                y[:] = np.nan
-            column[at.force : at.y] = force[:points].ravel()
-            lanes[at.force : at.end, lane] = column[at.force : at.end]
-            if known and not np.isfinite(column[at.force : at.end]).all():
+                if lined:
+                    pass_on(x, force)
+            good, ran = True, outcome == OUTCOME.ran
+            for k in range(3 * points):
+                column[at.force + k] = force.flat[k]
+            for k in range(at.force, at.end):
+                good = good and np.isfinite(column[k])
+                lanes[k, lane] = column[k] if ran else np.nan
+            if known and not (ran and good):
                 report(lanes.ctypes.data, lane, outcome)
 
-    code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
-    _check_return(law, dispatcher, shape)
-    done = CompiledLaw(cast(int, code.address), (code, report, *kept))
-    return done
+    return every_lane
 
 
 def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:

@@ -200,12 +200,11 @@ def _every_lane(
         mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
         for lane in range(WIDTH):
             outcome, known = OUTCOME.raised, True
-            for k in range(at.force):
-                column[k] = lanes[k, lane]
-                known = known and (k < at.x or np.isfinite(column[k]))
-            for k in range(at.y, at.end):
-                column[k] = lanes[k, lane] if k < at.gap else 0.0
-                known = known and (k < at.b or k >= at.tau or np.isfinite(column[k]))
+            for k in range(at.end):
+                column[k] = 0.0 if at.force <= k < at.y or k >= at.gap else lanes[k, lane]
+                known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
+            for k in range(len(b)):
+                known = known and np.isfinite(b[k])
             for k in range(3 * points):
                 x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
             for k in range(3 * count):
@@ -224,13 +223,13 @@ def _every_lane(
                     outcome = OUTCOME.raised
                 if lined:
                     pass_on(x, force)
-            good, ran = True, outcome == OUTCOME.ran
+            good = outcome == OUTCOME.ran
             for k in range(3 * points):
-                column[at.force + k] = force.flat[k]
+                column[at.force + k] = force.flat[k] if good else np.nan
             for k in range(at.force, at.end):
+                lanes[k, lane] = column[k] if good else np.nan
                 good = good and np.isfinite(column[k])
-                lanes[k, lane] = column[k] if ran else np.nan
-            if known and not (ran and good):
+            if known and not good:
                 report(lanes.ctypes.data, lane, outcome)
 
     return every_lane

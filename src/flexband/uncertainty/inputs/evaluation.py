@@ -119,15 +119,19 @@ def labelled(result: Any, runs: int) -> xr.DataArray:
         raise InputError(f"the response must return an array; got a {kind}: {error}") from None
     if array.dtype.kind not in "biuf":
         raise InputError(f"the response must return real numbers; got {kind} of {array.dtype}")
-    with np.errstate(over="ignore"):  # of numbers with more digits, which are infinite then
-        array = array.astype(float, copy=False)
+    if array.dtype != float:
+        with np.errstate(over="ignore"):  # of numbers with more digits, which are infinite then
+            array = array.astype(float)
     if "sample" in array.dims:
         array = array.transpose("sample", ...)
     if array.shape[:1] != (runs,):
         raise InputError(f"the response must return shape ({runs}, ...); got shape {array.shape}")
-    array = array.drop_vars([k for k, c in array.coords.items() if array.dims[0] in c.dims])
+    if of_samples := [k for k, c in array.coords.items() if array.dims[0] in c.dims]:
+        array = array.drop_vars(of_samples)
     if "sample" not in array.dims:
-        array = array.drop_vars("sample", errors="ignore").rename({array.dims[0]: "sample"})
+        if "sample" in array.coords:
+            array = array.drop_vars("sample")
+        array = array.rename({array.dims[0]: "sample"})
     if array.ndim > 2 and array.dims[-1] == "output":  # the last dim is time
         array = array.transpose("sample", "output", ...)
     return array
@@ -182,7 +186,8 @@ def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
             f"the response must return dims {_shown(first[0])} in all runs, as in the first ones; "
             f"got {_shown(part.dims[1:])}"
         )
-    part = part.transpose(*labels.dims)
+    if part.dims != labels.dims:
+        part = part.transpose(*labels.dims)
     if part.shape[1:] != first[1]:
         raise InputError(
             f"the response must return {first[1]} per run, as in the first ones; "

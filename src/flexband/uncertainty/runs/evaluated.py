@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.execution.executors import Outcome
+from flexband.execution.calls import Outcome
 from flexband.response import Response
 from flexband.uncertainty.inputs.evaluation import (
     aligned,

@@ -24,7 +24,8 @@ from flexband.errors import (
     shown,
     warning_once,
 )
-from flexband.execution.executors import Performing, in_process, performing
+from flexband.execution.calls import Performing, in_process
+from flexband.execution.executors import performing
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder

@@ -10,6 +10,7 @@ import argparse
 import tempfile
 import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from itertools import count
 from multiprocessing import Pipe, Process
@@ -47,9 +48,10 @@ class Remote(Executor):
 
     def receive(self, connection: Connection) -> None:
         """Set the results of futures."""
-        while True:
-            number, result = connection.recv()
-            self.futures.pop(number).set_result(result)
+        with suppress(EOFError):  # the end of the other process
+            while True:
+                number, result = connection.recv()
+                self.futures.pop(number).set_result(result)
 
 
 def serve(connection: Connection, threads: int) -> None:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -74,7 +74,11 @@ class Store:
         return Path(self.folder) / FileName.RUNS
 
 
-def as_store(store: Any) -> Store | None:
+StoreLike = Store | str | os.PathLike[str] | None
+"""Where runs are recorded, as users give it."""
+
+
+def as_store(store: StoreLike) -> Store | None:
     """Return a store, or that of a folder; None for None."""
     if store is None or isinstance(store, Store):
         return store

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -74,7 +74,7 @@ class SavedResult(NamedTuple):
             print_remark(f"limits of the study are left out: {error_text(error)}")
             return []
 
-    def response_and_store(self, purpose: str, *, trust: bool) -> dict[str, object]:
+    def response_and_store(self, purpose: str, *, trust: bool) -> dict[str, Any]:
         """Return the response of the study, and the folder of its runs if there are any, by name.
 
         Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.

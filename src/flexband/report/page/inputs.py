@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from flexband.report.text.numbers import number, percent
 from flexband.report.text.tables import Table, outputs_of, select
-from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
+from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
@@ -19,6 +19,7 @@ from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 
 NODES = 32
 """Of the Gauss rule for the mean and the standard deviation of a distribution."""

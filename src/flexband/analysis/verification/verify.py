@@ -22,7 +22,6 @@ lower confidence limit of the error; the expected error is confirmed where it is
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -32,7 +31,9 @@ import xarray as xr
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
-from flexband.progress import counted
+from flexband.execution.executors import ExecutorLike
+from flexband.execution.store import StoreLike
+from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -110,10 +111,10 @@ def verify(
     runs: int = RUNS,
     sigmas: float = 1.0,
     seed: int = 0,
-    store: Any = None,
-    executor: Any = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
     failed: str = "stop",
-    progress: Callable[[int, int], object] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Return how far verification runs are from a surrogate, and a verdict.
 
@@ -174,7 +175,6 @@ def _verified(
     *,
     options: VerificationOptions = VerificationOptions(),
 ) -> xr.Dataset:
-    """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     left_out = _left_out(surrogate)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -22,11 +23,13 @@ from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
 from flexband.analysis.limits import Limits, corridors, joint
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
-from flexband.execution.executors import ExecutorLike
-from flexband.execution.store import StoreLike
-from flexband.response import ResponseFunction
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import StoreLike
+    from flexband.response import ResponseFunction
 
 
 def allocate(

@@ -23,7 +23,7 @@ lower confidence limit of the error; the expected error is confirmed where it is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -31,8 +31,6 @@ import xarray as xr
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
-from flexband.execution.executors import ExecutorLike
-from flexband.execution.store import StoreLike
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.expansion import extremes_of
@@ -44,6 +42,10 @@ from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, sh
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
+
+if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import StoreLike
 
 MAX_RUNS = 1_000_000
 

@@ -68,7 +68,7 @@ def narrow(
         before, after = (expansion.bands(sigmas) for expansion in both)
     limits = limits_before_and_after(both, result.limits(trust=trust), likely=probability)
     changed = "; ".join(
-        f"{name}: {known_of(name, new_input)[1]}" for name, new_input in new_inputs.items()
+        f"{name}: {known_of(new_input)[1]}" for name, new_input in new_inputs.items()
     )
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")

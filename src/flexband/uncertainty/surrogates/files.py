@@ -13,13 +13,12 @@ from dataclasses import fields
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_instance, shown, without_warnings
-from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
@@ -34,6 +33,9 @@ from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.expansions.expansion import Expansion
 
 FORMAT = 7
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random

@@ -293,7 +293,6 @@ class Spread(Distribution):
 
 
 def _spread(mean: Numbers, std: Numbers | None, cv: Numbers | None) -> Numbers:
-    """Return the standard deviation that one of the two tells."""
     if std is not None:
         return std
     assert cv is not None

@@ -134,7 +134,6 @@ def labelled(result: ArrayLike | xr.DataArray, runs: int) -> xr.DataArray:
 
 
 def _is_masked(result: ArrayLike | xr.DataArray) -> bool:
-    """Return whether an array, or one in a list, is masked."""
     if isinstance(result, list | tuple):
         return any(map(_is_masked, result))
     return isinstance(result, np.ma.MaskedArray)

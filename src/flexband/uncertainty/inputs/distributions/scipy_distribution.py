@@ -100,7 +100,6 @@ class ScipyDistribution(Distribution):
         return Quantiles.of(super().at_normal, next(filter(self._reaches, REACHES), 7.0))
 
     def _reaches(self, reach: float) -> bool:
-        """Return whether quantiles are accurate so far out."""
         z = np.array([-reach, reach])
         with np.errstate(all="ignore"):
             return bool(np.all(np.abs(self.to_normal(super().at_normal(z)) - z) < ACCURACY))

@@ -14,8 +14,8 @@ from flexband.progress import Progress
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import cases, first_case
 from flexband.uncertainty.methods.least_squares import RegressionPCCI
 from flexband.uncertainty.methods.method import Evaluate, Method, as_method, check_runs
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI

@@ -10,8 +10,8 @@ from flexband.errors import ResolutionWarning, warn, without_warnings
 from flexband.response import FunctionResponse, ResponseFunction, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.propagate import expand
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.space import Space, raised
@@ -106,7 +106,7 @@ def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
     return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
 
 
-def labelled(result: Any, runs: int) -> xr.DataArray:
+def labelled(result: ArrayLike | xr.DataArray, runs: int) -> xr.DataArray:
     """Return a response as a `DataArray` of real numbers with first dim "sample"."""
     kind = type(result).__name__
     if _is_masked(result):
@@ -137,8 +137,7 @@ def labelled(result: Any, runs: int) -> xr.DataArray:
     return array
 
 
-def _is_masked(result: Any) -> bool:
-    """Return whether an array, or one in a list, is masked."""
+def _is_masked(result: ArrayLike | xr.DataArray) -> bool:
     if isinstance(result, list | tuple):
         return any(map(_is_masked, result))
     return isinstance(result, np.ma.MaskedArray)
@@ -216,7 +215,6 @@ def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
 
 
 def _shown(dims: tuple[Hashable, ...]) -> str:
-    """Return dims as text."""
     return f"({', '.join(map(str, dims))})"
 
 

@@ -1,199 +1,221 @@
 """Machine code of compiled functions, kept on disk as long as nothing that it was made of changes.
 
-Numba's own cache watches only the file in which a function is written, not the files that it calls
-into, so that old code goes on running after an upgrade. Here the name of a file is a hash of all
-that its content depends on, and a file that is damaged is dropped.
+The name of a file is a hash of all that its content depends on, so that no old code runs after an
+upgrade. A wheel for a platform comes with the code of most functions, in the folder `SHIPPED`.
 """
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
-import pickle
+import struct
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from ctypes import CFUNCTYPE, c_int, c_void_p
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from llvmlite.binding import Linkage
-from numba import njit, types
-from numba.core import config
-from numba.core.caching import NullCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, CompileResult
-from numba.core.serialize import dumps
-from numba.misc.appdirs import AppDirs
+import numpy as np
+from llvmlite import binding
+from numba import typeof
+from numba.core.compiler_lock import global_compiler_lock
 
-from flexband.files import replaced
+from flexband.files import replaced, user_folder
+from flexband.machine_code import (
+    ENTRY,
+    SETTINGS,
+    compiled,
+    instruction_set,
+    object_code,
+    target_machine,
+)
+from flexband.source_hash import Source, sources
 
-SETTINGS: Any = config
 KEPT = 8
 """Files of a function that are kept in a folder, the last used ones: one for each version of the
-package, processor and signature."""
+package, processor and kind of arguments."""
+
+SHIPPED = Path(__file__).with_name("objects")
+"""Folder of the code that flexband was installed with."""
 
 PACKAGE = __name__.partition(".")[0]
 """Whose functions those of other packages call."""
 
 DEPENDENCIES = ("numba", "llvmlite", "numpy")
-"""Packages whose version the machine code depends on."""
+"""Packages whose version the code that is compiled on this machine depends on."""
 
 LOADED = time.time()
 """Before the first function is compiled: a file that changed later may not be the code in memory.
 """
 
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-"""Of all compiled functions: no interpreter lock, and division as in IEEE 754."""
+ENGINES: list[binding.ExecutionEngine] = []
+"""Which keep the code in memory."""
+
+
+class Table:
+    """An argument of compiled code that is passed as the address of a table of numbers.
+
+    Attributes
+    ----------
+    kind : what is where in the table.
+    address : of the table.
+    """
+
+    kind: str
+    address: int
+
+
+class Entry:
+    """A function that Python calls and that returns nothing, with machine code on disk.
+
+    Attributes
+    ----------
+    codes : what has been called so far: for each kind of arguments, the C function int(int64 *).
+    """
+
+    def __init__(self, function: Callable, options: dict[str, Any]):
+        self.dispatcher = compiled(function, **options)
+        self.options = sorted(options.items())
+        self.module = function.__module__
+        self.name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
+        self.source = Path(function.__code__.co_filename)
+        self.codes: dict[str, Callable[[Any], int]] = {}
+
+    def __call__(self, *arguments: Any) -> None:
+        """Call the function, whose machine code is read or made before it is called first."""
+        numbers: list[int] = []
+        kind = ",".join([_add_numbers(argument, numbers) for argument in arguments])
+        code = self.codes.get(kind)
+        if code is None:
+            with global_compiler_lock:
+                code = self.codes.get(kind) or self._code(kind, arguments)
+                self.codes[kind] = code
+        table = np.array(numbers, np.int64)
+        if code(table.ctypes.data) > 0:
+            raise MemoryError(f"{self.name} found no memory for its arrays")
+
+    def _code(self, kind: str, arguments: tuple[Any, ...]) -> Callable[[Any], int]:
+        for file in self.files(_hash(kind)) if self.usable else ():
+            with suppress(OSError):
+                content = file.read_bytes()
+                if content != sealed(content[32:]):
+                    file.unlink()  # it is damaged
+                    continue
+                with suppress(OSError):
+                    os.utime(file)
+                return _loaded(content[32:])
+        content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
+        if self.usable:
+            self.keep(content, _hash(kind))
+        return _loaded(content)
+
+    def keep(self, content: bytes, kind: str) -> None:
+        """Write an object to the first folder that can be written to, and drop old ones there."""
+        for file in self.files(kind)[1:]:
+            try:
+                with replaced(file) as partial:
+                    partial.write_bytes(sealed(content))
+            except OSError:
+                continue
+            for old in sorted(file.parent.glob(f"{self.name}-*"), key=_used)[:-KEPT]:
+                with suppress(OSError):
+                    old.unlink()
+            return
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is known what the code depends on."""
+        return _basis(self.module) is not None
+
+    def files(self, kind: str) -> list[Path]:
+        """Return where code may be: as it was installed, then as it was made on this machine.
+
+        What is made here depends on the versions of the packages and of Python, too. It is in
+        NUMBA_CACHE_DIR if that is set, else beside the source, or in the folder of the user.
+        """
+        made_of = self.options, _basis(self.module), _settings()
+        versions = *map(_version, (self.module.partition(".")[0], *DEPENDENCIES)), sys.version
+        beside = [] if SETTINGS.CACHE_DIR else [self.source.parent / "__pycache__"]
+        name = f"{self.name}-{_hash((made_of, versions, SETTINGS.USING_SVML))}-{kind}.o"
+        return [
+            SHIPPED / f"{self.name}-{_hash(made_of)}-{kind}.o",
+            *(folder / name for folder in (*beside, user_folder())),
+        ]
 
 
 def cached_on_disk(function: Callable, **options: Any) -> Any:
     """Compile a function that Python calls, and keep its machine code on disk.
 
-    Further options are Numba's.
+    Its arguments are numbers, arrays, tuples of them, and tables; it returns nothing. Further
+    options are Numba's.
     """
-    options = {**OPTIONS, **options}
-    dispatcher: Any = njit(pipeline_class=_SelfContainedCompiler, **options)(function)
-    dispatcher._cache = _MachineCode(function, options)
-    return dispatcher
+    return function if SETTINGS.DISABLE_JIT else Entry(function, options)
 
 
-class _SelfContained(JITCodeLibrary):
-    """Machine code that calls its copies of all functions.
-
-    Of several functions of one name, a process uses the one that was loaded first. It may have been
-    optimized for another caller and round otherwise, so that results would depend on whether code
-    was just compiled or read from disk, and on what else a process computes.
-    """
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = Linkage.internal
-        super()._optimize_final_module()
+def sealed(content: bytes) -> bytes:
+    """Return an object as it is in a file, after its checksum."""
+    return hashlib.sha256(content).digest() + content
 
 
-class _SelfContainedCompiler(Compiler):
-    """Numba's compiler, for libraries that are self-contained."""
-
-    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *options: Any) -> None:
-        library = _SelfContained(targetctx.codegen(), "self-contained")
-        library.enable_object_caching()
-        super().__init__(typingctx, targetctx, library, *options)
-
-
-def compiled(function: Callable, **options: Any) -> Any:
-    """Compile a function that only compiled code calls.
-
-    It is compiled once for all constants of a type: Numba would do so again for each whole number.
-    """
-    options = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **options}
-    dispatcher: Any = njit(**options)(function)
-    find = dispatcher.get_call_template
-    dispatcher.get_call_template = lambda args, kws: find(
-        tuple(map(types.unliteral, args)), {name: types.unliteral(kws[name]) for name in kws}
-    )
-    return dispatcher
-
-
-def inlined(function: Callable, **options: Any) -> Any:
-    """Inline a function into its callers before compilation.
-
-    It is for the functions between entries and kernels. Otherwise LLVM would optimize the kernels
-    once more at every level of calls up to an entry.
-    """
-    options = {**OPTIONS, "inline": "always", **options}
-    return njit(**options)(function)
-
-
-class _MachineCode(NullCache):
-    """The files of one function: a checksum and the pickled code each, in the first of `folders`.
-
-    They are read from every folder, since a package that is installed for all users may come with
-    its code, and written to the first folder that can be written to. Numba calls `load_overload`
-    and `save_overload` with a signature.
-    """
-
-    def __init__(self, function: Callable, options: dict[str, Any]):
-        self.start = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
-        self.folders = _folders(Path(function.__code__.co_filename))
-        self.basis = _basis(function.__module__), sorted(options.items())
-        self.usable = self.basis[0] is not None and function.__closure__ is None
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled function; None if there is none that fits."""
-        target_context.refresh()
-        for folder in self.folders if self.usable else ():
-            file = folder / self._name(sig, target_context.codegen())
-            try:
-                content = file.read_bytes()
-            except OSError:
-                continue
-            try:
-                if hashlib.sha256(content[32:]).digest() != content[:32]:
-                    raise ValueError("the checksum is wrong")
-                overload = CompileResult._rebuild(target_context, *pickle.loads(content[32:]))
-            except Exception:  # whatever a damaged file raises, its code is compiled again
-                with suppress(OSError):
-                    file.unlink()
-                continue
-            with suppress(OSError):
-                os.utime(file)
-            return overload
-        return None
-
-    def save_overload(self, sig: Any, cres: Any) -> None:
-        """Write a compiled function to the first folder that can be written to."""
-        if not self.usable or cres.library.has_dynamic_globals or cres.lifted:
-            return
-        content = dumps(cres._reduce())
-        name = self._name(sig, cres.codegen)
-        for folder in self.folders:
-            try:
-                with replaced(folder / name) as partial:
-                    partial.write_bytes(hashlib.sha256(content).digest() + content)
-            except OSError:
-                continue
-            self._drop_old(folder)
-            return
-
-    def _name(self, sig: Any, codegen: Any) -> str:
-        """Return the name of the file for a signature and a processor."""
-        return f"{self.own}-{_hash((str(sig), codegen.magic_tuple()))}.nbc"
-
-    @property
-    def own(self) -> str:
-        """The start of the names of files for all signatures and processors."""
-        return f"{self.start}-{_hash(self.basis)}"
-
-    def _drop_old(self, folder: Path) -> None:
-        """Delete all files of the function but those used last, another process's included."""
-
-        def used(file: Path) -> float:
-            try:
-                return file.stat().st_mtime
-            except OSError:
-                return 0.0
-
-        for file in sorted(folder.glob(f"{self.start}-*"), key=used, reverse=True)[KEPT:]:
-            with suppress(OSError):
-                file.unlink()
-
-
-def kept(function: Any) -> bool:
-    """Return whether there is machine code of a function, for some signature, or there can be none.
+def kept(entry: Any) -> bool:
+    """Return whether there is machine code of an entry, for some arguments, or there can be none.
 
     Parameters
     ----------
-    function : what `cached_on_disk` returned.
+    entry : what `cached_on_disk` returned.
     """
-    code = function._cache
-    files = (file for folder in code.folders for file in folder.glob(f"{code.own}-*"))
-    return not code.usable or any(files) or not any(map(_may_write, code.folders))
+    if not isinstance(entry, Entry) or not entry.usable:
+        return True
+    files = entry.files("*")
+    there = (kept_file for file in files for kept_file in file.parent.glob(file.name))
+    return any(there) or not any(_may_write(file.parent) for file in files[1:])
+
+
+def _add_numbers(argument: Any, numbers: list[int]) -> str:
+    """Append the numbers that an argument is to compiled code, and return its kind."""
+    if isinstance(argument, np.ndarray):
+        flags = argument.flags
+        layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
+        data, size = argument.ctypes.data, argument.size
+        numbers += (0, 0, size, argument.itemsize, data, *argument.shape, *argument.strides)
+        access = "" if flags.writeable else "r"
+        return f"{argument.dtype.str}{argument.ndim}{layout}{access}"
+    if isinstance(argument, tuple):
+        kinds = [_add_numbers(part, numbers) for part in argument]
+        return f"{type(argument).__name__}({','.join(kinds)})"
+    if isinstance(argument, Table):
+        numbers.append(argument.address)
+        return argument.kind
+    if isinstance(argument, float):
+        numbers += struct.unpack("q", struct.pack("d", argument))
+        return "float64"
+    numbers.append(int(argument))
+    return "int64" if type(argument) is int else np.asarray(argument).dtype.name
+
+
+def _loaded(content: bytes) -> Callable[[Any], int]:
+    """Return the entry of an object.
+
+    Each object has an engine of its own: of several symbols of one name, an engine uses the first.
+    """
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), target_machine())
+    engine.add_object_file(binding.ObjectFileRef.from_data(content))
+    engine.finalize_object()
+    ENGINES.append(engine)
+    return CFUNCTYPE(c_int, c_void_p)(engine.get_function_address(ENTRY))
+
+
+def _used(file: Path) -> float:
+    """Return when a file was last used."""
+    try:
+        return file.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _may_write(folder: Path) -> bool:
@@ -206,45 +228,34 @@ def _hash(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
-def _folders(source: Path) -> list[Path]:
-    """Return where code may be: NUMBA_CACHE_DIR if set; else beside the source or of the user."""
-    beside = [] if SETTINGS.CACHE_DIR else [source.parent / "__pycache__"]
-    return [*beside, user_folder()]
-
-
-def user_folder() -> Path:
-    """Return the folder of the user, or that in NUMBA_CACHE_DIR, for what is kept on disk."""
-    if SETTINGS.CACHE_DIR:
-        return Path(SETTINGS.CACHE_DIR) / "flexband"
-    return Path(AppDirs("flexband", False).user_cache_dir)
+def _settings() -> tuple[object, ...]:
+    """Return what else than sources machine code depends on."""
+    return sys.platform, instruction_set(), SETTINGS.BOUNDSCHECK
 
 
 @cache
-def _basis(module: str) -> tuple[object, ...] | None:
-    """Return what the code of a module's functions depends on; None if it cannot be known.
+def _basis(module: str) -> tuple[tuple[str, str], ...] | None:
+    """Return the files that the code of a module's functions is made of; None if it is not known.
 
-    This is the content of the modules of its package and of this one that it imports, directly or
-    not, and of all other files in their folders, since types and overloads are not imported where
-    they are used; the versions of the packages and of Python; and Numba's settings.
+    These are the modules of its package and of this one that it imports, directly or not, and all
+    other files in their folders, since types and overloads are not imported where they are used.
     """
-    top = module.partition(".")[0]
-    known_files, waiting, folders = set(), [module], set()
+    tops = module.partition(".")[0], PACKAGE
+    known: dict[Path, Source] = {}
+    waiting, followed = {module}, set()
     try:
-        while waiting:
-            name = waiting.pop()
-            file = _file(name) if name.partition(".")[0] in (top, PACKAGE) else None
-            if file and file not in known_files:
-                known_files.add(file)
-                folders.add(file.parent)
-                waiting += _read(file)[1]
-        files = sorted(file for folder in folders for file in folder.glob("*.py"))
-        if not files or max(file.stat().st_ctime for file in files) > LOADED:
+        while files := {file for name in waiting if (file := _file(name))} - followed:
+            known |= sources(
+                other for folder in {f.parent for f in files} for other in folder.glob("*.py")
+            )
+            followed |= files
+            names = {name for file in files for name in known[file].modules}
+            waiting = {name for name in names if name.partition(".")[0] in tops}
+        if not known or max(file.stat().st_ctime for file in known) > LOADED:
             return None
-        contents = [(file.name, _read(file)[0]) for file in files]
     except (OSError, SyntaxError, ValueError):
         return None
-    versions = map(_version, (top, *DEPENDENCIES))
-    return *contents, *versions, sys.version, SETTINGS.OPT, SETTINGS.BOUNDSCHECK
+    return tuple(sorted((file.name, source.hash) for file, source in known.items()))
 
 
 @cache
@@ -255,6 +266,7 @@ def _version(package: str) -> str:
         return ""
 
 
+@cache
 def _file(module: str) -> Path | None:
     """Return the file of a module; None if it has none."""
     top, *names = module.split(".")
@@ -264,22 +276,3 @@ def _file(module: str) -> Path | None:
     path = Path(origin).parent.joinpath(*names)
     candidates = (path / "__init__.py", path.with_suffix(".py"))
     return next((file for file in candidates if file.is_file()), None)
-
-
-@cache
-def _read(file: Path) -> tuple[str, list[str]]:
-    """Return a hash of a file, and the modules that it imports.
-
-    The names of what it imports may be modules too. Expressions import nothing.
-    """
-    source, modules = file.read_bytes(), []
-    waiting: list[ast.AST] = [ast.parse(source)]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.Import):
-            modules += (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
-        for part in ("body", "orelse", "handlers", "finalbody", "cases"):
-            waiting += getattr(node, part, ())
-    return hashlib.sha256(source).hexdigest(), modules

@@ -21,7 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.caching import cached_on_disk
+from flexband.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.terms import multiply
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
 from flexband.uncertainty.phases.options import MOMENTS
@@ -99,7 +101,7 @@ def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
         for e in range(len(sections.phi)):
             section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
-            np.dot(psi, rows, values)
+            multiply(psi, rows, values)
             first[:], second[:] = 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.caching import cached_on_disk
+from flexband.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
+from flexband.uncertainty.expansions.bounds.terms import multiply
 from flexband.uncertainty.phases.moments import (
     average,
     fill,
@@ -66,7 +68,7 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
                         rows, psi, sampled, parts, turning, work, mean, base, first, square, second
                     )
                     break
-                np.dot(basis, rows, values)
+                multiply(basis, rows, values)
                 for q in range(len(rule)):
                     re, im = values[q], values[len(rule) + q]
                     for o in range(outputs):

@@ -51,7 +51,8 @@ def package(tmp_path, monkeypatch):
     (tmp_path / "laws").mkdir()
     (tmp_path / "laws" / "springs.py").write_text(CODE, encoding="utf-8")
     monkeypatch.setattr(module, "PACKAGE", tmp_path)
-    monkeypatch.setattr(module, "SETTLED", 0.0)
+    now = time.time
+    monkeypatch.setattr(module.time, "time", lambda: now() + 60.0)
     monkeypatch.setattr("flexband.source_hash.user_folder", lambda: tmp_path / "user")
     return tmp_path
 
@@ -83,7 +84,7 @@ def test_hashes_are_remembered_by_time_and_size(package, monkeypatch):
 
 def test_a_file_that_has_just_changed_is_not_remembered(package, monkeypatch):
     """Another change at once might leave its times as they are."""
-    monkeypatch.setattr(module, "SETTLED", 60.0)
+    monkeypatch.setattr(module.time, "time", lambda: 0.0)
     fresh_hash()
     assert not (package / "user" / module.MEMORY).exists()
 

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from ctypes import CFUNCTYPE, c_int, c_void_p
-from functools import cache
+from functools import cache, singledispatch
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -53,11 +53,7 @@ LOADED = time.time()
 """
 
 
-ENGINES: list[binding.ExecutionEngine] = []
-"""Which keep the code in memory."""
-
-
-class Table:
+class Addressed:
     """An argument of compiled code that is passed as the address of a table of numbers.
 
     Attributes
@@ -70,36 +66,42 @@ class Table:
     address: int
 
 
+Code = tuple[Callable[[int], int], binding.ExecutionEngine]
+"""A C function of the address of a table of arguments, which returns a positive number if it fails,
+and what keeps it in memory."""
+
+
 class Entry:
     """A function that Python calls and that returns nothing, with machine code on disk.
 
     Attributes
     ----------
-    codes : what has been called so far: for each kind of arguments, the C function int(int64 *).
+    codes : what has been called so far, for each kind of arguments.
     """
 
-    def __init__(self, function: Callable, options: dict[str, Any]):
+    def __init__(self, function: Callable, options: dict):
         self.dispatcher = compiled(function, **options)
         self.options = sorted(options.items())
         self.module = function.__module__
         self.name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
         self.source = Path(function.__code__.co_filename)
-        self.codes: dict[str, Callable[[Any], int]] = {}
+        self.is_closure = function.__closure__ is not None
+        self.codes: dict[str, Code] = {}
 
-    def __call__(self, *arguments: Any) -> None:
+    def __call__(self, *arguments: object) -> None:
         """Call the function, whose machine code is read or made before it is called first."""
         numbers: list[int] = []
-        kind = ",".join([_add_numbers(argument, numbers) for argument in arguments])
+        kind = ", ".join([_add_numbers(argument, numbers) for argument in arguments])
         code = self.codes.get(kind)
         if code is None:
             with global_compiler_lock:
                 code = self.codes.get(kind) or self._code(kind, arguments)
                 self.codes[kind] = code
         table = np.array(numbers, np.int64)
-        if code(table.ctypes.data) > 0:
+        if code[0](table.ctypes.data) > 0:
             raise MemoryError(f"{self.name} found no memory for its arrays")
 
-    def _code(self, kind: str, arguments: tuple[Any, ...]) -> Callable[[Any], int]:
+    def _code(self, kind: str, arguments: tuple) -> Code:
         for file in self.files(_hash(kind)) if self.usable else ():
             with suppress(OSError):
                 content = file.read_bytes()
@@ -129,8 +131,8 @@ class Entry:
 
     @property
     def usable(self) -> bool:
-        """Whether it is known what the code depends on."""
-        return _basis(self.module) is not None
+        """Whether it is known what the code depends on, which a closure is not."""
+        return not self.is_closure and _basis(self.module) is not None
 
     def files(self, kind: str) -> list[Path]:
         """Return where code may be: as it was installed, then as it was made on this machine.
@@ -169,45 +171,56 @@ def kept(entry: Any) -> bool:
     ----------
     entry : what `cached_on_disk` returned.
     """
-    if not isinstance(entry, Entry) or not entry.usable:
+    if SETTINGS.DISABLE_JIT or not entry.usable:
         return True
     files = entry.files("*")
     there = (kept_file for file in files for kept_file in file.parent.glob(file.name))
     return any(there) or not any(_may_write(file.parent) for file in files[1:])
 
 
+@singledispatch
 def _add_numbers(argument: Any, numbers: list[int]) -> str:
     """Append the numbers that an argument is to compiled code, and return its kind."""
-    if isinstance(argument, np.ndarray):
-        flags = argument.flags
-        layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
-        data, size = argument.ctypes.data, argument.size
-        numbers += (0, 0, size, argument.itemsize, data, *argument.shape, *argument.strides)
-        access = "" if flags.writeable else "r"
-        return f"{argument.dtype.str}{argument.ndim}{layout}{access}"
-    if isinstance(argument, tuple):
-        kinds = [_add_numbers(part, numbers) for part in argument]
-        return f"{type(argument).__name__}({','.join(kinds)})"
-    if isinstance(argument, Table):
-        numbers.append(argument.address)
-        return argument.kind
-    if isinstance(argument, float):
-        numbers += struct.unpack("q", struct.pack("d", argument))
-        return "float64"
     numbers.append(int(argument))
     return "int64" if type(argument) is int else np.asarray(argument).dtype.name
 
 
-def _loaded(content: bytes) -> Callable[[Any], int]:
+@_add_numbers.register
+def _(argument: float, numbers: list[int]) -> str:
+    numbers += struct.unpack("q", struct.pack("d", argument))
+    return "float64"
+
+
+@_add_numbers.register
+def _(argument: np.ndarray, numbers: list[int]) -> str:
+    flags, data, size = argument.flags, argument.ctypes.data, argument.size
+    numbers += (0, 0, size, argument.itemsize, data, *argument.shape, *argument.strides)
+    layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
+    access = "" if flags.writeable else ", read only"
+    return f"{argument.dtype.str}{argument.ndim}{layout}{access}"
+
+
+@_add_numbers.register
+def _(argument: tuple, numbers: list[int]) -> str:
+    kinds = [_add_numbers(part, numbers) for part in argument]
+    return f"{type(argument).__name__}({', '.join(kinds)})"
+
+
+@_add_numbers.register
+def _(argument: Addressed, numbers: list[int]) -> str:
+    numbers.append(argument.address)
+    return argument.kind
+
+
+def _loaded(content: bytes) -> Code:
     """Return the entry of an object.
 
-    Each object has an engine of its own: of several symbols of one name, an engine uses the first.
+    Each object has another engine: of several symbols of one name, an engine uses the first.
     """
     engine = binding.create_mcjit_compiler(binding.parse_assembly(""), target_machine())
     engine.add_object_file(binding.ObjectFileRef.from_data(content))
     engine.finalize_object()
-    ENGINES.append(engine)
-    return CFUNCTYPE(c_int, c_void_p)(engine.get_function_address(ENTRY))
+    return CFUNCTYPE(c_int, c_void_p)(engine.get_function_address(ENTRY)), engine
 
 
 def _used(file: Path) -> float:

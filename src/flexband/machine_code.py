@@ -19,14 +19,6 @@ from numba.core.compiler import Compiler
 
 SETTINGS: Any = config
 
-OPTIONS: dict[str, Any] = {
-    "nogil": True,
-    "error_model": "numpy",
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
-"""Of all compiled functions: no interpreter lock, division as in IEEE 754, nothing for Python."""
-
 ENTRY = "flexband_entry"
 """The only symbol that an object defines for others."""
 
@@ -35,14 +27,12 @@ SYMBOLS = {"malloc", "free", "memcpy", "memmove", "memset", "sqrt", "floor", "ri
 }  # fmt: skip
 """What objects may need of the C library."""
 
-AVX2 = frozenset(["avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"])
-AVX512 = AVX2 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}
-
-INSTRUCTION_SETS = {"x86-64-v4": AVX512, "x86-64-v3": AVX2, "x86-64": frozenset()}
+INSTRUCTION_SETS = {
+    "x86-64-v4": "avx512f avx512bw avx512cd avx512dq avx512vl avx2 bmi bmi2 f16c fma lzcnt movbe",
+    "x86-64-v3": "avx2 bmi bmi2 f16c fma lzcnt movbe",
+    "x86-64": "",
+}
 """Names that LLVM knows, with the features that a processor must have, the largest first."""
-
-NUMBER = ir.IntType(64)
-POINTER = ir.IntType(8).as_pointer()
 
 
 @cache
@@ -56,10 +46,9 @@ def instruction_set() -> tuple[str, str]:
         return name or binding.get_host_cpu_name(), features or ""
     if not binding.get_process_triple().startswith("x86_64"):
         return binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
-    available = {name for name, there in binding.get_host_cpu_features().items() if there}
-    if not SETTINGS.ENABLE_AVX:
-        available = set()
-    return next(name for name, needed in INSTRUCTION_SETS.items() if needed <= available), ""
+    has = binding.get_host_cpu_features() if SETTINGS.ENABLE_AVX else {}
+    sets = INSTRUCTION_SETS.items()
+    return next(name for name, needed in sets if all(map(has.get, needed.split()))), ""
 
 
 def target_machine() -> binding.TargetMachine:
@@ -76,31 +65,31 @@ def target_machine() -> binding.TargetMachine:
 class _Library(AOTCodeLibrary):
     """The code of one function, which is optimized where it is linked."""
 
-    def _optimize_functions(self, ll_module: Any) -> None:
+    def _optimize_functions(self, ll_module: binding.ModuleRef) -> None:
         ll_module.data_layout = self._codegen._data_layout
 
     def finalize(self) -> None:
         self._finalized = True
 
-    def link(self, module: Any) -> Any:
+    def link(self, module: binding.ModuleRef) -> binding.ModuleRef:
         """Add the code of this function, and of all that it calls, to a module, and return it."""
-        own, others = {}, {}
-        waiting: list[Any] = [self]
+        libraries, others = {}, {}
+        waiting: list = [self]
         while waiting:
             library = waiting.pop()
-            if not isinstance(library, _Library):
+            if library.codegen is not self.codegen:
                 others[library] = None
-            elif library not in own:
-                own[library] = None
+            elif library not in libraries:
+                libraries[library] = None
                 waiting += library._linking_libraries
-        for library in own:
+        for library in libraries:
             module.link_in(library._final_module, preserve=True)
-        for library in others:  # compiled in Numba's own way, with all that they call
+        for library in others:  # compiled in Numba's usual way, with all that they call
             module.link_in(library._get_module_for_linking(), preserve=True)
         return module
 
-    def _get_module_for_linking(self) -> Any:
-        """Return the linked code for a function that Numba compiles in its own way."""
+    def _get_module_for_linking(self) -> binding.ModuleRef:
+        """Return the linked code for a function that Numba compiles in its usual way."""
         if self._shared_module is None:
             module = self._codegen._create_empty_module(self.name)
             self._shared_module = self.link(binding.parse_assembly(str(module)))
@@ -119,11 +108,11 @@ class _Codegen(AOTCPUCodegen):
 
     _library_class = _Library
 
-    def _customize_tm_options(self, options: dict[str, Any]) -> None:
+    def _customize_tm_options(self, options: dict) -> None:
         super()._customize_tm_options(options)
         options["cpu"], options["features"] = instruction_set()
 
-    def set_env(self, *_: Any) -> None:
+    def set_env(self, *_: object) -> None:
         """Set nothing: compiled functions use no objects of Python."""
 
 
@@ -143,11 +132,17 @@ class _Compiler(Compiler):
 def compiled(function: Callable, **options: Any) -> Any:
     """Compile a function that only compiled code calls; further options are Numba's.
 
-    It is compiled once for all constants of a type: Numba would do so again for each whole number.
+    Division is that of IEEE 754. It is compiled once for all constants of a type: Numba would do so
+    again for each whole number.
     """
     if SETTINGS.DISABLE_JIT:
         return function
-    dispatcher: Any = njit(pipeline_class=_Compiler, **OPTIONS, **options)(function)
+    options = {
+        "error_model": "numpy",
+        "no_cpython_wrapper": True,
+        "no_cfunc_wrapper": True,
+    } | options
+    dispatcher: Any = njit(pipeline_class=_Compiler, **options)(function)
     find = dispatcher.get_call_template
     dispatcher.get_call_template = lambda args, kws: find(
         tuple(map(types.unliteral, args)), {name: types.unliteral(kws[name]) for name in kws}
@@ -155,7 +150,7 @@ def compiled(function: Callable, **options: Any) -> Any:
     return dispatcher
 
 
-def object_code(dispatcher: Any, kinds: tuple[Any, ...]) -> bytes:
+def object_code(dispatcher: Any, kinds: tuple) -> bytes:
     """Return the object of what `compiled` returned, for arguments of Numba's types.
 
     Raises
@@ -194,15 +189,16 @@ def object_code(dispatcher: Any, kinds: tuple[Any, ...]) -> bytes:
 def _entry(result: Any) -> ir.Module:
     """Return a module of `ENTRY`, which reads the arguments of a function from a table."""
     context, description = result.target_context, result.fndesc
+    number = ir.IntType(64)
     module = ir.Module(ENTRY)
     module.triple = binding.get_process_triple()
     kind = context.call_conv.get_function_type(description.restype, description.argtypes)
     function = ir.Function(module, kind, description.llvm_func_name)
-    entry = ir.Function(module, ir.FunctionType(ir.IntType(32), [NUMBER.as_pointer()]), ENTRY)
+    entry = ir.Function(module, ir.FunctionType(ir.IntType(32), [number.as_pointer()]), ENTRY)
     builder = ir.IRBuilder(entry.append_basic_block())
-    arguments: list[Any] = [builder.alloca(pointer.pointee) for pointer in kind.args[:2]]
+    arguments: list = [builder.alloca(pointer.pointee) for pointer in kind.args[:2]]
     for place, argument in enumerate(kind.args[2:]):
-        address = builder.gep(entry.args[0], [NUMBER(place)])
+        address = builder.gep(entry.args[0], [number(place)])
         arguments.append(builder.load(builder.bitcast(address, argument.as_pointer())))
     builder.ret(builder.call(function, arguments))
     _add_memory(module)
@@ -215,20 +211,21 @@ def _add_memory(module: ir.Module) -> None:
     An array begins with its count of references, a destructor and its argument, the address of its
     numbers, their size, and an allocator, of which only the count and the address are used.
     """
-    malloc = ir.Function(module, ir.FunctionType(POINTER, [NUMBER]), "malloc")
-    free = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER]), "free")
-    kind = ir.FunctionType(POINTER, [NUMBER, ir.IntType(32)])
+    number, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    malloc = ir.Function(module, ir.FunctionType(pointer, [number]), "malloc")
+    free = ir.Function(module, ir.FunctionType(ir.VoidType(), [pointer]), "free")
+    kind = ir.FunctionType(pointer, [number, ir.IntType(32)])
     new = ir.Function(module, kind, "NRT_MemInfo_alloc_aligned")
     builder = ir.IRBuilder(new.append_basic_block())
-    size, alignment = new.args[0], builder.zext(new.args[1], NUMBER)
+    size, alignment = new.args[0], builder.zext(new.args[1], number)
     header = 48
-    memory = builder.call(malloc, [builder.add(size, builder.add(alignment, NUMBER(header)))])
-    with builder.if_then(builder.icmp_unsigned("!=", memory, POINTER(None))):
-        address = builder.add(builder.ptrtoint(memory, NUMBER), NUMBER(header - 1))
+    memory = builder.call(malloc, [builder.add(size, builder.add(alignment, number(header)))])
+    with builder.if_then(builder.icmp_unsigned("!=", memory, pointer(None))):
+        address = builder.add(builder.ptrtoint(memory, number), number(header - 1))
         address = builder.and_(builder.add(address, alignment), builder.neg(alignment))
-        fields = builder.bitcast(memory, NUMBER.as_pointer())
-        for place, value in enumerate((NUMBER(1), NUMBER(0), NUMBER(0), address, size, NUMBER(0))):
-            builder.store(value, builder.gep(fields, [NUMBER(place)]))
+        fields = builder.bitcast(memory, number.as_pointer())
+        for place, value in enumerate((number(1), number(0), number(0), address, size, number(0))):
+            builder.store(value, builder.gep(fields, [number(place)]))
     builder.ret(memory)
     end = ir.Function(module, free.function_type, "NRT_MemInfo_call_dtor")
     builder = ir.IRBuilder(end.append_basic_block())

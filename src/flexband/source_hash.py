@@ -23,10 +23,6 @@ PACKAGE = Path(__file__).parent
 MEMORY = "sources.json"
 """File of what is known of sources, by path, modification time, change time and size."""
 
-SETTLED = 2.0
-"""Seconds since its last change after which a file is remembered: until then, another change might
-not alter its times."""
-
 
 class Source(NamedTuple):
     """What is known of a file: a hash of its code, and the modules that it imports."""
@@ -45,8 +41,12 @@ def source_hash(*folders: str) -> str:
     return total.hexdigest()[:32]
 
 
-def sources(files: Iterable[Path]) -> dict[Path, Source]:
-    """Return what is known of files, and remember it."""
+def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source]:
+    """Return what is known of files, and remember it.
+
+    A file that changed in the last `settled` seconds is not remembered: another change at once
+    might leave its times as they are.
+    """
     memory_file = user_folder() / MEMORY
     memory = _remembered(memory_file)
     known: dict[Path, Source] = {}
@@ -57,7 +57,7 @@ def sources(files: Iterable[Path]) -> dict[Path, Source]:
             known[file] = Source(*memory[key])
             continue
         known[file] = parsed(file.read_bytes())
-        if changed + SETTLED < time.time():
+        if changed + settled < time.time():
             new[key] = known[file]
     if new:
         memory = {key: value for key, value in memory.items() if _exists(key)} | new

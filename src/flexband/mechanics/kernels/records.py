@@ -30,13 +30,13 @@ from numba.core.typing.templates import (
 )
 from numba.extending import models, register_model, typeof_impl
 
-from flexband.caching import Table
+from flexband.caching import Addressed
 from flexband.mechanics.kernels.lane_type import address
 
 NUMBER = ir.IntType(64)
 
 
-class Record(Table):
+class Record(Addressed):
     """A named tuple, which may be nested, of numbers and contiguous arrays, for compiled code."""
 
     def __init__(self, fields: Any):

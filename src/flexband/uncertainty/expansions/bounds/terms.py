@@ -100,6 +100,24 @@ def multiply(a, b, product):
 
 
 @compiled
+def sum_of(values):
+    """Return the sum of values."""
+    sum_of_values = values[0]
+    for k in range(1, len(values)):
+        sum_of_values += values[k]
+    return sum_of_values
+
+
+@compiled
+def inner(a, b):
+    """Return Σ_k a_k b_k."""
+    sum_of_products = a[0] * b[0]
+    for k in range(1, len(a)):
+        sum_of_products += a[k] * b[k]
+    return sum_of_products
+
+
+@compiled
 def largest(values, first, end):
     """Return the largest of the values from `first` on and before `end`, 0 at least."""
     maximum = 0

@@ -70,7 +70,8 @@ def with_objects(wheel: Path) -> Path:
     tags = f"{info}/WHEEL"
     text = re.sub("Tag: .*", f"Tag: {TAG}", files[tags].decode())
     files[tags] = text.replace("Root-Is-Purelib: true", "Root-Is-Purelib: false").encode()
-    record = files.pop(f"{info}/RECORD", b"") and f"{info}/RECORD"
+    record = f"{info}/RECORD"
+    del files[record]
     lines = [f"{entry},sha256={_digest(data)},{len(data)}\n" for entry, data in files.items()]
     files[record] = "".join([*lines, f"{record},,\n"]).encode()
     with ZipFile(result, "w", ZIP_DEFLATED) as archive:

@@ -200,7 +200,9 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     first[0] -= 1.0
     long = inner(first, first)
     for a in range(n if long > 1e-12 else 0):
-        frame[a] -= 2 * inner(frame[a], first) * first / long
+        factor = 2 * inner(frame[a], first) / long
+        for b in range(n):
+            frame[a, b] -= factor * first[b]
     return True, scale
 
 

@@ -41,11 +41,12 @@ def replaced(file: Path) -> Iterator[Path]:
 
 def user_folder() -> Path:
     """Return the folder of the user, or that in NUMBA_CACHE_DIR, for what is kept on disk."""
-    from numba.core.config import CACHE_DIR  # noqa: PLC0415  (imports Numba)
+    from numba.core import config  # noqa: PLC0415  (imports Numba)
     from numba.misc.appdirs import AppDirs  # noqa: PLC0415
 
-    if CACHE_DIR:
-        return Path(CACHE_DIR) / "flexband"
+    folder: str = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
+    if folder:
+        return Path(folder) / "flexband"
     return Path(AppDirs("flexband", False).user_cache_dir)
 
 

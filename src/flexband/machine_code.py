@@ -227,7 +227,11 @@ def _add_memory(module: ir.Module) -> None:
         for place, value in enumerate((number(1), number(0), number(0), address, size, number(0))):
             builder.store(value, builder.gep(fields, [number(place)]))
     builder.ret(memory)
-    end = ir.Function(module, free.function_type, "NRT_MemInfo_call_dtor")
-    builder = ir.IRBuilder(end.append_basic_block())
-    builder.call(free, end.args)
-    builder.ret_void()
+    for name in ("NRT_MemInfo_call_dtor", "NRT_Free"):
+        end = ir.Function(module, free.function_type, name)
+        builder = ir.IRBuilder(end.append_basic_block())
+        builder.call(free, end.args)
+        builder.ret_void()
+    plain = ir.Function(module, malloc.function_type, "NRT_Allocate")
+    builder = ir.IRBuilder(plain.append_basic_block())
+    builder.ret(builder.call(malloc, plain.args))

@@ -33,7 +33,7 @@ from flexband.machine_code import (
     object_code,
     target_machine,
 )
-from flexband.source_hash import Source, sources
+from flexband.source_hash import PACKAGE, Source, sources
 
 KEPT = 8
 """Files of a function that are kept in a folder, the last used ones: one for each version of the
@@ -41,9 +41,6 @@ package, processor and kind of arguments."""
 
 SHIPPED = Path(__file__).with_name("objects")
 """Folder of the code that flexband was installed with."""
-
-PACKAGE = __name__.partition(".")[0]
-"""Whose functions those of other packages call."""
 
 DEPENDENCIES = ("numba", "llvmlite", "numpy")
 """Packages whose version the code that is compiled on this machine depends on."""
@@ -253,7 +250,7 @@ def _basis(module: str) -> tuple[tuple[str, str], ...] | None:
     These are the modules of its package and of this one that it imports, directly or not, and all
     other files in their folders, since types and overloads are not imported where they are used.
     """
-    tops = module.partition(".")[0], PACKAGE
+    tops = module.partition(".")[0], PACKAGE.name  # whose functions those of others call
     known: dict[Path, Source] = {}
     waiting, followed = {module}, set()
     try:

@@ -98,10 +98,8 @@ def _is_text(node: object) -> bool:
 
 
 def _remembered(file: Path) -> dict[str, list]:
-    with suppress(OSError, ValueError):
-        content = json.loads(read_unlinked(file))
-        if isinstance(content, dict):
-            return content
+    with suppress(OSError, ValueError, TypeError):
+        return dict(json.loads(read_unlinked(file)))
     return {}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -13,17 +13,18 @@ import cloudpickle
 from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, check_numbers, check_positive, shown
 from flexband.execution.executors import (
-    Arguments,
+    DaskClient,
     Outcome,
     Performing,
+    Tasks,
     Workers,
     dask_client,
-    is_dask_client,
     outcome_of,
     perform_elsewhere,
     sent_by,
     unpickled,
 )
+from flexband.response import ResponseFunction
 
 if TYPE_CHECKING:
     from dask.distributed import Future
@@ -48,11 +49,11 @@ class Dask(Workers):
         If the client is none, or the time limit is not positive.
     """
 
-    client: Any
+    client: DaskClient | str
     time_limit: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.client, str) and not is_dask_client(self.client):
+        if not isinstance(self.client, str | DaskClient):
             raise InputError(
                 "client must be a Dask client, or the address of a scheduler; got "
                 f"{shown(self.client)}"
@@ -99,7 +100,7 @@ class _Timed:
         self.returning_until = float("-inf")
 
     def perform(
-        self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+        self, response: ResponseFunction, tasks: Tasks
     ) -> Generator[tuple[int, Outcome], None, None]:
         """Yield the numbers and outcomes of tasks as they finish."""
         pickled, modules = sent_by(response)
@@ -118,13 +119,14 @@ class _Timed:
                     running[future] = number, time.monotonic() + self.time_limit
                 for future, reason in self.ended(running):
                     number, _ = running.pop(future)
-                    outcome = TimeoutError(reason) if reason else outcome_of(future)
-                    if isinstance(outcome, Outcome):
+                    late = Outcome(None, TimeoutError(reason), 0.0, lost=True)
+                    outcome = late if reason else outcome_of(future)
+                    if not outcome.lost:
                         yield number, outcome
                     elif attempts[number] < self.attempts:
                         waiting.append(number)
                     else:
-                        yield number, Outcome(None, outcome, self.time_limit)
+                        yield number, outcome._replace(seconds=self.time_limit)
         finally:
             for future in running:
                 future.cancel()

@@ -11,28 +11,34 @@ import time
 import traceback
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import copy_context
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import cloudpickle
 
 from flexband.errors import FlexbandWarning, InputError, RunError, warn
 from flexband.execution.fingerprint import fingerprint, modules_of_user
+from flexband.response import ResponseFunction
+
+if TYPE_CHECKING:
+    from dask.distributed import Future as DaskFuture
 
 Arguments = dict[str, Any]
+Tasks = Sequence[Callable[[], Arguments]]
 
 
 class Outcome(NamedTuple):
-    """What one call of a response came to."""
+    """What one call of a response came to; `lost` if its worker died of it."""
 
     value: Any
     error: Exception | None
     seconds: float
     remarks: tuple[tuple[str, type[FlexbandWarning]], ...] = ()
+    lost: bool = False
 
 
 class Performing(Protocol):
@@ -42,12 +48,13 @@ class Performing(Protocol):
     """
 
     def __call__(
-        self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+        self, response: ResponseFunction, tasks: Tasks
     ) -> Generator[tuple[int, Outcome], None, None]: ...
 
 
+@runtime_checkable
 class DaskClient(Protocol):
-    """What is called of a client of Dask."""
+    """What is called of a client of Dask, which is not imported for it."""
 
     def get_executor(self, *, pure: bool) -> Executor: ...
 
@@ -60,7 +67,7 @@ class Workers(ABC):
         """Give what performs tasks."""
 
 
-def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
+def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
     """Call the response; `SystemExit` is an error as any other."""
     begin = time.perf_counter()
     try:
@@ -73,7 +80,7 @@ def perform(response: Callable[..., Any], arguments: Arguments) -> Outcome:
 
 
 def in_process(
-    response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+    response: ResponseFunction, tasks: Tasks
 ) -> Generator[tuple[int, Outcome], None, None]:
     """Perform one task after another in this process."""
     for number, arguments in enumerate(tasks):
@@ -81,7 +88,7 @@ def in_process(
 
 
 @lru_cache(maxsize=4)
-def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> Callable[..., Any]:
+def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> ResponseFunction:
     """Return a response that another process of the same study has pickled.
 
     `with_modules` is the response with the user's modules, for a process that does not have them,
@@ -139,7 +146,7 @@ def received(data: bytes) -> Outcome:
     return outcome
 
 
-def dumped(response: Callable[..., Any]) -> bytes:
+def dumped(response: ResponseFunction) -> bytes:
     """Return a response for another process; raise `InputError` if that is not possible."""
     try:
         return cloudpickle.dumps(response)
@@ -149,7 +156,7 @@ def dumped(response: Callable[..., Any]) -> bytes:
         ) from None
 
 
-def dumped_with_modules(response: Callable[..., Any]) -> bytes:
+def dumped_with_modules(response: ResponseFunction) -> bytes:
     """Return a response with the modules of the user that it needs; b"" if that is not possible."""
     done = cloudpickle.list_registry_pickle_by_value()
     named = {m.__name__: m for m in modules_of_user()}
@@ -165,7 +172,7 @@ def dumped_with_modules(response: Callable[..., Any]) -> bytes:
             cloudpickle.unregister_pickle_by_value(module)
 
 
-def sent_by(response: Callable[..., Any]) -> tuple[bytes, tuple[bytes, str]]:
+def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
     """Return a response for another process, and what `unpickled` takes besides."""
     pickled, whole = dumped(response), dumped_with_modules(response)
     by_value = whole if whole != pickled else b""
@@ -180,7 +187,7 @@ def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
     """
 
     def performing(
-        response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+        response: ResponseFunction, tasks: Tasks
     ) -> Generator[tuple[int, Outcome], None, None]:
         shared = isinstance(executor, ThreadPoolExecutor)
         pickled, sent = (b"", (b"", "")) if shared else sent_by(response)
@@ -207,10 +214,10 @@ def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
                     number, outcome = running.pop(future), outcome_of(future, shared=shared)
-                    if isinstance(outcome, Outcome):
-                        yield number, outcome
-                    else:
+                    if outcome.lost:
                         lost.append(number)
+                    else:
+                        yield number, outcome
                     if (following := next(waiting, None)) is not None:
                         submit(following)
             for number in lost:
@@ -218,10 +225,7 @@ def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
                 future = next(iter(running))
                 outcome = outcome_of(future, shared=shared)
                 running.clear()
-                yield (
-                    number,
-                    outcome if isinstance(outcome, Outcome) else Outcome(None, outcome, 0.0),
-                )
+                yield number, outcome
         finally:
             for future in running:
                 future.cancel()
@@ -229,13 +233,14 @@ def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
     return performing
 
 
-def outcome_of(future: Any, *, shared: bool = False) -> Outcome | RuntimeError:
-    """Return the outcome of a task, or an error which tells that workers died of it."""
+def outcome_of(future: Future | DaskFuture, *, shared: bool = False) -> Outcome:
+    """Return the outcome of a task, which is lost if workers died of it."""
     try:
         return future.result() if shared else received(future.result())
     except Exception as error:
         if type(error).__name__ == "KilledWorker":  # of Dask
-            return RuntimeError(f"the process of the response ended: {error}")
+            ended = RuntimeError(f"the process of the response ended: {error}")
+            return Outcome(None, ended, 0.0, lost=True)
         raise _gone(error) from error
 
 
@@ -244,7 +249,7 @@ def _gone(error: Exception) -> RunError:
 
 
 @contextmanager
-def performing(executor: Any) -> Iterator[Performing]:
+def performing(executor: ExecutorLike) -> Iterator[Performing]:
     """Give what performs the tasks of a study, by what a user passed as `executor`.
 
     Raises
@@ -259,13 +264,13 @@ def performing(executor: Any) -> Iterator[Performing]:
     elif isinstance(executor, Workers):
         with executor.open() as performer:
             yield performer
-    elif isinstance(executor, str) or is_dask_client(executor):
+    elif isinstance(executor, str | DaskClient):
         with dask_client(executor) as client:
             yield with_executor(client.get_executor(pure=False))
     else:
         raise InputError(
-            "executor must be None, Processes(…), Dask(…), an executor of concurrent.futures, or a "
-            f"Dask client or its address; got {executor!r}"
+            "executor must be None, execution.Processes(…), execution.Dask(…), an executor of "
+            f"concurrent.futures, or a Dask client or its address; got {executor!r}"
         )
 
 
@@ -273,13 +278,8 @@ ExecutorLike = Workers | Executor | DaskClient | str | None
 """Where runs are made, as users give it."""
 
 
-def is_dask_client(client: object) -> bool:
-    """Return whether an object is a client of Dask, which is not imported for it."""
-    return hasattr(client, "get_executor")
-
-
 @contextmanager
-def dask_client(client: Any) -> Iterator[Any]:
+def dask_client(client: DaskClient | str) -> Iterator[Any]:
     """Give a Dask client, or a new one for an address."""
     if not isinstance(client, str):
         yield client

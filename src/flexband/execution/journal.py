@@ -64,9 +64,8 @@ class Journal:
             checksum = google_crc32c.extend(checksum, part)
         if self._file is None:
             self.number += 1
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-            handle = os.open(self.folder / f"journal-{self.number:06d}", flags, 0o666)
-            self._file = os.fdopen(handle, "ab", buffering=0)
+            file = self.folder / f"journal-{self.number:06d}"
+            self._file = open(file, "ab", buffering=0, opener=_open_new)  # noqa: SIM115
         end = os.fstat(self._file.fileno()).st_size
         try:
             for part in [FRAME.pack(sum(part.nbytes for part in body), checksum), *body]:
@@ -88,6 +87,10 @@ class Journal:
 
     def _files(self) -> list[Path]:
         return sorted(self.folder.glob("journal-*"), key=_number)
+
+
+def _open_new(file: str, flags: int) -> int:
+    return os.open(file, flags | os.O_EXCL, 0o666)
 
 
 def _number(file: Path) -> int:

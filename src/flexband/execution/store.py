@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -15,6 +15,7 @@ from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.files import refuse_links
+from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
@@ -53,6 +54,18 @@ class Store:
     StoreError
         In `propagate` and the like, if the folder belongs to another response or is in use by
         another process, cannot be written to, or is damaged beyond the chunks of runs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> inputs, doubled = {"a": fb.Interval(0.0, 1.0)}, lambda a: 2 * a
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = fb.execution.Store(folder)
+    ...     bands = fb.propagate(doubled, inputs, fb.ImprovedPCCI(0, 2), store=store)
+    ...     runs = fb.execution.open_runs(folder)["outputs"].values
+    ...
+    >>> np.sort(runs)
+    array([0., 1., 2.])
     """
 
     folder: str | os.PathLike[str]
@@ -74,7 +87,7 @@ class Store:
         return Path(self.folder) / FileName.RUNS
 
 
-def as_store(store: Any) -> Store | None:
+def as_store(store: Store | str | os.PathLike[str] | None) -> Store | None:
     """Return a store, or that of a folder; None for None."""
     if store is None or isinstance(store, Store):
         return store
@@ -93,7 +106,9 @@ class Owner(NamedTuple):
     fields: str
 
     @classmethod
-    def of(cls, response: object, version: str, inputs: Sequence[str], fields: str) -> Owner:
+    def of(
+        cls, response: ResponseFunction, version: str, inputs: Sequence[str], fields: str
+    ) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""
         hashes = fingerprint(response), source_hash("mechanics")[:16]
         return cls(*hashes, version, ", ".join(inputs), fields)
@@ -158,4 +173,4 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     if not present:
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)
-    return xr.open_zarr(path, chunks=None, consolidated=True)  # pyright: ignore[reportArgumentType]
+    return xr.open_zarr(path, chunks=None, consolidated=True)

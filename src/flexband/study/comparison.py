@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_function, check_instance, warn
+from flexband.progress import Progress
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -65,7 +66,7 @@ def compare(
     reference: Method,
     methods: Sequence[Method],
     *,
-    progress: Callable[[Method], Callable[[int, int], object]] | None = None,
+    progress: Callable[[Method], Progress] | None = None,
     finished: Callable[[Comparison], object] | None = None,
 ) -> list[Comparison]:
     """Run the study with the reference and with every method; the reference comes first.

@@ -65,7 +65,7 @@ class StudyProgress(ProgressListener):
         self.before, self.sized, self.first, self.opened = 0, False, False, False
 
     @contextmanager
-    def recorded(self, claim: Callable[[], object]) -> Iterator[None]:
+    def recorded(self, claim: Callable[[], bool]) -> Iterator[None]:
         """Write study.json while the study runs, and why it has ended if it fails.
 
         Parameters
@@ -127,7 +127,8 @@ class StudyProgress(ProgressListener):
     def _advance(self, done: int, total: int) -> None:
         """Take progress: the first call comes when the store has been opened."""
         self.bar(done, total)
-        most, each = isinstance(total, Budget), total.each if isinstance(total, Budget) else 0
+        budget = Budget.from_total(total)
+        each, most = budget.each, not budget.exact
         done, total = self.before + done, self.before + total
         if not self.opened:
             self.claim()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
@@ -16,6 +16,7 @@ import xarray as xr
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
+from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -54,6 +55,13 @@ class Study:
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
         not a positive number, `limits` are none, or `units` has a name that is no input's or a
         unit that is no text.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> study = fb.Study(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> study.run()["mean"].values.round(4)
+    array([0.18, 0.22])
     """
 
     response: ResponseFunction
@@ -88,7 +96,7 @@ class Study:
         store: Store | str | PathLike[str] | None = None,
         executor: ExecutorLike = None,
         failed: str = "stop",
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> xr.Dataset:
         """Return the bands; parameters and errors are those of `propagate`."""
         return propagate(
@@ -109,7 +117,7 @@ class Study:
         folder: str | Path,
         options: RunOptions | None = None,
         *,
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> StudyResult:
         """Run the study into a folder, as ``flexband run`` does, without its report.
 
@@ -146,7 +154,7 @@ class Study:
         store: Store | str | PathLike[str] | None = None,
         executor: ExecutorLike = None,
         failed: str = "stop",
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> Surrogate | SurrogateOfChoices:
         """Return the surrogate; parameters and errors are those of `flexband.expand`."""
         return expand(

@@ -37,6 +37,15 @@ class Surrogate:
     expansions : each of some of its outputs: all dims but that of time together (`axes_of`).
     diagnostics : expected errors, carriers, orders: whatever the method reports.
     held_out : what it misses in runs that were not fitted; None if the method has no such runs.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> surrogate = fb.expand(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> surrogate.evaluate(force=np.array([100.0]), compliance=np.array([2e-3])).values.round(4)
+    array([0.2])
+    >>> surrogate.narrowed(force=fb.Interval(99.0, 101.0)).bands()["mean"].values.round(4)
+    array([0.198, 0.202])
     """
 
     space: Space

@@ -25,7 +25,7 @@ TAG = "py3-none-manylinux_2_17_x86_64"
 COMPILE = """
 import sys
 from pathlib import Path
-from flexband import caching
+from flexband.compilation import caching
 from flexband.study.compiling import PARTS
 
 def keep(entry, content, kind):
@@ -66,7 +66,7 @@ def with_objects(wheel: Path) -> Path:
         with ZipFile(wheel) as archive:
             files = {entry: archive.read(entry) for entry in archive.namelist()}
         for file in sorted((folder / "objects").iterdir()):
-            files[f"{name}/objects/{file.name}"] = file.read_bytes()
+            files[f"{name}/compilation/objects/{file.name}"] = file.read_bytes()
     tags = f"{info}/WHEEL"
     text = re.sub("Tag: .*", f"Tag: {TAG}", files[tags].decode())
     files[tags] = text.replace("Root-Is-Purelib: true", "Root-Is-Purelib: false").encode()

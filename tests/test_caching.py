@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
-from flexband import caching, machine_code
-from flexband.machine_code import ENTRY, compiled
+from flexband.compilation import caching, machine_code
+from flexband.compilation.machine_code import ENTRY, compiled
 from flexband.mechanics.engine.entries import dynamics
 from flexband.study import compiling
 from flexband.uncertainty.expansions.bounds.search import descents, starts
@@ -22,7 +22,7 @@ from flexband.uncertainty.phases.moments import by_points
 from flexband.uncertainty.phases.search import search
 
 KERNEL = """
-from flexband.caching import cached_on_disk
+from flexband.compilation.caching import cached_on_disk
 from springs import law
 
 @cached_on_disk
@@ -194,7 +194,7 @@ def test_processes_share_the_code(tmp_path):
 def test_the_engine_depends_on_every_kernel():
     basis = caching._basis("flexband.mechanics.engine.entries")
     assert basis is not None
-    kernels = Path(caching.__file__).parent / "mechanics" / "kernels"
+    kernels = Path(caching.__file__).parents[1] / "mechanics" / "kernels"
     assert {file.name for file in kernels.glob("*.py")} < {entry[0] for entry in basis}
 
 

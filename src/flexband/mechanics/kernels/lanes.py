@@ -23,8 +23,8 @@ from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from flexband.caching import cached_on_disk
-from flexband.machine_code import compiled as compiled_with_memory
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled as compiled_with_memory
 from flexband.mechanics.kernels.lane_type import (
     FLAGS,
     VECTOR,

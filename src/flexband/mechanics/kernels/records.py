@@ -30,7 +30,7 @@ from numba.core.typing.templates import (
 )
 from numba.extending import models, register_model, typeof_impl
 
-from flexband.caching import Addressed
+from flexband.compilation.caching import Addressed
 from flexband.mechanics.kernels.lane_type import address
 
 NUMBER = ir.IntType(64)

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
-from flexband.machine_code import compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
 from flexband.uncertainty.expansions.bounds.terms import inner, largest, multiply, sum_of
 from flexband.uncertainty.phases.moments import (

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk
-from flexband.machine_code import compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
 from flexband.uncertainty.expansions.bounds.terms import (

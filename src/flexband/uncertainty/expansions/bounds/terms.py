@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.machine_code import compiled
+from flexband.compilation.machine_code import compiled
 
 
 class ExpansionTerms(NamedTuple):

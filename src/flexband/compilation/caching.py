@@ -24,8 +24,7 @@ from llvmlite import binding
 from numba import typeof
 from numba.core.compiler_lock import global_compiler_lock
 
-from flexband.files import replaced, user_folder
-from flexband.machine_code import (
+from flexband.compilation.machine_code import (
     ENTRY,
     SETTINGS,
     compiled,
@@ -33,6 +32,7 @@ from flexband.machine_code import (
     object_code,
     target_machine,
 )
+from flexband.files import replaced, user_folder
 from flexband.source_hash import PACKAGE, Source, sources
 
 KEPT = 8

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,11 +37,6 @@ NOTHING = np.zeros((1, WIDTH))
 
 NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """In place of the integrator's coefficients."""
-
-
-_compiled: dict[Callable, Callable] = {}
-"""Machine code of the entries. There is one signature, and dispatch on the types of a hundred
-arguments takes 0.2 ms per call."""
 
 
 class Batch(NamedTuple):
@@ -128,7 +122,7 @@ def run_samples(
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
-    if not dynamics.signatures:
+    if not dynamics.codes:
         while_compiling(lambda: march_block(system, method, tolerance, packed(0), rounds=1))
     steps = blocks * (rounds - 1)
     pace = Pace(
@@ -242,7 +236,8 @@ def run(
     number: float = 0.0,
 ) -> None:
     """Perform one of the tasks of `entries`."""
-    arguments = (
+    entry = dynamics if task in (START, MARCH) else statics
+    entry(
         task,
         system.record,
         method,
@@ -253,13 +248,6 @@ def run(
         address(failure),
         address(stop_flag()),
     )
-    entry = dynamics if task in (START, MARCH) else statics
-    compiled = _compiled.get(entry)
-    if compiled is None:
-        entry(*arguments)
-        _compiled[entry] = next(iter(entry.overloads.values())).entry_point
-    else:
-        compiled(*arguments)
     if system.laws and failure is not NOTHING:
         blame_laws(system, failure, method.step if task == MARCH else 0.0)
 

@@ -20,7 +20,6 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -79,7 +78,7 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
         add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
 
 
-@inlined
+@compiled
 def violated_constraint(structure, values, now, z, r, tolerance):
     """Return the multiplier of the constraint that is violated most, or 0 if all are met.
 
@@ -126,7 +125,7 @@ def clear(array, rows):
         store(array, row, filled(0.0))
 
 
-@inlined
+@compiled
 def clear_matrix(pattern, matrix):
     """Set the matrix to zero, and the pivots that fill up its tiles to one."""
     clear(matrix, pattern.rows)
@@ -134,7 +133,7 @@ def clear_matrix(pattern, matrix):
         store(matrix, pattern.filled_up[k], filled(1.0))
 
 
-@inlined
+@compiled
 def update_dependent(structure, values, now, z):
     """Set the rows of z that follow from the coordinates: angles, tensions and elongations."""
     state = structure.state
@@ -145,7 +144,7 @@ def update_dependent(structure, values, now, z):
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def add_loads(structure, values, now, z, r, memory):
     """Add −Q of the forces that are products of z or force laws; springs are not among them.
 
@@ -178,7 +177,7 @@ def residual(structure, values, now, z, r, memory):
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
-@inlined
+@compiled
 def loads(structure, values, now, z, r, memory):
     """Set r to the loads alone, see `add_loads`."""
     state = structure.state
@@ -188,7 +187,7 @@ def loads(structure, values, now, z, r, memory):
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
-@inlined
+@compiled
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
     for i in range(1, structure.state.angle):
@@ -196,7 +195,7 @@ def to_right_side(structure, r, weight):
         store(r, i, -part if i <= structure.state.coordinates else -part / weight)
 
 
-@inlined
+@compiled
 def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
 
@@ -226,7 +225,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def sense(structure, values, now, z, outputs, memory):
     """Set the sensors' rows, after the rows of z that they may depend on.
 

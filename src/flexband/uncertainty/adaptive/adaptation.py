@@ -12,17 +12,18 @@ import numpy as np
 from flexband.errors import InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.choice import BestFits, released
-from flexband.uncertainty.adaptive.discretization import (
-    at_compared_times,
-    discretization_error,
-    in_words,
-    runs_on_finer,
-)
+from flexband.uncertainty.adaptive.correction import Correction, CorrectionOptions
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
+from flexband.uncertainty.adaptive.refined_runs import (
+    RefinedRuns,
+    in_words,
+    refined_runs,
+    with_held_out,
+)
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -85,8 +86,8 @@ class Adaptation:
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
-    finer, of_finer : first runs of the design on finer discretizations, by the name of what is
-        finer, and what they tell of its error; None until they are made, or told.
+    refined, corrections : first runs of the design on finer discretizations, by the name of what
+        is finer, and what they tell of its error; None until they are made, or told.
     """
 
     def __init__(
@@ -96,9 +97,14 @@ class Adaptation:
         most: int,
         *,
         phase_resolved: bool,
+        corrected_above: float = np.inf,
         options: AdaptationOptions = AdaptationOptions(),
     ):
-        """Make the first runs, `most` is the budget."""
+        """Make the first runs, `most` is the budget.
+
+        An error of the discretization is corrected if it is larger than `corrected_above`, in parts
+        of the error bar's width.
+        """
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
         self.told = f" ({text})" if (text := in_words(evaluate)) else ""
         listener().stage(f"the first runs{self.told}")
@@ -121,8 +127,9 @@ class Adaptation:
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
-        self.finer: dict[str, np.ndarray] | None = None
-        self.of_finer: dict[str, np.ndarray] | None = None
+        self.refined: dict[str, RefinedRuns] | None = None
+        self.corrections: dict[str, Correction] | None = None
+        self.corrected_above = corrected_above
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -173,18 +180,18 @@ class Adaptation:
         return self.most - len(self.fitted.values) - self.checked
 
     @property
-    def refined(self) -> int:
+    def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        return sum(map(len, (self.finer or {}).values()))
+        return sum(runs.count for runs in (self.refined or {}).values())
 
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.fitted.values) + self.checked + self.refined
+        return len(self.fitted.values) + self.checked + self.finer
 
     def _judge(self, *, again: bool = True) -> None:
         """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
-        self.of_finer, self.stages, in_use = None, [], []
+        self.corrections, self.stages, in_use = None, [], []
         if again:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
@@ -300,24 +307,33 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
-    def discretization(self) -> dict[str, np.ndarray]:
-        """Return the error that is due to each part of the discretization.
+    def discretization(
+        self, *, options: CorrectionOptions = CorrectionOptions()
+    ) -> dict[str, Correction]:
+        """Return what corrects each part of the discretization, with the error that is left.
 
-        Each has the shape (2, outputs, times). None are returned if a finer run fails, which is
-        an error where the discretization is left to the method.
+        None are returned if a finer run fails, which is an error where the discretization is left
+        to the method.
         """
-        if self.of_finer is not None:
-            return self.of_finer
-        few = tuple(v[: self.design.few] for v in self.design.points)
-        if self.finer is None:
-            self.finer = runs_on_finer(self.evaluate, *few)
-        coarse, few = self.made.count, len(few[0])
-        runs = [self.made.all.values, *self.finer.values()]
-        split = self._split(np.concatenate(runs))
-        stages = list(map(at_compared_times, split)) if self.finer else []
-        self.of_finer = {}
-        for k, name in enumerate(self.finer):
-            fine = slice(coarse + k * few, coarse + (k + 1) * few)
-            error = discretization_error(self.design, self.choice, stages, fine)
-            self.of_finer[name] = running(error, self.error.window)
-        return self.of_finer
+        if self.corrections is not None:
+            return self.corrections
+        if self.refined is None:
+            few = self.fitted.which(slice(self.design.few))
+            self.refined = refined_runs(self.evaluate, ResponseRuns(*(v.copy() for v in few)))
+        self.corrections = {}
+        for name, runs in self.refined.items():
+            correction = self._correction(runs)
+            large = self.error.relative(correction.error) > self.corrected_above
+            if large and not runs.held and len(self.held.values):
+                held = self.held.which(slice(min(options.held, self.generic)))
+                held = ResponseRuns(*(v.copy() for v in held))
+                more = with_held_out(runs, name, self.evaluate, held, options.finest)
+                self.refined[name], correction = more, self._correction(more)
+            self.corrections[name] = correction
+        return self.corrections
+
+    def _correction(self, runs: RefinedRuns) -> Correction:
+        """Return what refined runs tell, with its error averaged like that of the expansion."""
+        m = self.places.shape[1]
+        correction = Correction.of(self.choice, self.design, runs, self.dt, m)
+        return correction._replace(error=running(correction.error, self.error.window))

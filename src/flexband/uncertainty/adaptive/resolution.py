@@ -16,7 +16,7 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.discretization import in_words
+from flexband.uncertainty.adaptive.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
@@ -149,8 +149,9 @@ class Levels:
         """
         errors, largest = {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
-        for name, error in course.discretization().items():
-            output_errors, before = course.error.of_outputs(error), self.known.setdefault(name, {})
+        for name, correction in course.discretization().items():
+            before = self.known.setdefault(name, {})
+            output_errors = course.error.of_outputs(correction.error)
             count = names.count(name)
             self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
             self.stuck[name] |= vanishing & (output_errors > 1)

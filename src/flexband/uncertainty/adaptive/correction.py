@@ -1,0 +1,235 @@
+"""The error of step and mesh, and its correction by runs on finer discretizations.
+
+A few runs of the design are made again on a discretization twice as fine. Their change is small and
+nearly linear in the inputs, as values at fixed times, or as phases, envelopes and base. Without
+further runs the bands with and without it tell the error. With some runs that are held out of it,
+the first of them on a third level, it corrects the expansion (Richardson's extrapolation), for each
+output as values or as phases if that removes most of the error in these runs; what is left in them
+is then the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.changes import SECOND_ORDER, Extrapolation, RunChanges
+from flexband.uncertainty.adaptive.choice import BestFits
+from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.refined_runs import RefinedRuns
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, share, stacked
+
+
+class CorrectionOptions(NamedTuple):
+    """When the error of step and mesh is corrected.
+
+    Attributes
+    ----------
+    held : runs that are held out of the correction.
+    finest : how many of them are made on a third level.
+    least : errors below this part of the tolerance are not corrected.
+    most_left : an output is corrected if no more than this part of its error is left in the runs
+        that were held out.
+    max_times : times at which bands are compared.
+    """
+
+    held: int = 3
+    finest: int = 1
+    least: float = 0.1
+    most_left: float = 0.5
+    max_times: int = 600
+
+
+class Kind(StrEnum):
+    """What of an output is corrected."""
+
+    NOTHING = "nothing"
+    VALUES = "values"
+    PHASES = "phases"
+
+
+class FitCorrection(NamedTuple):
+    """The correction of the outputs of a fit.
+
+    Attributes
+    ----------
+    fit : of coarse runs.
+    kinds : of each output.
+    extrapolations : by kind; that of phases only if the fit has carriers, and they can be followed.
+    """
+
+    fit: PartsFit
+    kinds: np.ndarray
+    extrapolations: Mapping[Kind, Extrapolation]
+
+    @staticmethod
+    def of(
+        fit: PartsFit,
+        design: GrowingDesign,
+        runs: RefinedRuns,
+        dt: float,
+        options: CorrectionOptions,
+    ) -> FitCorrection:
+        """Decide by held-out runs, if there are any, what of each output is corrected."""
+        changes = {Kind.VALUES: RunChanges.of_values(fit, runs)}
+        phases = RunChanges.of_phases(fit, runs, dt) if fit.frequencies else None
+        if phases is not None:
+            changes[Kind.PHASES] = phases
+        extrapolations = {
+            kind: Extrapolation.of(change, design, runs) for kind, change in changes.items()
+        }
+        kinds = np.full(len(fit.outputs), Kind.NOTHING)
+        least = np.full(len(fit.outputs), options.most_left)
+        for kind, extrapolation in extrapolations.items() if runs.held else ():
+            better = extrapolation.part < least
+            kinds[better], least[better] = kind, extrapolation.part[better]
+        return FitCorrection(fit, kinds, extrapolations)
+
+    def change(
+        self, kind: Kind, outputs: np.ndarray, times: slice = slice(None)
+    ) -> HybridExpansion:
+        """Return how the parts of some outputs, by place, change on the finer discretization."""
+        extrapolation = self.extrapolations[kind]
+        return self._placed(kind, extrapolation.expansion, outputs, times)
+
+    def correction(
+        self, kind: Kind, outputs: np.ndarray, times: slice = slice(None)
+    ) -> HybridExpansion:
+        """Return the correction of the parts of some outputs, by place."""
+        extrapolation = self.extrapolations[kind]
+        corrected = extrapolation.expansion * extrapolation.factors
+        return self._placed(kind, corrected, outputs, times)
+
+    def further(self, kind: Kind, outputs: np.ndarray, times: slice) -> HybridExpansion:
+        """Return what the third level adds to the correction."""
+        extrapolation = self.extrapolations[kind]
+        shift = extrapolation.expansion.constant(extrapolation.shift)
+        return self._placed(kind, shift, outputs, times)
+
+    def _placed(
+        self, kind: Kind, expansion: HybridExpansion, outputs: np.ndarray, times: slice
+    ) -> HybridExpansion:
+        """Return an expansion of parts in the columns of the fit; those of no carriers are bases."""
+        columns = self.extrapolations[kind].changes.columns
+        some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
+        placed = PartColumns.of(len(outputs), self.fit.columns.carriers)
+        if placed.carriers == columns.carriers:
+            return some
+        return some.placed(len(outputs), placed.width, np.arange(len(outputs)))
+
+    def error(self, m: int, times: int, options: CorrectionOptions) -> np.ndarray:
+        """Return the error expected of mean and error bar, (2, outputs, times)."""
+        thin = slice(None, None, -(-times // options.max_times))
+        error = np.empty((2, len(self.kinds), times))
+        for kind in map(Kind, np.unique(self.kinds)):
+            outputs = np.flatnonzero(self.kinds == kind)
+            fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
+            first = fit.formed
+            if kind == Kind.NOTHING:
+                shown = Kind.PHASES if Kind.PHASES in self.extrapolations else Kind.VALUES
+                second, factor = first + self.change(shown, outputs, thin), SECOND_ORDER
+            else:
+                first += self.correction(kind, outputs, thin)
+                second, factor = first + self.further(kind, outputs, thin), 1.0
+            bounds = (
+                stacked(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
+                for parts in (first, second)
+            )
+            moved = factor * at_all_times(apart(*bounds), thin, times)
+            if kind != Kind.NOTHING:
+                missed = self.extrapolations[kind].missed[:, outputs]
+                moved = np.hypot(moved, share(m) * np.sqrt(np.mean(missed**2, axis=0)))
+            error[:, outputs] = moved
+        return error
+
+
+class Correction(NamedTuple):
+    """The correction of all outputs by what is finer, and the error that is left.
+
+    Attributes
+    ----------
+    fits : corrections of the outputs of each fit.
+    error : expected of mean and error bar, (2, outputs, times).
+    """
+
+    fits: list[FitCorrection]
+    error: np.ndarray
+
+    @staticmethod
+    def of(
+        choice: BestFits,
+        design: GrowingDesign,
+        runs: RefinedRuns,
+        dt: float,
+        m: int,
+        *,
+        options: CorrectionOptions = CorrectionOptions(),
+    ) -> Correction:
+        """Correct fits by refined runs.
+
+        Parameters
+        ----------
+        choice : fits of coarse runs.
+        m : number of interval variables.
+        """
+        outputs, times = choice.missed.shape[1:]
+        error = np.empty((2, outputs, times))
+        fits = [FitCorrection.of(fit, design, runs, dt, options) for fit in choice.fits]
+        for fit in fits:
+            error[:, fit.fit.outputs] = fit.error(m, times, options)
+        return Correction(fits, error)
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """What of each output is corrected."""
+        kinds = np.full(self.error.shape[1], Kind.NOTHING)
+        for fit in self.fits:
+            kinds[fit.fit.outputs] = fit.kinds
+        return kinds
+
+
+def corrected(
+    fits: Sequence[PartsFit], corrections: Sequence[Correction]
+) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
+    """Return fits, divided so that each is corrected as a whole, and how their parts change.
+
+    None stands for no change. Outputs of a fit share phases, which are corrected of all or none.
+
+    Parameters
+    ----------
+    corrections : of the fits, one for each part of the discretization.
+    """
+    divided, changes = [], []
+    for k, fit in enumerate(fits):
+        by_name = [correction.fits[k] for correction in corrections]
+        kinds = np.array([own.kinds for own in by_name]).reshape(-1, len(fit.outputs))
+        patterns, group = np.unique(kinds == Kind.PHASES, axis=1, return_inverse=True)
+        for number in range(patterns.shape[1]):
+            outputs = np.flatnonzero(group.ravel() == number)
+            divided.append(fit.of_outputs(fit.outputs[outputs]))
+            changes.append(_change(by_name, outputs))
+    return divided, changes
+
+
+def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> HybridExpansion | None:
+    """Return the sum of the corrections of outputs that share phases."""
+    total = None
+    for correction in corrections:
+        kinds = correction.kinds[outputs]
+        if np.all(kinds == Kind.NOTHING):
+            continue
+        kind = Kind.PHASES if Kind.PHASES in kinds else Kind.VALUES
+        change = correction.correction(kind, outputs)
+        if kind == Kind.VALUES:
+            columns = PartColumns.of(len(outputs), correction.fit.columns.carriers)
+            mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))
+            change *= np.repeat(mask, change.coefficients.shape[1] // columns.width)
+        total = change if total is None else total + change
+    return total

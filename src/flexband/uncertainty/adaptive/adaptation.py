@@ -11,8 +11,12 @@ import numpy as np
 
 from flexband.errors import InputError, RunError
 from flexband.progress import listener
+from flexband.uncertainty.adaptive.changes import SECOND_ORDER
 from flexband.uncertainty.adaptive.choice import BestFits, released
-from flexband.uncertainty.adaptive.correction import Correction, CorrectionOptions
+from flexband.uncertainty.adaptive.correction import (
+    DiscretizationCorrection,
+    ExtrapolationOptions,
+)
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
@@ -22,7 +26,6 @@ from flexband.uncertainty.adaptive.refined_runs import (
     RefinedRuns,
     in_words,
     refined_runs,
-    with_held_out,
 )
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
@@ -128,8 +131,8 @@ class Adaptation:
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
         self.refined: dict[str, RefinedRuns] | None = None
-        self.corrections: dict[str, Correction] | None = None
-        self.corrected_above = corrected_above
+        self.corrections: dict[str, DiscretizationCorrection] | None = None
+        self.corrected_above, self.corrects = corrected_above, np.isfinite(corrected_above)
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -182,7 +185,7 @@ class Adaptation:
     @property
     def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        return sum(runs.count for runs in (self.refined or {}).values())
+        return sum(runs.finer for runs in (self.refined or {}).values())
 
     @property
     def runs(self) -> int:
@@ -308,8 +311,8 @@ class Adaptation:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(
-        self, *, options: CorrectionOptions = CorrectionOptions()
-    ) -> dict[str, Correction]:
+        self, *, options: ExtrapolationOptions = ExtrapolationOptions()
+    ) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.
 
         None are returned if a finer run fails, which is an error where the discretization is left
@@ -317,23 +320,23 @@ class Adaptation:
         """
         if self.corrections is not None:
             return self.corrections
+        design = self.fitted.which(slice(self.design.few)).copy()
         if self.refined is None:
-            few = self.fitted.which(slice(self.design.few))
-            self.refined = refined_runs(self.evaluate, ResponseRuns(*(v.copy() for v in few)))
+            held = self.held.which(slice(min(options.held, self.generic))).copy()
+            first = held if self.corrects else design
+            self.refined = refined_runs(self.evaluate, first, len(first) * (not self.corrects))
+        finer = self.evaluate.refinements() if self.corrects else {}
         self.corrections = {}
         for name, runs in self.refined.items():
-            correction = self._correction(runs)
-            large = self.error.relative(correction.error) > self.corrected_above
-            if large and not runs.held and len(self.held.values):
-                held = self.held.which(slice(min(options.held, self.generic)))
-                held = ResponseRuns(*(v.copy() for v in held))
-                more = with_held_out(runs, name, self.evaluate, held, options.finest)
-                self.refined[name], correction = more, self._correction(more)
-            self.corrections[name] = correction
+            if self.corrects and not runs.fitted:
+                error = running(SECOND_ORDER * runs.change, self.error.window)
+                if self.error.relative(error) <= self.corrected_above:
+                    self.corrections[name] = DiscretizationCorrection.none(self.choice, error)
+                    continue
+                more = runs.after(design, finer[name], name)
+                self.refined[name] = more.with_finest(options.finest, finer[name], name)
+            m, refined = self.places.shape[1], self.refined[name]
+            correction = DiscretizationCorrection.of(self.choice, self.design, refined, self.dt, m)
+            error = running(correction.error, self.error.window)
+            self.corrections[name] = correction._replace(error=error)
         return self.corrections
-
-    def _correction(self, runs: RefinedRuns) -> Correction:
-        """Return what refined runs tell, with its error averaged like that of the expansion."""
-        m = self.places.shape[1]
-        correction = Correction.of(self.choice, self.design, runs, self.dt, m)
-        return correction._replace(error=running(correction.error, self.error.window))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flexband.rounding import ROUNDING
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
 from flexband.uncertainty.adaptive.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -99,7 +100,10 @@ class RunChanges(NamedTuple):
         outputs = self.columns.outputs
         for sums in products:  # an envelope is one complex number
             for first in range(self.columns.real, self.columns.width, self.columns.block):
-                real, imag = slice(first, first + outputs), slice(first + outputs, first + 2 * outputs)
+                real, imag = (
+                    slice(first, first + outputs),
+                    slice(first + outputs, first + 2 * outputs),
+                )
                 sums[real] = sums[imag] = sums[real] + sums[imag]
         ratio = products[0] / np.maximum(products[1], 1e-300)
         converging = (ratio > 0.5 ** (MAX_ORDER + 0.5)) & (ratio < 0.5**0.5)
@@ -156,6 +160,10 @@ class Extrapolation(NamedTuple):
 
     @property
     def part(self) -> np.ndarray:
-        """The error of corrected runs as a part of that of coarse ones, (outputs,)."""
-        left = np.hypot(rms(self.missed), rms(self.missed_order))
-        return left / np.maximum(rms(self.before), 1e-300)
+        """The error of corrected runs as a part of that of coarse ones, (outputs,).
+
+        It is infinite for outputs that do not change, but for rounding.
+        """
+        left, before = np.hypot(rms(self.missed), rms(self.missed_order)), rms(self.before)
+        changes = before > ROUNDING * rms(self.changes.columns.join(self.changes.parts))
+        return np.where(changes, left / np.where(changes, before, 1.0), np.inf)

@@ -27,7 +27,7 @@ from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, share, stacked
 
 
-class CorrectionOptions(NamedTuple):
+class ExtrapolationOptions(NamedTuple):
     """When the error of step and mesh is corrected.
 
     Attributes
@@ -40,14 +40,14 @@ class CorrectionOptions(NamedTuple):
     max_times : times at which bands are compared.
     """
 
-    held: int = 3
+    held: int = 2
     finest: int = 1
     least: float = 0.1
     most_left: float = 0.5
     max_times: int = 600
 
 
-class Kind(StrEnum):
+class CorrectedPart(StrEnum):
     """What of an output is corrected."""
 
     NOTHING = "nothing"
@@ -67,7 +67,7 @@ class FitCorrection(NamedTuple):
 
     fit: PartsFit
     kinds: np.ndarray
-    extrapolations: Mapping[Kind, Extrapolation]
+    extrapolations: Mapping[CorrectedPart, Extrapolation]
 
     @staticmethod
     def of(
@@ -75,48 +75,53 @@ class FitCorrection(NamedTuple):
         design: GrowingDesign,
         runs: RefinedRuns,
         dt: float,
-        options: CorrectionOptions,
+        options: ExtrapolationOptions,
     ) -> FitCorrection:
         """Decide by held-out runs, if there are any, what of each output is corrected."""
-        changes = {Kind.VALUES: RunChanges.of_values(fit, runs)}
+        changes = {CorrectedPart.VALUES: RunChanges.of_values(fit, runs)}
         phases = RunChanges.of_phases(fit, runs, dt) if fit.frequencies else None
         if phases is not None:
-            changes[Kind.PHASES] = phases
+            changes[CorrectedPart.PHASES] = phases
         extrapolations = {
             kind: Extrapolation.of(change, design, runs) for kind, change in changes.items()
         }
-        kinds = np.full(len(fit.outputs), Kind.NOTHING)
+        kinds = np.full(len(fit.outputs), CorrectedPart.NOTHING)
         least = np.full(len(fit.outputs), options.most_left)
-        for kind, extrapolation in extrapolations.items() if runs.held else ():
+        for kind, extrapolation in extrapolations.items() if len(runs.finest) else ():
             better = extrapolation.part < least
             kinds[better], least[better] = kind, extrapolation.part[better]
         return FitCorrection(fit, kinds, extrapolations)
 
+    @staticmethod
+    def none(fit: PartsFit) -> FitCorrection:
+        """Return that nothing is corrected."""
+        return FitCorrection(fit, np.full(len(fit.outputs), CorrectedPart.NOTHING), {})
+
     def change(
-        self, kind: Kind, outputs: np.ndarray, times: slice = slice(None)
+        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
     ) -> HybridExpansion:
         """Return how the parts of some outputs, by place, change on the finer discretization."""
         extrapolation = self.extrapolations[kind]
         return self._placed(kind, extrapolation.expansion, outputs, times)
 
     def correction(
-        self, kind: Kind, outputs: np.ndarray, times: slice = slice(None)
+        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
     ) -> HybridExpansion:
         """Return the correction of the parts of some outputs, by place."""
         extrapolation = self.extrapolations[kind]
         corrected = extrapolation.expansion * extrapolation.factors
         return self._placed(kind, corrected, outputs, times)
 
-    def further(self, kind: Kind, outputs: np.ndarray, times: slice) -> HybridExpansion:
+    def further(self, kind: CorrectedPart, outputs: np.ndarray, times: slice) -> HybridExpansion:
         """Return what the third level adds to the correction."""
         extrapolation = self.extrapolations[kind]
         shift = extrapolation.expansion.constant(extrapolation.shift)
         return self._placed(kind, shift, outputs, times)
 
     def _placed(
-        self, kind: Kind, expansion: HybridExpansion, outputs: np.ndarray, times: slice
+        self, kind: CorrectedPart, expansion: HybridExpansion, outputs: np.ndarray, times: slice
     ) -> HybridExpansion:
-        """Return an expansion of parts in the columns of the fit; those of no carriers are bases."""
+        """Return an expansion of parts in the columns of the fit; values are bases."""
         columns = self.extrapolations[kind].changes.columns
         some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
         placed = PartColumns.of(len(outputs), self.fit.columns.carriers)
@@ -124,16 +129,20 @@ class FitCorrection(NamedTuple):
             return some
         return some.placed(len(outputs), placed.width, np.arange(len(outputs)))
 
-    def error(self, m: int, times: int, options: CorrectionOptions) -> np.ndarray:
+    def error(self, m: int, times: int, options: ExtrapolationOptions) -> np.ndarray:
         """Return the error expected of mean and error bar, (2, outputs, times)."""
         thin = slice(None, None, -(-times // options.max_times))
         error = np.empty((2, len(self.kinds), times))
-        for kind in map(Kind, np.unique(self.kinds)):
+        for kind in map(CorrectedPart, np.unique(self.kinds)):
             outputs = np.flatnonzero(self.kinds == kind)
             fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
             first = fit.formed
-            if kind == Kind.NOTHING:
-                shown = Kind.PHASES if Kind.PHASES in self.extrapolations else Kind.VALUES
+            if kind == CorrectedPart.NOTHING:
+                shown = (
+                    CorrectedPart.PHASES
+                    if CorrectedPart.PHASES in self.extrapolations
+                    else CorrectedPart.VALUES
+                )
                 second, factor = first + self.change(shown, outputs, thin), SECOND_ORDER
             else:
                 first += self.correction(kind, outputs, thin)
@@ -143,14 +152,14 @@ class FitCorrection(NamedTuple):
                 for parts in (first, second)
             )
             moved = factor * at_all_times(apart(*bounds), thin, times)
-            if kind != Kind.NOTHING:
+            if kind != CorrectedPart.NOTHING:
                 missed = self.extrapolations[kind].missed[:, outputs]
                 moved = np.hypot(moved, share(m) * np.sqrt(np.mean(missed**2, axis=0)))
             error[:, outputs] = moved
         return error
 
 
-class Correction(NamedTuple):
+class DiscretizationCorrection(NamedTuple):
     """The correction of all outputs by what is finer, and the error that is left.
 
     Attributes
@@ -170,8 +179,8 @@ class Correction(NamedTuple):
         dt: float,
         m: int,
         *,
-        options: CorrectionOptions = CorrectionOptions(),
-    ) -> Correction:
+        options: ExtrapolationOptions = ExtrapolationOptions(),
+    ) -> DiscretizationCorrection:
         """Correct fits by refined runs.
 
         Parameters
@@ -184,19 +193,30 @@ class Correction(NamedTuple):
         fits = [FitCorrection.of(fit, design, runs, dt, options) for fit in choice.fits]
         for fit in fits:
             error[:, fit.fit.outputs] = fit.error(m, times, options)
-        return Correction(fits, error)
+        return DiscretizationCorrection(fits, error)
+
+    @staticmethod
+    def none(choice: BestFits, error: np.ndarray) -> DiscretizationCorrection:
+        """Return no correction, where the error of both bands is at most so large.
+
+        Parameters
+        ----------
+        error : shape (outputs, times).
+        """
+        fits = [FitCorrection.none(fit) for fit in choice.fits]
+        return DiscretizationCorrection(fits, np.stack([error, error]))
 
     @property
     def kinds(self) -> np.ndarray:
         """What of each output is corrected."""
-        kinds = np.full(self.error.shape[1], Kind.NOTHING)
+        kinds = np.full(self.error.shape[1], CorrectedPart.NOTHING)
         for fit in self.fits:
             kinds[fit.fit.outputs] = fit.kinds
         return kinds
 
 
 def corrected(
-    fits: Sequence[PartsFit], corrections: Sequence[Correction]
+    fits: Sequence[PartsFit], corrections: Sequence[DiscretizationCorrection]
 ) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
     """Return fits, divided so that each is corrected as a whole, and how their parts change.
 
@@ -206,11 +226,13 @@ def corrected(
     ----------
     corrections : of the fits, one for each part of the discretization.
     """
+    if not corrections:
+        return list(fits), [None] * len(fits)
     divided, changes = [], []
     for k, fit in enumerate(fits):
         by_name = [correction.fits[k] for correction in corrections]
         kinds = np.array([own.kinds for own in by_name]).reshape(-1, len(fit.outputs))
-        patterns, group = np.unique(kinds == Kind.PHASES, axis=1, return_inverse=True)
+        patterns, group = np.unique(kinds == CorrectedPart.PHASES, axis=1, return_inverse=True)
         for number in range(patterns.shape[1]):
             outputs = np.flatnonzero(group.ravel() == number)
             divided.append(fit.of_outputs(fit.outputs[outputs]))
@@ -223,11 +245,11 @@ def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> Hybrid
     total = None
     for correction in corrections:
         kinds = correction.kinds[outputs]
-        if np.all(kinds == Kind.NOTHING):
+        if np.all(kinds == CorrectedPart.NOTHING):
             continue
-        kind = Kind.PHASES if Kind.PHASES in kinds else Kind.VALUES
+        kind = CorrectedPart.PHASES if CorrectedPart.PHASES in kinds else CorrectedPart.VALUES
         change = correction.correction(kind, outputs)
-        if kind == Kind.VALUES:
+        if kind == CorrectedPart.VALUES:
             columns = PartColumns.of(len(outputs), correction.fit.columns.carriers)
             mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))
             change *= np.repeat(mask, change.coefficients.shape[1] // columns.width)

@@ -15,7 +15,7 @@ from flexband.errors import (
     warn,
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
-from flexband.uncertainty.adaptive.correction import CorrectionOptions
+from flexband.uncertainty.adaptive.correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
@@ -141,7 +141,7 @@ class AdaptivePCCI(ExpansionMethod):
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)
-        least = CorrectionOptions().least * self.tolerance if self.correct else np.inf
+        least = ExtrapolationOptions().least * self.tolerance if self.correct else np.inf
 
         def begin(evaluate: Evaluate) -> Adaptation:
             return Adaptation(

@@ -22,23 +22,23 @@ class RefinedRuns(NamedTuple):
     coarse : the first ones at points of the design, the others held out.
     fine : on the discretization twice as fine, shape (runs, outputs, times).
     finest : the first held-out runs where it is twice as fine again, (≤ held, outputs, times).
-    held : number of runs that are held out of the correction.
+    fitted : number of runs at points of the design.
     """
 
     coarse: ResponseRuns
     fine: np.ndarray
     finest: np.ndarray
-    held: int = 0
+    fitted: int
 
     @property
-    def count(self) -> int:
+    def finer(self) -> int:
         """Number of finer runs."""
         return len(self.fine) + len(self.finest)
 
     @property
-    def fitted(self) -> int:
-        """Number of runs at points of the design."""
-        return len(self.fine) - self.held
+    def change(self) -> np.ndarray:
+        """Root mean square of the change on the finer discretization, (outputs, times)."""
+        return np.sqrt(np.mean((self.fine - self.coarse.values) ** 2, axis=0))
 
     @property
     def third_level(self) -> slice:
@@ -50,12 +50,30 @@ class RefinedRuns(NamedTuple):
         """Values of the coarse, the fine and the finest runs."""
         return self.coarse.values, self.fine, self.finest
 
-    def with_held(
-        self, coarse: ResponseRuns, fine: np.ndarray, finest: np.ndarray
-    ) -> RefinedRuns:
-        """Return the runs with others that are held out."""
-        joined = ResponseRuns.joined(self.coarse, coarse)
-        return RefinedRuns(joined, np.concatenate([self.fine, fine]), finest, len(fine))
+    def after(self, design: ResponseRuns, evaluate: Evaluate, name: str) -> RefinedRuns:
+        """Return these runs after others at points of the design, which are made here.
+
+        Parameters
+        ----------
+        evaluate : the response on the finer discretization.
+        name : of what is finer.
+        """
+        fine = _made(evaluate, design, f"tell the error of the {name}")
+        coarse = ResponseRuns.joined(design, self.coarse)
+        return RefinedRuns(coarse, np.concatenate([fine, self.fine]), self.finest, len(fine))
+
+    def with_finest(self, count: int, evaluate: Evaluate, name: str) -> RefinedRuns:
+        """Return these runs, the first held-out ones on a third level, too.
+
+        Nothing is added if one of them fails. Parameters are those of `after`.
+        """
+        try:
+            finer = evaluate.refinements()[name]
+            held = self.coarse.which(slice(self.fitted, self.fitted + count))
+            return self._replace(finest=_made(finer, held, f"show the order of the {name}"))
+        except RunError as error:
+            warn(f"the error of the {name} is not corrected: {error}")
+            return self
 
 
 def in_words(evaluate: Evaluate) -> str:
@@ -63,17 +81,21 @@ def in_words(evaluate: Evaluate) -> str:
     return ", ".join(f"{name} {n:.6g}" for name, n in evaluate.discretization().items())
 
 
-def refined_runs(evaluate: Evaluate, coarse: ResponseRuns) -> dict[str, RefinedRuns]:
+def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[str, RefinedRuns]:
     """Return runs again on finer discretizations, by the name of what is finer.
 
     None are returned if one fails, which is an error where the discretization is left to the
     method.
+
+    Parameters
+    ----------
+    fitted : number of them at points of the design; the others are held out.
     """
     runs: dict[str, RefinedRuns] = {}
     try:
         for name, response in evaluate.refinements().items():
-            fine = _made(response, coarse.xi, coarse.eta, f"tell the error of the {name}")
-            runs[name] = RefinedRuns(coarse, fine, fine[:0])
+            fine = _made(response, coarse, f"tell the error of the {name}")
+            runs[name] = RefinedRuns(coarse, fine, fine[:0], fitted)
     except RunError as error:
         if evaluate.left_out:
             raise
@@ -82,33 +104,8 @@ def refined_runs(evaluate: Evaluate, coarse: ResponseRuns) -> dict[str, RefinedR
     return runs
 
 
-def with_held_out(
-    runs: RefinedRuns, name: str, evaluate: Evaluate, held: ResponseRuns, finest: int
-) -> RefinedRuns:
-    """Return refined runs with others that are held out, the first of them on a third level.
-
-    Nothing is added if one of them fails.
-
-    Parameters
-    ----------
-    name : of what is finer.
-    held : runs that are held out.
-    finest : number of them on the third level.
-    """
-    why = f"judge the correction of the {name}"
-    try:
-        response = evaluate.refinements()[name]
-        fine = _made(response, held.xi, held.eta, why)
-        finer = response.refinements()[name]
-        third = _made(finer, held.xi[:finest], held.eta[:finest], why)
-    except RunError as error:
-        warn(f"the error of the {name} is not corrected: {error}")
-        return runs
-    return runs.with_held(held, fine, third)
-
-
-def _made(response: Evaluate, xi: np.ndarray, eta: np.ndarray, purpose: str) -> np.ndarray:
+def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
+    xi, eta, _ = coarse
     listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({in_words(response)})")
-    finer = ResponseRuns(xi, eta, series(response(xi, eta)))
-    return succeeded(finer, len(xi)).values
+    return succeeded(ResponseRuns(xi, eta, series(response(xi, eta))), len(xi)).values

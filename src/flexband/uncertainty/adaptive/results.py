@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.choice import in_place_of_runs
-from flexband.uncertainty.adaptive.correction import corrected
+from flexband.uncertainty.adaptive.correction import CorrectedPart, corrected
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -68,7 +68,16 @@ def surrogate_of(course: Adaptation) -> Surrogate:
             if frequency * numbers.get("step", 0.0) > 0
         ],
     )
-    small = np.array(names_of_outputs(labels))[error.small]
+    names = np.array(names_of_outputs(labels))
+    by_kind = (
+        (name, kind, names[correction.kinds == kind])
+        for name, correction in corrections.items()
+        for kind in (CorrectedPart.VALUES, CorrectedPart.PHASES)
+    )
+    texts = [f"{name} of {', '.join(of)} by {kind}" for name, kind, of in by_kind if len(of)]
+    if texts:
+        dataset.attrs["corrected"] = texts
+    small = names[error.small]
     if len(small):
         dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
     held = HeldOut(

@@ -106,8 +106,9 @@ def follow(
         multiple = round(frequency / frequencies[0])
         harmonic = multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9)
         multiples.append(multiple if harmonic else 0)
-        psi, passes = (multiple * carriers[0].phase, 0) if harmonic else (psi, options.passes)
-        new = track(rest, dt, frequency, psi, scale, passes, align=False, options=options)
+        phase = multiple * carriers[0].phase if harmonic else psi
+        passes = 0 if harmonic else options.passes
+        new = track(rest, dt, frequency, phase, scale, passes, align=False, options=options)
         if new is None:
             return None
         carriers.append(new)
@@ -145,9 +146,7 @@ def _track_again(
         old.add_to(rest)
         psi = h * carriers[0].phase if h else old.phase
         passes = 0 if h else 1
-        again = track(
-            rest, dt, old.frequency, psi, scale, passes, align=align, options=options
-        )
+        again = track(rest, dt, old.frequency, psi, scale, passes, align=align, options=options)
         carriers[j] = old if again is None else again
         carriers[j].add_to(rest, -1.0)
 

@@ -194,9 +194,7 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     }
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
     held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
-    surrogate = Surrogate(
-        space, labels, diagnostics=diagnostics, held_out=held_out, **expansions
-    )
+    surrogate = Surrogate(space, labels, diagnostics=diagnostics, held_out=held_out, **expansions)
     check(surrogate)
     return surrogate
 

@@ -1,0 +1,243 @@
+"""Claimed and true errors with and without the correction of step and elements.
+
+Mechanisms of many kinds, with too long steps and few elements, or with both left to the method, are
+drawn from seeds; the method may be tuned to seeds below 1 000 000. References have steps 32 times,
+and elements four times as fine, a tolerance of a tenth, and no correction. Errors and rates are
+those of `benchmarks.honesty.honesty`.
+
+Finished cases are added to a file, and a further call goes on from there: several may run at once
+with other seeds or kinds. `--show` makes the tables of all cases of the file.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import warnings
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import xarray as xr
+
+import flexband as fb
+from benchmarks.harness import options, report
+from benchmarks.honesty.corrected_draws import DRAWS, CoarseMechanism
+from benchmarks.honesty.rates import Outcome, errors, right, too_small, widths
+from flexband.mechanics.response import DynamicResponse
+
+FINER = 32
+"""How much finer the steps of the references are."""
+
+MORE_ELEMENTS = 4
+"""The same of the elements."""
+
+TOLERANCE = 0.01
+"""Of the width of the bands."""
+
+UNSURE = 0.2
+"""Of the corrected bands' error: references with a larger error of their own judge nothing."""
+
+LARGER = 1.0
+"""Gain below which the correction makes a case worse."""
+
+NO_WIDTH = 1e-12
+"""In units of an output: narrower bands are rounding."""
+
+BANDS = ("mean", "error_bar")
+
+
+def solved(drawn: CoarseMechanism, *, correct: bool) -> xr.Dataset:
+    """Return the bands of a case as the method gives them."""
+    times = {"duration": drawn.duration, "output_step": drawn.step, "threads": 1}
+    step = {} if drawn.free else {"step": drawn.step}
+    response = fb.dynamic_response(drawn.mechanism, **times, **step)
+    return fb.propagate(response, drawn.inputs, fb.AdaptivePCCI(TOLERANCE, correct=correct))
+
+
+def truth(drawn: CoarseMechanism, finer: int) -> xr.Dataset:
+    """Return bands of fine steps and elements."""
+
+    def fine(**values) -> xr.DataArray:
+        mechanism = drawn.mechanism(MORE_ELEMENTS, **values)
+        motion = fb.simulate(
+            mechanism, duration=drawn.duration, step=drawn.step, substeps=finer, threads=1,
+            integrator=fb.GeneralizedAlpha(tolerance=1e-12),
+        )  # fmt: skip
+        return motion if "sample" in motion.dims else motion.expand_dims(sample=1)
+
+    return fb.propagate(fine, drawn.inputs, fb.AdaptivePCCI(TOLERANCE / 10, 400))
+
+
+@contextmanager
+def counted_work() -> Iterator[list[float]]:
+    """Give a list to which every call of a response adds its steps, times elements and samples."""
+    work: list[float] = []
+    simulate = DynamicResponse.__call__
+
+    def call(response: DynamicResponse, **values) -> xr.DataArray:
+        motion = simulate(response, **values)
+        known = response.discretization(**values)
+        elements = sum(n for name, n in known.items() if name != "step")
+        work.append(motion.sizes["sample"] * response.duration / response.step * max(1, elements))
+        return motion
+
+    with patch.object(DynamicResponse, "__call__", call):
+        yield work
+
+
+def judged(kind: str, seed: int) -> dict[str, object]:
+    """Return what is known of a case, as numbers and texts."""
+    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
+    drawn, begin = DRAWS[kind](rng), time.process_time()
+    record: dict[str, object] = {"kind": kind, "seed": seed, "free": drawn.free}
+    try:
+        bands_of, work = {}, {}
+        for correct in (False, True):
+            with counted_work() as calls:
+                bands_of[correct] = solved(drawn, correct=correct)
+            work[correct] = sum(calls)
+        exact = truth(drawn, FINER)
+    except Exception as error:
+        return record | {"failure": f"{type(error).__name__}: {error}"[:200]}
+    both = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)
+    record["reference"] = float(exact.attrs["expected_error"])
+    for correct, bands in bands_of.items():
+        whole = bands.drop_vars([f"{name}_expansion_error" for name in BANDS])
+        del whole.attrs["expansion_error"]
+        true, claim = (part.mean(axis=-1).max(axis=0) for part in errors(whole, both))
+        bar = both[1]
+        wide = widths(both) > np.maximum(1e-6 * np.abs(bar).max(axis=(0, 2)), NO_WIDTH)
+        attrs = bands.attrs
+        record["corrected" if correct else "plain"] = {
+            "true": true[wide].tolist(),
+            "claim": claim[wide].tolist(),
+            "runs": int(attrs["runs"]),
+            "expansion": float(attrs["expansion_error"]),
+            "step": float(attrs.get("step_error", 0.0)),
+            "elements": float(attrs.get("elements_error", 0.0)),
+            "counts": [
+                int(attrs[k]) for k in ("runs_fitted", "runs_checked", "runs_refined")
+            ] + [int(attrs["runs_coarser"])],
+            "work": work[correct],
+            "kinds": list(attrs.get("corrected", [])),
+            "discretization": attrs["discretization"],
+        }  # fmt: skip
+    return record | {"seconds": time.process_time() - begin}
+
+
+def outcomes(records: Sequence[Mapping], name: str) -> list[Outcome]:
+    """Return the outcomes of cases with or without correction."""
+    return [
+        Outcome(
+            record["kind"],
+            record["seed"],
+            record[name]["runs"],
+            max(record[name]["true"], default=0.0),
+            max(record[name]["claim"], default=0.0),
+        )
+        for record in records
+    ]
+
+
+def gain(record: Mapping) -> float:
+    """Return how many times smaller the true error is at equal engine time, of a given step.
+
+    That of the uncorrected bands is taken to fall with the square of the step.
+    """
+    plain, corrected = record["plain"], record["corrected"]
+    true = max(plain["true"]) * (plain["work"] / corrected["work"]) ** 2
+    return true / max(*corrected["true"], 1e-300)
+
+
+def row(name: str, records: Sequence[Mapping]) -> list[str]:
+    """Return the line of a kind."""
+    plain, done = (outcomes(records, which) for which in ("plain", "corrected"))
+    applied = [record for record in records if record["corrected"]["kinds"]]
+    given = [gain(record) for record in applied if not record["free"]]
+    middle = [np.median([100 * one.true for one in own]) for own in (plain, done)]
+    ratios = [one.claim / max(one.true, 1e-300) for one in done]
+    return [
+        name,
+        str(len(records)),
+        str(len(applied)),
+        *(f"{v:.2g}" for v in middle),
+        f"{100 * np.median([one.claim for one in done]):.2g}",
+        f"{np.median(ratios):.2g}",
+        str(sum(right(one, TOLERANCE) for one in done)),
+        str(sum(right(one, TOLERANCE) for one in plain)),
+        str(sum(map(too_small, done))),
+        str(sum(map(too_small, plain))),
+        f"{np.median(given):.2g}" if given else "",
+        str(sum(v < LARGER for v in given)),
+    ]
+
+
+HEADER = [
+    "kind", "cases", "corrected", "true error uncorrected [%]", "true error [%]", "claim [%]",
+    "claim/true, median", "right", "right uncorrected", "too small by 5",
+    "too small by 5 uncorrected", "gain at equal engine time, median", "gain below 1",
+]  # fmt: skip
+
+
+def show(folder: Path, lines: Sequence[str]) -> None:
+    """Write the tables of all cases of a file."""
+    records = {(r["kind"], r["seed"]): r for r in map(json.loads, lines)}
+    failed = [r for r in records.values() if "failure" in r]
+    whole = [r for r in records.values() if "failure" not in r]
+    sure = [
+        r for r in whole
+        if r["reference"] <= max(UNSURE * max(r["corrected"]["true"], default=0.0), 1e-3)
+    ]  # fmt: skip
+    rows = [row(kind, own) for kind in DRAWS if (own := [r for r in sure if r["kind"] == kind])]
+    rows.append(row("all", sure))
+    applied = [r for r in sure if r["corrected"]["kinds"]]
+    if applied:
+        rows.append(row("all that are corrected", applied))
+    small = [f"{o.family}:{o.seed}" for o in outcomes(sure, "corrected") if too_small(o)]
+    wrong = [
+        f"{o.family}:{o.seed}"
+        for o in outcomes(sure, "corrected")
+        if not too_small(o) and not right(o, TOLERANCE)
+    ]
+    worse = [f"{r['kind']}:{r['seed']}" for r in applied if not r["free"] and gain(r) < LARGER]
+    notes = [
+        f"too small by 5: {', '.join(small) or 'none'}",
+        f"not right, since too large: {', '.join(wrong) or 'none'}",
+        f"worse at equal engine time: {', '.join(worse) or 'none'}",
+        f"{len(whole) - len(sure)} cases whose reference is not sure enough, {len(failed)} failed",
+    ]
+    report(folder, "correction", HEADER, rows, {"cases": list(records.values())}, notes)
+
+
+def main() -> None:
+    chosen = options(
+        __doc__,
+        40,
+        seed=(0, "first seed; documented tables have 1000000 or higher"),
+        kinds=("", "kinds, separated by commas; all by default"),
+        show=(0, "1: make the tables only"),
+        file=("correction.jsonl", "name of the file of finished cases"),
+    )
+    file = chosen.output / chosen.file
+    file.parent.mkdir(parents=True, exist_ok=True)
+    known = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    finished = {(r["kind"], r["seed"]) for r in map(json.loads, known)}
+    kinds = chosen.kinds.split(",") if chosen.kinds else list(DRAWS)
+    each = -(-chosen.samples // len(kinds))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in range(chosen.seed, chosen.seed + each * (not chosen.show)):
+            for kind in kinds:
+                if (kind, seed) not in finished:
+                    line = json.dumps(judged(kind, seed))
+                    with file.open("a", encoding="utf-8") as opened:
+                        opened.write(line + "\n")
+    show(chosen.output, file.read_text(encoding="utf-8").splitlines())
+
+
+if __name__ == "__main__":
+    main()

@@ -151,7 +151,7 @@ def chain(rng: np.random.Generator) -> CoarseMechanism:
 
     stiffness = 10 ** rng.uniform(1.5, 2.7)
     parameters = {"stiffness": (stiffness, 0.08), "density": (3000.0, 0.05), "lean": (0.2, 0.1)}
-    return _case(rng, builder, parameters, rng.uniform(0.5, 1.5), int(rng.integers(120, 900)))
+    return _case(rng, builder, parameters, rng.uniform(0.5, 1.5), int(rng.integers(120, 600)))
 
 
 def cantilever(rng: np.random.Generator) -> CoarseMechanism:
@@ -181,7 +181,7 @@ def cantilever(rng: np.random.Generator) -> CoarseMechanism:
         )
 
     parameters = {"modulus": (modulus, 0.08), "density": (density, 0.05), "load": (size, 0.1)}
-    steps = int(rng.integers(150, 800))
+    steps = int(rng.integers(120, 500))
     return _case(
         rng, builder, parameters, rng.uniform(4, 12) * period, steps, int(rng.integers(2, 5)), 2
     )
@@ -215,7 +215,7 @@ def soft_pendulum(rng: np.random.Generator) -> CoarseMechanism:
         "modulus": (modulus, 0.1), "density": (1200.0, 0.05),
         "weight": (10 ** rng.uniform(-2, -0.3), 0.1),
     }  # fmt: skip
-    steps = int(rng.integers(150, 900))
+    steps = int(rng.integers(120, 500))
     return _case(rng, builder, parameters, rng.uniform(0.2, 0.5), steps, int(rng.integers(2, 5)), 2)
 
 

@@ -1,9 +1,10 @@
 """Claimed and true errors with and without the correction of step and elements.
 
 Mechanisms of many kinds, with too long steps and few elements, or with both left to the method, are
-drawn from seeds; the method may be tuned to seeds below 1 000 000. References have steps 32 times,
-and elements four times as fine, a tolerance of a tenth, and no correction. Errors and rates are
-those of `benchmarks.honesty.honesty`.
+drawn from seeds; the method may be tuned to seeds below 1 000 000. References have no correction, a
+tolerance of a tenth, steps 32 times and elements four times as fine as those of the corrected bands;
+16 times and twice if the method chose these. Errors and rates are those of
+`benchmarks.honesty.honesty`.
 
 Finished cases are added to a file, and a further call goes on from there: several may run at once
 with other seeds or kinds. `--show` makes the tables of all cases of the file.
@@ -29,11 +30,11 @@ from benchmarks.honesty.corrected_draws import DRAWS, CoarseMechanism
 from benchmarks.honesty.rates import Outcome, errors, right, too_small, widths
 from flexband.mechanics.response import DynamicResponse
 
-FINER = 32
-"""How much finer the steps of the references are."""
+FINER = {False: (32, 4), True: (16, 2)}
+"""How much finer steps and elements of the references are, where they are given, and chosen."""
 
-MORE_ELEMENTS = 4
-"""The same of the elements."""
+MOST = 200
+"""Runs of a reference."""
 
 TOLERANCE = 0.01
 """Of the width of the bands."""
@@ -58,18 +59,27 @@ def solved(drawn: CoarseMechanism, *, correct: bool) -> xr.Dataset:
     return fb.propagate(response, drawn.inputs, fb.AdaptivePCCI(TOLERANCE, correct=correct))
 
 
-def truth(drawn: CoarseMechanism, finer: int) -> xr.Dataset:
-    """Return bands of fine steps and elements."""
+def truth(drawn: CoarseMechanism, halved: Sequence[str]) -> xr.Dataset:
+    """Return bands of fine steps and elements.
+
+    Parameters
+    ----------
+    halved : what the method halved.
+    """
+    steps, elements = (
+        count * 2 ** halved.count(name)
+        for count, name in zip(FINER[drawn.free], ("step", "elements"), strict=True)
+    )
 
     def fine(**values) -> xr.DataArray:
-        mechanism = drawn.mechanism(MORE_ELEMENTS, **values)
+        mechanism = drawn.mechanism(elements, **values)
         motion = fb.simulate(
-            mechanism, duration=drawn.duration, step=drawn.step, substeps=finer, threads=1,
+            mechanism, duration=drawn.duration, step=drawn.step, substeps=steps, threads=1,
             integrator=fb.GeneralizedAlpha(tolerance=1e-12),
         )  # fmt: skip
         return motion if "sample" in motion.dims else motion.expand_dims(sample=1)
 
-    return fb.propagate(fine, drawn.inputs, fb.AdaptivePCCI(TOLERANCE / 10, 400))
+    return fb.propagate(fine, drawn.inputs, fb.AdaptivePCCI(TOLERANCE / 10, MOST))
 
 
 @contextmanager
@@ -100,7 +110,7 @@ def judged(kind: str, seed: int) -> dict[str, object]:
             with counted_work() as calls:
                 bands_of[correct] = solved(drawn, correct=correct)
             work[correct] = sum(calls)
-        exact = truth(drawn, FINER)
+        exact = truth(drawn, bands_of[True].attrs.get("halved", []))
     except Exception as error:
         return record | {"failure": f"{type(error).__name__}: {error}"[:200]}
     both = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)

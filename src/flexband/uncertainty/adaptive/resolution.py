@@ -16,6 +16,7 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
+from flexband.uncertainty.adaptive.correction import CorrectedPart
 from flexband.uncertainty.adaptive.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -28,7 +29,8 @@ class RefinementOptions(NamedTuple):
     Attributes
     ----------
     share : part of the tolerance that is for the discretization.
-    order : order of convergence, by which several halvings at once are chosen.
+    order : order of convergence, by which several halvings at once are chosen; that of what a
+        correction leaves is twice as high.
     resolved : below this error, in parts of the error bar's width, the order is taken for granted.
     fall_per_halving : an error that falls by less in every one of two halvings does not converge;
         order two gives 1/4.
@@ -147,11 +149,12 @@ class Levels:
         course : the runs on a level.
         names : what has been halved for it.
         """
-        errors, largest = {}, {}
+        errors, largest, kinds = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
         for name, correction in course.discretization().items():
             before = self.known.setdefault(name, {})
             output_errors = course.error.of_outputs(correction.error)
+            kinds[name] = correction.kinds
             count = names.count(name)
             self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
             self.stuck[name] |= vanishing & (output_errors > 1)
@@ -167,7 +170,9 @@ class Levels:
             ratio = errors.get(name, 0.0) / each
             if ratio > 1:
                 most = self.options.max_at_once if errors[name] < self.options.resolved else 1
-                times[name] = min(most, math.ceil(math.log(ratio, 2**self.options.order)))
+                corrected = kinds[name][largest[name]] != CorrectedPart.NOTHING
+                order = self.options.order * (1 + corrected)
+                times[name] = min(most, math.ceil(math.log(ratio, 2**order)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(
             f"the error of the {name} is {_percent(errors[name])} of the error bar of "

@@ -507,7 +507,7 @@ class Coarse:
 def test_the_error_of_the_step_is_that_of_the_exact_bands(h):
     """Of bands of order two; the amplitude's part is exact, of the phase's part the mean is."""
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-    bands = fb.propagate(Coarse(h), inputs, fb.AdaptivePCCI(0.001))
+    bands = fb.propagate(Coarse(h), inputs, fb.AdaptivePCCI(0.001, correct=False))
     exact = fb.propagate(Coarse(0.0), inputs, fb.AdaptivePCCI(0.001))
     width = float((exact["error_bar"][1] - exact["error_bar"][0]).mean())
     for name in ("mean", "error_bar"):
@@ -566,7 +566,11 @@ def test_a_discretization_that_is_left_out_is_chosen_by_the_tolerance(tolerance)
     assert attrs["discretization_error"] == pytest.approx(parts, rel=0.01)
     kinds = ("fitted", "checked", "refined", "coarser", "repeated")
     assert attrs["runs"] == sum(attrs[f"runs_{kind}"] for kind in kinds)
-    assert attrs["runs_coarser"] > 0
+    parts = ("step", "elements")
+    assert attrs["corrected"] == [f"{part} of the response by phases" for part in parts]
+    uncorrected = fb.propagate(Open(), inputs, fb.AdaptivePCCI(tolerance, correct=False)).attrs
+    assert uncorrected["runs_coarser"] > 0
+    assert uncorrected["expected_error"] < tolerance
     with pytest.raises(fb.InputError, match="step and elements must be given for PCCI"):
         fb.propagate(Open(), inputs, fb.PCCI())
 
@@ -652,8 +656,8 @@ def test_a_component_that_is_rounding_does_not_drive_the_refinement():
         return 1e-9 * noise(x, e, h)
 
     one = Computed(other, quantities=("s [Pa]", "s [Pa]"))
-    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01))
-    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01))
+    bands = fb.propagate(one, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01, correct=False))
     assert bands.attrs["expected_error"] < 0.01
     assert bands.attrs["discretization"] == alone.attrs["discretization"]
     assert bands.attrs["runs"] == alone.attrs["runs"]
@@ -664,7 +668,10 @@ def test_a_component_that_is_rounding_does_not_drive_the_refinement():
     assert 1e-10 < float(error.mean()) < 1e-8  # in the unit of the output
     assert "small_components" not in alone.attrs
     same = Computed(lambda wave, x, e, h, n: 2 * wave, quantities=("s [Pa]", "s [Pa]"))
-    assert "small_components" not in fb.propagate(same, SPREAD, fb.AdaptivePCCI(0.01)).attrs
+    assert (
+        "small_components"
+        not in fb.propagate(same, SPREAD, fb.AdaptivePCCI(0.01, correct=False)).attrs
+    )
 
 
 def test_components_of_a_tensor_are_judged_by_the_widest_and_told_by_their_own():
@@ -674,10 +681,12 @@ def test_components_of_a_tensor_are_judged_by_the_widest_and_told_by_their_own()
     names = ("s [Pa]", "s [Pa]")
     vector = Computed(other, quantities=names)
     tensor = Computed(other, quantities=names, tensor_names=names[:1])
-    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01))
-    bands = fb.propagate(tensor, SPREAD, fb.AdaptivePCCI(0.01))
+    alone = fb.propagate(Open(0.5, 100, ("step",)), SPREAD, fb.AdaptivePCCI(0.01, correct=False))
+    bands = fb.propagate(tensor, SPREAD, fb.AdaptivePCCI(0.01, correct=False))
     assert bands.attrs["discretization"] == alone.attrs["discretization"]
-    assert step_of(fb.propagate(vector, SPREAD, fb.AdaptivePCCI(0.01))) < step_of(bands)
+    assert step_of(fb.propagate(vector, SPREAD, fb.AdaptivePCCI(0.01, correct=False))) < step_of(
+        bands
+    )
     assert bands.attrs["expected_error"] < 0.01
     assert bands.attrs["small_components"] == "b"
     width = (bands["error_bar"][1] - bands["error_bar"][0]).mean("time")
@@ -730,7 +739,7 @@ def test_an_output_that_vanishes_does_not_drive_the_refinement():
         own = (e + 0.1 * x)[:, None] + 5 * TIMES / TIMES[-1]
         return h**2 * own
 
-    bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01))
+    bands = fb.propagate(Computed(other), SPREAD, fb.AdaptivePCCI(0.01, correct=False))
     assert bands.attrs["not_refined"] == "the error of b that is due to the step no longer falls"
     assert step_of(bands) >= 2.0**-6
     error = bands["error_bar_discretization_error"].sel(output="b").mean()

@@ -12,7 +12,7 @@ from flexband.analysis.selection import selected
 
 TIMES = np.linspace(0.0, 1.0, 201)
 INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-CORRECTED, PLAIN = fb.AdaptivePCCI(1e-2, correct=True), fb.AdaptivePCCI(1e-2)
+CORRECTED, PLAIN = fb.AdaptivePCCI(1e-2), fb.AdaptivePCCI(1e-2, correct=False)
 BANDS = ("mean", "error_bar")
 
 

@@ -16,6 +16,7 @@ from flexband.uncertainty.adaptive.choice import BestFits, released
 from flexband.uncertainty.adaptive.correction import (
     DiscretizationCorrection,
     ExtrapolationOptions,
+    corrections_of,
 )
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
@@ -326,17 +327,22 @@ class Adaptation:
             first = held if self.corrects else design
             self.refined = refined_runs(self.evaluate, first, len(first) * (not self.corrects))
         finer = self.evaluate.refinements() if self.corrects else {}
-        self.corrections = {}
+        small: dict[str, DiscretizationCorrection] = {}
         for name, runs in self.refined.items():
             if self.corrects and not runs.fitted:
-                error = running(SECOND_ORDER * runs.change, self.error.window)
+                error = SECOND_ORDER * runs.change
                 if self.error.relative(error) <= self.corrected_above:
-                    self.corrections[name] = DiscretizationCorrection.none(self.choice, error)
+                    small[name] = DiscretizationCorrection.none(self.choice, error)
                     continue
                 more = runs.after(design, finer[name], name)
                 self.refined[name] = more.with_finest(options.finest, finer[name], name)
-            m, refined = self.places.shape[1], self.refined[name]
-            correction = DiscretizationCorrection.of(self.choice, self.design, refined, self.dt, m)
-            error = running(correction.error, self.error.window)
-            self.corrections[name] = correction._replace(error=error)
+        large = {name: runs for name, runs in self.refined.items() if name not in small}
+        m = self.places.shape[1]
+        corrections = small | corrections_of(self.choice, self.design, large, self.dt, m)
+        self.corrections = {
+            name: corrections[name]._replace(
+                error=running(corrections[name].error, self.error.window)
+            )
+            for name in self.refined
+        }
         return self.corrections

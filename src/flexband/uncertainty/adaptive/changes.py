@@ -21,6 +21,9 @@ from flexband.uncertainty.surrogates.diagnostics import rms
 SECOND_ORDER = 4 / 3
 """The error of a method of order two, as a multiple of the difference from half the step."""
 
+MAX_HALVINGS = 7
+"""Halvings by which errors do not fall at once from one level to the next."""
+
 MAX_ORDER = 4
 """Of convergence: errors that fall faster are as good as gone on the finer discretization."""
 
@@ -125,7 +128,7 @@ class Extrapolation(NamedTuple):
         times).
     missed_order : of the runs on three levels, since the order is not exact, (finest, outputs,
         times).
-    before : difference of the finest and the coarse runs, (finest, outputs, times).
+    levels : the runs on three levels, coarse first, (3, finest, outputs, times).
     """
 
     changes: RunChanges
@@ -134,7 +137,7 @@ class Extrapolation(NamedTuple):
     shift: np.ndarray
     missed: np.ndarray
     missed_order: np.ndarray
-    before: np.ndarray
+    levels: np.ndarray
 
     @staticmethod
     def of(changes: RunChanges, design: GrowingDesign, runs: RefinedRuns) -> Extrapolation:
@@ -147,7 +150,8 @@ class Extrapolation(NamedTuple):
         missed = single - join(changes.parts[held] + fitted)
         shift = (1 - factors) * changes.change[third] + factors * changes.further
         order = join(changes.parts[third] + factors * changes.change[third] + shift)
-        finest = join(changes.parts[third] + changes.change[third] + changes.further)
+        fine = changes.parts[third] + changes.change[third]
+        levels = changes.parts[third], fine, fine + changes.further
         return Extrapolation(
             changes,
             expansion,
@@ -155,15 +159,30 @@ class Extrapolation(NamedTuple):
             shift.mean(axis=0) if len(shift) else np.zeros(shift.shape[1]),
             missed,
             order - single[: len(shift)],
-            finest - join(changes.parts[third]),
+            np.stack(list(map(join, levels))),
         )
+
+    @property
+    def before(self) -> np.ndarray:
+        """How far the coarse runs are from the finest, root mean square, (outputs,)."""
+        coarse, _, finest = self.levels
+        return rms(finest - coarse) if len(coarse) else np.zeros(coarse.shape[1])
+
+    @property
+    def left(self) -> np.ndarray:
+        """How far corrected runs are from those extrapolated by three levels, (outputs,)."""
+        if not len(self.missed_order):
+            return self.before
+        return np.hypot(rms(self.missed), rms(self.missed_order))
 
     @property
     def part(self) -> np.ndarray:
         """The error of corrected runs as a part of that of coarse ones, (outputs,).
 
-        It is infinite for outputs that do not change, but for rounding.
+        It is infinite for outputs that do not change, but for rounding, or hardly any more on the
+        third level, as if this were no finer.
         """
-        left, before = np.hypot(rms(self.missed), rms(self.missed_order)), rms(self.before)
-        changes = before > ROUNDING * rms(self.changes.columns.join(self.changes.parts))
-        return np.where(changes, left / np.where(changes, before, 1.0), np.inf)
+        coarse, fine, finest = self.levels
+        before, further = self.before, rms(finest - fine)
+        changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**MAX_HALVINGS * before)
+        return np.where(changes, self.left / np.where(changes, before, 1.0), np.inf)

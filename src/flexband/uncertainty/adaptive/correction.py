@@ -35,15 +35,16 @@ class ExtrapolationOptions(NamedTuple):
     held : runs that are held out of the correction.
     finest : how many of them are made on a third level.
     least : errors below this part of the tolerance are not corrected.
-    most_left : an output is corrected if no more than this part of its error is left in the runs
-        that were held out.
+    most_left : an output is corrected if less than this part of its error is left in the runs that
+        were held out: a correction that leaves more is worth less than the same time spent on a
+        finer discretization.
     max_times : times at which bands are compared.
     """
 
     held: int = 2
     finest: int = 1
     least: float = 0.1
-    most_left: float = 0.5
+    most_left: float = 0.25
     max_times: int = 600
 
 
@@ -77,7 +78,7 @@ class FitCorrection(NamedTuple):
         dt: float,
         options: ExtrapolationOptions,
     ) -> FitCorrection:
-        """Decide by held-out runs, if there are any, what of each output is corrected."""
+        """Decide by runs on three levels, if there are any, what of each output is corrected."""
         changes = {CorrectedPart.VALUES: RunChanges.of_values(fit, runs)}
         phases = RunChanges.of_phases(fit, runs, dt) if fit.frequencies else None
         if phases is not None:
@@ -96,6 +97,20 @@ class FitCorrection(NamedTuple):
     def none(fit: PartsFit) -> FitCorrection:
         """Return that nothing is corrected."""
         return FitCorrection(fit, np.full(len(fit.outputs), CorrectedPart.NOTHING), {})
+
+    @property
+    def before(self) -> np.ndarray:
+        """The error of each output in the runs on three levels, root mean square, (outputs,)."""
+        return self.extrapolations[CorrectedPart.VALUES].before
+
+    @property
+    def left(self) -> np.ndarray:
+        """What is left of it."""
+        left = self.before
+        for kind, extrapolation in self.extrapolations.items():
+            mask = self.kinds == kind
+            left = np.where(mask, extrapolation.left, left)
+        return left
 
     def change(
         self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
@@ -172,30 +187,6 @@ class DiscretizationCorrection(NamedTuple):
     error: np.ndarray
 
     @staticmethod
-    def of(
-        choice: BestFits,
-        design: GrowingDesign,
-        runs: RefinedRuns,
-        dt: float,
-        m: int,
-        *,
-        options: ExtrapolationOptions = ExtrapolationOptions(),
-    ) -> DiscretizationCorrection:
-        """Correct fits by refined runs.
-
-        Parameters
-        ----------
-        choice : fits of coarse runs.
-        m : number of interval variables.
-        """
-        outputs, times = choice.missed.shape[1:]
-        error = np.empty((2, outputs, times))
-        fits = [FitCorrection.of(fit, design, runs, dt, options) for fit in choice.fits]
-        for fit in fits:
-            error[:, fit.fit.outputs] = fit.error(m, times, options)
-        return DiscretizationCorrection(fits, error)
-
-    @staticmethod
     def none(choice: BestFits, error: np.ndarray) -> DiscretizationCorrection:
         """Return no correction, where the error of both bands is at most so large.
 
@@ -213,6 +204,48 @@ class DiscretizationCorrection(NamedTuple):
         for fit in self.fits:
             kinds[fit.fit.outputs] = fit.kinds
         return kinds
+
+
+def corrections_of(
+    choice: BestFits,
+    design: GrowingDesign,
+    runs: Mapping[str, RefinedRuns],
+    dt: float,
+    m: int,
+    *,
+    options: ExtrapolationOptions = ExtrapolationOptions(),
+) -> dict[str, DiscretizationCorrection]:
+    """Return what corrects each part of the discretization, by name.
+
+    Parameters
+    ----------
+    choice : fits of coarse runs.
+    runs : refined ones.
+    m : number of interval variables.
+    """
+    outputs, times = choice.missed.shape[1:]
+    by_fit = [
+        _decided(
+            [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()], options
+        )
+        for fit in choice.fits
+    ]
+    corrections = {}
+    for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
+        error = np.empty((2, outputs, times))
+        for fit in fits:
+            error[:, fit.fit.outputs] = fit.error(m, times, options)
+        corrections[name] = DiscretizationCorrection(list(fits), error)
+    return corrections
+
+
+def _decided(parts: list[FitCorrection], options: ExtrapolationOptions) -> list[FitCorrection]:
+    """Return corrections of a fit of those outputs only of which little error is left in all."""
+    before, left = sum(part.before for part in parts), sum(part.left for part in parts)
+    kept = left < options.most_left * before
+    return [
+        part._replace(kinds=np.where(kept, part.kinds, CorrectedPart.NOTHING)) for part in parts
+    ]
 
 
 def corrected(

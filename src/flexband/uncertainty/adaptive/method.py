@@ -70,7 +70,7 @@ class AdaptivePCCI(ExpansionMethod):
     tolerance: float = 0.01
     max_runs: int = 200
     phase_resolved: bool = True
-    correct: bool = False
+    correct: bool = True
 
     name = "adaptive PCCI"
     copies, copies_per_carrier = 4.5, 7.5

@@ -65,14 +65,18 @@ class RefinedRuns(NamedTuple):
     def with_finest(self, count: int, evaluate: Evaluate, name: str) -> RefinedRuns:
         """Return these runs, the first held-out ones on a third level, too.
 
-        Nothing is added if one of them fails. Parameters are those of `after`.
+        Nothing is added if one of them fails, or the response has no third level. Parameters are
+        those of `after`.
         """
         try:
-            finer = evaluate.refinements()[name]
+            finer = evaluate.refinements().get(name)
+            if finer is None:
+                return self
             held = self.coarse.which(slice(self.fitted, self.fitted + count))
             return self._replace(finest=_made(finer, held, f"show the order of the {name}"))
         except RunError as error:
-            warn(f"the error of the {name} is not corrected: {error}")
+            if not evaluate.left_out:  # otherwise a finer level is tried
+                warn(f"the error of the {name} is not corrected: {error}")
             return self
 
 

@@ -123,6 +123,18 @@ def _percent(part: float) -> str:
     return f"{100 * part:.{2 if part < 1 else 3}g} %" if part < 10 else f"{100 * part:.0f} %"
 
 
+class OutputErrors(NamedTuple):
+    """Errors of outputs on a level, in parts of the error bar's width.
+
+    Attributes
+    ----------
+    values, corrected : each error, and whether it is what a correction leaves, (outputs,).
+    """
+
+    values: np.ndarray
+    corrected: np.ndarray
+
+
 class Levels:
     """The errors of all discretizations so far.
 
@@ -136,7 +148,7 @@ class Levels:
     def __init__(self, left_out: list[str], allowed: float, options: RefinementOptions):
         """Begin without levels."""
         self.left_out, self.allowed, self.options = left_out, allowed, options
-        self.known: dict[str, dict[int, np.ndarray]] = {}
+        self.known: dict[str, dict[int, OutputErrors]] = {}
         self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
         self.why = ""
@@ -149,17 +161,18 @@ class Levels:
         course : the runs on a level.
         names : what has been halved for it.
         """
-        errors, largest, kinds = {}, {}, {}
+        errors, largest, corrected = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
         for name, correction in course.discretization().items():
             before = self.known.setdefault(name, {})
-            output_errors = course.error.of_outputs(correction.error)
-            kinds[name] = correction.kinds
+            of_outputs = course.error.of_outputs(correction.error)
+            output_errors = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
+            corrected[name] = output_errors.corrected
             count = names.count(name)
             self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
-            self.stuck[name] |= vanishing & (output_errors > 1)
+            self.stuck[name] |= vanishing & (output_errors.values > 1)
             before[count] = output_errors
-            counted = np.where(self.stuck[name], 0.0, output_errors)
+            counted = np.where(self.stuck[name], 0.0, output_errors.values)
             errors[name], largest[name] = float(counted.max()), int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
@@ -170,8 +183,7 @@ class Levels:
             ratio = errors.get(name, 0.0) / each
             if ratio > 1:
                 most = self.options.max_at_once if errors[name] < self.options.resolved else 1
-                corrected = kinds[name][largest[name]] != CorrectedPart.NOTHING
-                order = self.options.order * (1 + corrected)
+                order = self.options.order * (2 if corrected[name][largest[name]] else 1)
                 times[name] = min(most, math.ceil(math.log(ratio, 2**order)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(
@@ -192,11 +204,15 @@ class Levels:
         return mask
 
     def _stuck(
-        self, errors: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
+        self, now: OutputErrors, before: dict[int, OutputErrors], count: int, missed: np.ndarray
     ) -> np.ndarray:
-        """Return which errors do not fall any more, shape (outputs,)."""
-        stuck = np.zeros(len(errors), bool)
-        for fewer, error in before.items():
+        """Return which errors do not fall any more, shape (outputs,).
+
+        Only errors are compared of which both or none are corrected.
+        """
+        errors, stuck = now.values, np.zeros(len(now.values), bool)
+        for fewer, (values, corrected) in before.items():
+            error = np.where(corrected == now.corrected, values, np.inf)
             halvings, resolved = count - fewer, error < self.options.resolved
             sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
@@ -207,7 +223,7 @@ class Levels:
         """Return in words of which outputs the error is too large, but no longer falls."""
         outputs, lines = np.array(names_of_outputs(course.labels)), []
         for name, stuck in self.stuck.items():
-            error = self.known[name][max(self.known[name])]
+            error = self.known[name][max(self.known[name])].values
             which = outputs[stuck & (error > self.allowed)]
             if name in self.left_out and len(which):
                 shown = ", ".join(which[:3]) + ", …" * (len(which) > 3)

@@ -135,7 +135,7 @@ def judged(kind: str, seed: int) -> dict[str, object]:
                 int(attrs[k]) for k in ("runs_fitted", "runs_checked", "runs_refined")
             ] + [int(attrs["runs_coarser"])],
             "work": work[correct],
-            "kinds": list(attrs.get("corrected", [])),
+            "kinds": str(attrs.get("corrected", "")),
             "discretization": attrs["discretization"],
         }  # fmt: skip
     return record | {"seconds": time.process_time() - begin}
@@ -233,8 +233,7 @@ def show(folder: Path, lines: Sequence[str]) -> None:
         f"not right, since too large: {', '.join(wrong) or 'none'}",
         f"worse at equal engine time: {', '.join(worse) or 'none'}",
         f"{len(whole) - len(sure)} cases whose reference is not sure enough, {len(failed)} failed",
-        f"{len(halved)} of which is warned that runs diverged and needed half the step: its error is "
-        "not estimated",
+        f"{len(halved)} with runs that needed half the step, whose error is not estimated",
     ]
     report(folder, "correction", HEADER, rows, {"cases": list(records.values())}, notes)
 

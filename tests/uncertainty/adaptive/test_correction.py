@@ -93,7 +93,7 @@ def relative(bands, exact):
 def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(law, kind, gain):
     exact = fb.propagate(StepError(law, 0.0), INPUTS, fb.AdaptivePCCI(1e-4))
     plain, bands = (fb.propagate(StepError(law), INPUTS, m) for m in (PLAIN, CORRECTED))
-    assert bands.attrs["corrected"] == [f"step of u0 by {kind}"]
+    assert bands.attrs["corrected"] == f"step of u0 by {kind}"
     assert "corrected" not in plain.attrs
     before, after = max(relative(plain, exact)), max(relative(bands, exact))
     assert before > 0.03
@@ -120,7 +120,7 @@ def test_outputs_are_corrected_one_by_one():
 
     bands = fb.propagate(StepError(law), INPUTS, CORRECTED)
     alone = fb.propagate(StepError(smooth(2)), INPUTS, CORRECTED)
-    assert bands.attrs["corrected"] == ["step of u2 by values", "step of u0 by phases"]
+    assert bands.attrs["corrected"] == "step of u2 by values; step of u0 by phases"
     np.testing.assert_allclose(bands["mean"][:, 2], alone["mean"][:, 0], rtol=1e-9)
 
 
@@ -133,7 +133,7 @@ def off_by_a_third(h, x, e):
 @pytest.fixture(scope="module")
 def shifted():
     surrogate = fb.expand(StepError(off_by_a_third), INPUTS, CORRECTED)
-    assert surrogate.diagnostics.attrs["corrected"] == ["step of u0 by values"]
+    assert surrogate.diagnostics.attrs["corrected"] == "step of u0 by values"
     return surrogate
 
 

@@ -235,10 +235,10 @@ def _verified(
 
 def _corrected(surrogate: Surrogate, text: str) -> dict[str, Any]:
     """Return the verdict with what is corrected in runs and surrogate, if something is."""
-    corrected = surrogate.diagnostics.attrs.get("corrected", [])
+    corrected = surrogate.diagnostics.attrs.get("corrected", "")
     if not surrogate.correction:
         return {}
-    runs = f"The runs are corrected as the surrogate is: {'; '.join(corrected)}"
+    runs = f"The runs are corrected as the surrogate is: {corrected}"
     return {"corrected": corrected, "verdict": f"{text}. {runs}"}
 
 

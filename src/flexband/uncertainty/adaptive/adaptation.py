@@ -311,6 +311,18 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
+    def frequency_of_error(self, name: str, output: int) -> float:
+        """Return the frequency, as far as the times show it, at which finer runs differ most.
+
+        Parameters
+        ----------
+        name : of what is finer.
+        """
+        assert self.refined is not None
+        change = self.refined[name].fine[:, output] - self.refined[name].coarse.values[:, output]
+        energy = (np.abs(np.fft.rfft(change * np.hanning(change.shape[1]))) ** 2).sum(axis=0)
+        return float(np.fft.rfftfreq(change.shape[1], self.dt)[energy.argmax()])
+
     def discretization(
         self, *, options: ExtrapolationOptions = ExtrapolationOptions()
     ) -> dict[str, DiscretizationCorrection]:

@@ -220,12 +220,22 @@ class Levels:
         return stuck
 
     def told(self, course: Adaptation) -> dict[str, str]:
-        """Return in words of which outputs the error is too large, but no longer falls."""
+        """Return in words of which outputs the error is too large, but no longer falls.
+
+        Members without damping carry waves along their axis, whose reactions converge at no
+        affordable step.
+        """
         outputs, lines = np.array(names_of_outputs(course.labels)), []
         for name, stuck in self.stuck.items():
             error = self.known[name][max(self.known[name])].values
-            which = outputs[stuck & (error > self.allowed)]
+            which = np.flatnonzero(stuck & (error > self.allowed))
             if name in self.left_out and len(which):
-                shown = ", ".join(which[:3]) + ", …" * (len(which) > 3)
-                lines.append(f"the error of {shown} that is due to the {name} no longer falls")
+                shown = ", ".join(outputs[which[:3]]) + ", …" * (len(which) > 3)
+                frequency = course.frequency_of_error(name, which[0])
+                lines.append(
+                    f"the error of {shown} that is due to the {name} no longer falls: it "
+                    f"oscillates about {frequency:.3g} times per unit of time, as waves of the "
+                    "mesh do; damp them (retardation_time, a smaller spectral_radius), or leave "
+                    "such outputs out"
+                )
         return {"not_refined": "; ".join(lines)} if lines else {}

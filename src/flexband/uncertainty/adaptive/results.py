@@ -76,7 +76,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     )
     texts = [f"{name} of {', '.join(of)} by {kind}" for name, kind, of in by_kind if len(of)]
     if texts:
-        dataset.attrs["corrected"] = texts
+        dataset.attrs["corrected"] = "; ".join(texts)
     small = names[error.small]
     if len(small):
         dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)

@@ -109,7 +109,8 @@ def full(case: Case, samples: int) -> Result:
 def converged() -> xr.Dataset:
     """Return the bands with steps of 0.05 ms and the default element, every millisecond."""
     example = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))
-    bands = fb.propagate(example["response"], example["inputs"], fb.AdaptivePCCI(0.001))
+    fine = example["response"].refined(2, element_parts=1)
+    bands = fb.propagate(fine, example["inputs"], fb.AdaptivePCCI(0.001))
     return bands.isel(time=slice(None, None, 2))
 
 

@@ -21,15 +21,15 @@ import xarray as xr
 import flexband as fb
 
 TREE = Path(os.environ["PYTHONPATH"]).parent
-ROOMS = ("analysis", "answers", "fields", "inputs", "mechanics", "methods", "models", "uncertainty")
+NAMESPACES = ("analysis", "errors", "execution", "fields", "methods", "models", "sections")
 
 
 class Moving:
-    """Public names that may move to a namespace of the package, one of ROOMS."""
+    """Public names that may move to a namespace of the package, one of NAMESPACES."""
 
     def __getattr__(self, name):
-        places = [fb, *(getattr(fb, room, None) for room in ROOMS)]
-        return next(getattr(place, name) for place in places if hasattr(place, name))
+        places = [fb, *(getattr(fb, namespace, None) for namespace in NAMESPACES)]
+        return next(getattr(p, name) for p in places if name in getattr(p, "__all__", ()))
 
 
 an = Moving()

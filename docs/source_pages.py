@@ -18,9 +18,16 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxRole
 from sphinx.util.osutil import relative_uri
 
-import flexband as fb
+from flexband.namespaces import NAMESPACES
 
 SOURCE = Path(__file__).parents[1] / "src" / "flexband"
+MODULES = {
+    name: module
+    for module in ("flexband", *(f"flexband.{namespace}" for namespace in NAMESPACES))
+    for name in import_module(module).__all__
+}
+"""Where the public names are."""
+
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{title}</title>
 <style>body {{ max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }} pre {{ line-height: 1.4; }}
@@ -48,10 +55,11 @@ class PublicName(SphinxRole):
     def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
         """Return the node."""
         code, name = nodes.literal(self.rawtext, self.text), self.text.removesuffix("()")
-        if name not in fb.__all__:
+        module = MODULES.get(name)
+        if module is None:
             return [code], []
         link = pending_xref(
-            "", code, refdomain="py", reftype="obj", reftarget=f"flexband.{name}", refexplicit=True
+            "", code, refdomain="py", reftype="obj", reftarget=f"{module}.{name}", refexplicit=True
         )
         return [link], []
 

@@ -39,7 +39,7 @@ nominal = response(**{name: np.array([size]) for name, size in SIZES.items()})[0
 path, force = nominal.sel(output="middle_Y").values, float(nominal.sel(output="D_X").max())
 limits = [fb.Limit("middle_Y", path + 4.5e-4, path - 4.5e-4), fb.Limit("D_X", below=1.01 * force)]
 surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-found = fb.allocate(surrogate, limits, COSTS, response=response)
+found = fb.analysis.allocate(surrogate, limits, COSTS, response=response)
 
 
 def sampled(count=10_000):

@@ -23,7 +23,7 @@ def angle(t):
 
 def spin_up():
     beam = fb.Beam(
-        length=LENGTH, section=fb.GeneralSection(AREA, SECOND_MOMENT), elements=16,
+        length=LENGTH, section=fb.sections.GeneralSection(AREA, SECOND_MOMENT), elements=16,
         density=DENSITY, youngs_modulus=MODULUS, poissons_ratio=0.3,
     )  # fmt: skip
     return fb.Mechanism(

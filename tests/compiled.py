@@ -9,9 +9,13 @@ import flexband as fb
 from tests.mechanics.models import Dense, pendulum
 
 
-def mechanics():
-    """Compile the engine."""
+def dynamics():
+    """Compile the engine's entry for motions."""
     fb.simulate(pendulum(), duration=2e-3, step=1e-3)
+
+
+def statics():
+    """Compile the engine's entry for equilibria."""
     fb.equilibrium(pendulum())
 
 
@@ -20,7 +24,9 @@ def uncertainty():
     t = np.linspace(0, 1, 200)
     wave = {"a": fb.Interval(60.0, 66.0), "b": fb.Normal(1.0, 0.01)}
     fb.propagate(lambda a, b: a[:, None] * b[:, None] * t, wave, fb.PCCI(1, 1))
-    fb.propagate(lambda a, b: np.sin((a * b)[:, None] * t), wave, fb.PhaseResolvedPCCI(2, 2))
+    fb.propagate(
+        lambda a, b: np.sin((a * b)[:, None] * t), wave, fb.methods.PhaseResolvedPCCI(2, 2)
+    )
     dense = Dense(pendulum())
     unknowns = dense.structure.pattern.unknowns
     dense.solved(np.zeros(unknowns), np.zeros(unknowns))
@@ -28,5 +34,5 @@ def uncertainty():
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        for task in [processes.submit(mechanics), processes.submit(uncertainty)]:
+        for task in [processes.submit(task) for task in (dynamics, statics, uncertainty)]:
             task.result()

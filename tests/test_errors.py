@@ -9,7 +9,7 @@ from flexband import errors
 
 
 def test_a_warning_points_to_the_line_of_the_user():
-    with pytest.warns(fb.FlexbandWarning, match="implausible") as found:
+    with pytest.warns(fb.errors.FlexbandWarning, match="implausible") as found:
         errors.warn("an implausible number")
     assert Path(found[0].filename) == Path(__file__)
 
@@ -51,7 +51,7 @@ def test_what_is_no_number_is_refused_by_name(value):
         errors.check_non_negative,
         errors.check_numbers,
     ):
-        with pytest.raises(fb.InputError, match=r"mass \[kg\] must be"):
+        with pytest.raises(fb.errors.InputError, match=r"mass \[kg\] must be"):
             check("mass [kg]", value)
 
 
@@ -63,7 +63,7 @@ def test_a_number_is_a_float(value):
 
 
 def test_a_list_is_refused_with_a_hint():
-    with pytest.raises(fb.InputError, match=r"the tuple \(0.0, -5.0\).*np.array"):
+    with pytest.raises(fb.errors.InputError, match=r"the tuple \(0.0, -5.0\).*np.array"):
         fb.Force("b.end", (0.0, -5.0))
 
 
@@ -71,28 +71,38 @@ def test_what_a_function_returns_is_named():
     def angle(time):
         return None if time > 1 else 1 / (time - 1)
 
-    with pytest.raises(fb.InputError, match=r"function '.*angle' raised an error at 1: ZeroDiv"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"function '.*angle' raised an error at 1: ZeroDiv"
+    ):
         errors.returned(angle, 1)
-    with pytest.raises(fb.InputError, match="angle' at 2 must be numbers; got None"):
+    with pytest.raises(fb.errors.InputError, match="angle' at 2 must be numbers; got None"):
         errors.returned(angle, 2)
 
 
 def test_an_angle_in_degrees_is_remarked_on():
-    with pytest.warns(fb.FlexbandWarning, match=r"RigidBody angle is 90 rad.* is it degrees\?"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"RigidBody angle is 90 rad.* is it degrees\?"
+    ):
         fb.RigidBody(mass=1.0, inertia=1.0, angle=90)
 
 
 def test_a_text_in_place_of_a_number_is_called_one():
-    with pytest.raises(fb.InputError, match=r"got the text '1e-3'; write .* without quotes. YAML"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"got the text '1e-3'; write .* without quotes. YAML"
+    ):
         errors.check_positive("mass [kg]", "1e-3")
-    with pytest.raises(fb.InputError, match=r"got the text '12'; write the number without quotes$"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"got the text '12'; write the number without quotes$"
+    ):
         errors.check_integer("samples", "12", 1)
-    with pytest.raises(fb.InputError, match=r"must be finite numbers; got the text 'heavy'$"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"must be finite numbers; got the text 'heavy'$"
+    ):
         errors.check_numbers("mass [kg]", "heavy")
 
 
 def test_zero_may_be_allowed_besides_a_range():
     assert [errors.check_integer("runs", k, 2, or_zero=True) for k in (0, 2, 5)] == [0, 2, 5]
     for bad in (1, -1):
-        with pytest.raises(fb.InputError, match=f"runs must be 0, or 2 or more; got {bad}"):
+        with pytest.raises(fb.errors.InputError, match=f"runs must be 0, or 2 or more; got {bad}"):
             errors.check_integer("runs", bad, 2, or_zero=True)

@@ -18,8 +18,14 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.loads.load import Load
 from flexband.mechanics.sensors.motion import Sensor
+from tests.public_names import PUBLIC
 
-REFUSAL = (fb.InputError, fb.AssemblyError, fb.SimulationError, fb.StoreError)
+REFUSAL = (
+    fb.errors.InputError,
+    fb.errors.AssemblyError,
+    fb.errors.SimulationError,
+    fb.errors.StoreError,
+)
 
 
 def nothing(t, x, v, p, force):
@@ -135,7 +141,7 @@ OWN = {
         (name, parameter): value
         for name in ("eole", "karhunen_loeve", "orthogonal_series")
         for parameter, value in (
-            ("correlation", fb.exponential),
+            ("correlation", fb.fields.exponential),
             ("domain", (0.0, 1.0)),
             ("nodes", 5),
         )
@@ -153,16 +159,18 @@ OWN |= {
     ("plot_bounds", "found"): COMPARED[0].bands,
     ("plot_bounds", "variable"): "mean",
     ("plot_comparison", "results"): {"a": COMPARED[0].bands},
-    ("plot_contributions", "found"): fb.contributions(GOOD["surrogate"]),
+    ("plot_contributions", "found"): fb.analysis.contributions(GOOD["surrogate"]),
     ("plot_deviations", "bands"): COMPARED[0].bands,
     ("plot_errors", "results"): COMPARED,
     ("plot_field", "field"): FIELD,
-    ("plot_margins", "found"): fb.check_limits(GOOD["surrogate"], GOOD["limits"]),
-    ("plot_p_box", "found"): fb.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256),
-    ("plot_path", "found"): fb.path(OWN["path", "surrogate"], "x", "y"),
-    ("plot_probability", "found"): fb.failure_probability(GOOD["surrogate"], GOOD["limits"]),
+    ("plot_margins", "found"): fb.analysis.check_limits(GOOD["surrogate"], GOOD["limits"]),
+    ("plot_p_box", "found"): fb.analysis.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256),
+    ("plot_path", "found"): fb.analysis.path(OWN["path", "surrogate"], "x", "y"),
+    ("plot_probability", "found"): fb.analysis.failure_probability(
+        GOOD["surrogate"], GOOD["limits"]
+    ),
     ("plot_response", "response"): xr.DataArray(np.ones(3), dims="time"),
-    ("plot_tolerances", "found"): fb.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0}),
+    ("plot_tolerances", "found"): fb.analysis.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0}),
     ("plot_variance_error", "fields"): {"E": FIELD},
     ("compare", "study"): fb.Study(response, STUDY, fb.PCCI(1, 1)),
     ("compare", "reference"): fb.PCCI(1, 2),
@@ -198,8 +206,7 @@ SEED = os.environ.get("FUZZ_SEED", "")
 
 def callables():
     """Yield the name and the object of everything public that can be called."""
-    for name in fb.__all__:
-        public = getattr(fb, name)
+    for name, public in PUBLIC.items():
         if isinstance(public, type) and (
             issubclass(public, Exception) or inspect.isabstract(public)
         ):
@@ -219,12 +226,12 @@ def choice(option, other):
 
 def magnitude(first, second):
     """Return the magnitude of two components, which have no names."""
-    return fb.Magnitude(first, second)
+    return fb.analysis.Magnitude(first, second)
 
 
 def elsewhere(name, outputs, times):
     """Return a model that runs elsewhere, whose inputs have no names."""
-    return fb.elsewhere(name, outputs=outputs, times=times)
+    return fb.models.elsewhere(name, outputs=outputs, times=times)
 
 
 CALLABLES = (
@@ -237,7 +244,7 @@ CALLABLES = (
 def parameters(name):
     """Return the parameters of a public object that have a name, those of `**named` included."""
     found = dict(inspect.signature(CALLABLES[name]).parameters)
-    own = inspect.signature(getattr(fb, name.partition(".")[0], CALLABLES[name])).parameters
+    own = inspect.signature(PUBLIC.get(name.partition(".")[0], CALLABLES[name])).parameters
     if found.pop("motion", None):
         found |= {k: p for k, p in own.items() if k in MOTION}
     if found.pop("properties", None):
@@ -273,7 +280,7 @@ def attempt(name, arguments):
     """Call a public object; return what is wrong with how it refuses, or None."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         warnings.simplefilter("ignore", DeprecationWarning)
         warnings.simplefilter("ignore", RuntimeWarning)  # numbers that overflow
         try:
@@ -290,7 +297,7 @@ def test_the_usual_arguments_are_fine(name, tmp_path, monkeypatch):
     """Otherwise they are refused before what is drawn is looked at."""
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         used(CALLABLES[name](**usual(name)))
 
 
@@ -314,12 +321,12 @@ FLAGS = [(k, p.name) for k in CALLABLES for p in parameters(k) if isinstance(p.d
 @pytest.mark.parametrize(("name", "flag"), [k for k in FLAGS if k[1] != "elements_left_out"])
 def test_flags_are_true_or_false(name, flag):
     for value in (np.ones(3), 1, None, "no"):
-        with pytest.raises(fb.InputError, match=f"{flag} must be True or False"):
+        with pytest.raises(fb.errors.InputError, match=f"{flag} must be True or False"):
             CALLABLES[name](**usual(name) | {flag: value})
     CALLABLES[name](**usual(name) | {flag: np.False_})
 
 
 @pytest.mark.parametrize("name", ["modes", "modal_response"])
 def test_a_state_to_linearize_about_is_given_by_its_name(name):
-    with pytest.raises(fb.InputError, match="about must be 'start' or 'equilibrium'; got"):
+    with pytest.raises(fb.errors.InputError, match="about must be 'start' or 'equilibrium'; got"):
         CALLABLES[name](**usual(name) | {"about": np.ones(3)})

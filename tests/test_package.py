@@ -17,8 +17,9 @@ from flexband.cli.commands import MODULES
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "words",
-    "errors",
     "deprecation",
+    "namespaces",
+    "errors",
     "arguments",
     "error_text",
     "prescribed_motion",

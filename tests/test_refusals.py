@@ -26,7 +26,9 @@ def of_field(**options):
 
 
 def series_of(length):
-    return fb.karhunen_loeve(fb.exponential, length=length, domain=(0.0, 1.0), nodes=5)
+    return fb.fields.karhunen_loeve(
+        fb.fields.exponential, length=length, domain=(0.0, 1.0), nodes=5
+    )
 
 
 def driven(function):
@@ -39,7 +41,7 @@ def driven(function):
 
 def without_response():
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    return fb.failure_probability(surrogate, fb.Limit(below=2.0), runs=8)
+    return fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0), runs=8)
 
 
 @pytest.mark.parametrize(
@@ -47,34 +49,37 @@ def without_response():
     [
         (lambda: fb.propagate(response, INPUTS, fb.LHSScanning(10, 10**9)), "points=100000"),
         (lambda: fb.propagate(response, INPUTS, fb.MonteCarlo(10, points=2**63)), "points=100000"),
-        (lambda: of_field(correlation=fb.Matern(1e-300)), "tolerance 0.05 .* is not met"),
+        (lambda: of_field(correlation=fb.fields.Matern(1e-300)), "tolerance 0.05 .* is not met"),
         (lambda: of_field(tolerance=1e-300), "tolerance 1e-300 .* is not met"),
         (lambda: series_of(1.7e308), "correlation_length 1.7e.308 is too long"),
         (lambda: driven(lambda t: t * np.ones((3, 1))), r"one per sample, .* got shape \(3, 1\)"),
-        (lambda: fb.ExternalProgram(["true", "${a}"], read=len, keep=3), "keep must be the path"),  # pyright: ignore[reportArgumentType]
+        (
+            lambda: fb.models.ExternalProgram(["true", "${a}"], read=len, keep=3),
+            "keep must be the path",
+        ),  # pyright: ignore[reportArgumentType]
         (lambda: fb.ScipyDistribution("norm", 3), "must be pairs of a name, .* got 3"),  # pyright: ignore[reportArgumentType]
         (without_response, "runs requires a response"),
     ],
 )
 def test_refused_at_once(call, message):
     begin = time.process_time()
-    with pytest.raises(fb.InputError, match=message):
+    with pytest.raises(fb.errors.InputError, match=message):
         call()
     assert time.process_time() - begin < 1.5
 
 
 def test_a_fine_tolerance_that_more_nodes_meet_is_not_refused():
     field = fb.RandomField(1.0, 0.1, 1.0, domain=(0.0, 1.0), tolerance=2e-3,
-                           correlation=fb.exponential)  # fmt: skip
+                           correlation=fb.fields.exponential)  # fmt: skip
     assert field.dimension > 50
 
 
 @pytest.mark.parametrize("number", [np.longdouble(2.0), xr.DataArray(2.0)])
 def test_numbers_of_other_types_are_taken_as_floats(number):
     assert repr(fb.LogNormal(number, std=0.5)) == repr(fb.LogNormal(2.0, std=0.5))
-    for series in (fb.eole, fb.karhunen_loeve, fb.orthogonal_series):
+    for series in (fb.fields.eole, fb.fields.karhunen_loeve, fb.fields.orthogonal_series):
         given, plain = (
-            series(fb.exponential, length=length, domain=(0.0, 1.0), nodes=5)
+            series(fb.fields.exponential, length=length, domain=(0.0, 1.0), nodes=5)
             for length in (number, 2.0)
         )
         np.testing.assert_array_equal(given.eigenvalues, plain.eigenvalues)
@@ -96,7 +101,7 @@ def test_json_of_another_shape_is_refused_in_words(name, text, tmp_path):
 
 
 def test_a_server_refuses_deep_json_large_requests_and_other_hosts():
-    with fb.UMBridgeServer(lambda a: a[:, None] * np.ones(2), {"a": 1.0}, port=0) as server:
+    with fb.models.UMBridgeServer(lambda a: a[:, None] * np.ones(2), {"a": 1.0}, port=0) as server:
         host = server.url.removeprefix("http://")
 
         def asked(body, **headers):
@@ -120,7 +125,9 @@ def test_a_bad_address_is_refused_before_there_is_a_client():
     """One that did not start waits for its own thread when it is collected, 10 s or more."""
     gc.collect()
     for address in ("", "x", "here.and.there", "foo://a:1"):
-        with pytest.raises(fb.InputError, match=f"executor '{address}' is no Dask scheduler"):
+        with pytest.raises(
+            fb.errors.InputError, match=f"executor '{address}' is no Dask scheduler"
+        ):
             fb.propagate(response, INPUTS, fb.PCCI(1, 1), executor=address)
         assert not any(type(one).__name__ == "Client" for one in gc.get_objects())
 
@@ -136,15 +143,20 @@ def test_a_bad_address_is_refused_before_there_is_a_client():
             lambda: fb.propagate(response, INPUTS, fb.PCCI(1, 1), check=lambda: None),
             r"check is called as check\(outputs\); got",
         ),
-        (lambda: fb.open_runs("a" * 10_000), "folder must be the path of a folder; got 'aaa"),
         (
-            lambda: fb.p_box(fb.expand(response, INPUTS, fb.PCCI(1, 1)), time=xr.Dataset()),
+            lambda: fb.execution.open_runs("a" * 10_000),
+            "folder must be the path of a folder; got 'aaa",
+        ),
+        (
+            lambda: fb.analysis.p_box(
+                fb.expand(response, INPUTS, fb.PCCI(1, 1)), time=xr.Dataset()
+            ),
             "must be labels; got",
         ),
     ],
 )
 def test_callbacks_paths_and_labels_of_other_kinds_are_refused(call, message):
-    with pytest.raises(fb.InputError, match=message):
+    with pytest.raises(fb.errors.InputError, match=message):
         call()
 
 

@@ -10,6 +10,7 @@ import pytest
 import flexband as fb
 from flexband.arguments import ArgumentError
 from flexband.words import all_of, are, number_of, with_article
+from tests.public_names import PUBLIC
 
 COUNTED = re.compile(
     r"^ (?:(?:new|other|more|recorded|failed|held-out|random|interval|different) )*"
@@ -60,7 +61,7 @@ def test_every_count_agrees_with_its_noun():
     ],
 )
 def test_a_misspelled_argument_is_told_with_the_nearest_one(make, message):
-    for kind in (TypeError, fb.InputError):
+    for kind in (TypeError, fb.errors.InputError):
         with pytest.raises(kind, match=message):
             make()
 
@@ -73,8 +74,8 @@ def test_other_wrong_arguments_are_those_of_python():
 
 CLASSES = [
     name
-    for name in fb.__all__
-    if isinstance(value := getattr(fb, name), type)
+    for name, value in PUBLIC.items()
+    if isinstance(value, type)
     and not issubclass(value, BaseException)
     and "__init__" in vars(value)
 ]
@@ -82,6 +83,6 @@ CLASSES = [
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_public_class_refuses_unknown_arguments_wherever_it_is_imported_from(name):
-    module = importlib.import_module(getattr(fb, name).__module__)
+    module = importlib.import_module(PUBLIC[name].__module__)
     with pytest.raises(ArgumentError, match=f"{name} has no argument 'nonsense'"):
         getattr(module, name)(nonsense=1)

@@ -68,9 +68,9 @@ def thick_cantilever() -> list[Check]:
     nu = 0.3
     factor = 10 * (1 + nu) / (12 + 11 * nu)
     rules = {
-        "plain": (fb.FullIntegration(), (5.5545e-4, 7.2287e-4, 7.3386e-4, 7.3468e-4)),
+        "plain": (fb.sections.FullIntegration(), (5.5545e-4, 7.2287e-4, 7.3386e-4, 7.3468e-4)),
         "selective": (
-            fb.SelectiveIntegration(shear_factor=factor),
+            fb.sections.SelectiveIntegration(shear_factor=factor),
             (6.1256e-4, 7.9674e-4, 8.0888e-4, 8.0979e-4),
         ),
     }
@@ -206,7 +206,7 @@ def slider_crank_of_the_test_set() -> list[Check]:
 def strained(model: fb.Mechanism, duration: float, step: float) -> xr.DataArray:
     """Return a motion of members that are strained by more than 10 %, as their problems demand."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.StrainWarning)
+        warnings.simplefilter("ignore", fb.errors.StrainWarning)
         return fb.simulate(model, duration=duration, step=step)
 
 
@@ -224,8 +224,8 @@ def flying_spaghetti() -> list[Check]:
     for stiffness, ends in exact.items():
         beam = fb.Beam(
             length=10.0, start=(6.0, 0.0), angle=np.arctan2(8.0, -6.0), elements=16,
-            section=fb.GeneralSection(1.0, stiffness / 1e4), density=1.0, youngs_modulus=1e4,
-            poissons_ratio=0.0, shear_factor=2.0, rotary_inertia=10.0,
+            section=fb.sections.GeneralSection(1.0, stiffness / 1e4), density=1.0,
+            youngs_modulus=1e4, poissons_ratio=0.0, shear_factor=2.0, rotary_inertia=10.0,
         )  # fmt: skip
         model = fb.Mechanism(
             bodies={"beam": beam},
@@ -247,7 +247,7 @@ def flying_spaghetti() -> list[Check]:
 def escalona(elements: int) -> fb.Mechanism:
     """Return the pendulum of Escalona, Hussien and Shabana (1998), released horizontally."""
     beam = fb.Beam(
-        length=1.2, section=fb.GeneralSection(1.8e-3, 1.215e-8), density=5540.0,
+        length=1.2, section=fb.sections.GeneralSection(1.8e-3, 1.215e-8), density=5540.0,
         youngs_modulus=0.7e6, poissons_ratio=0.3, shear_factor=0.85, elements=elements,
     )  # fmt: skip
     return fb.Mechanism(

@@ -91,7 +91,7 @@ def held(bodies: dict, joints: dict, point: str, start: tuple, exact: dict) -> l
 def lee() -> list[Check]:
     """Lee's frame past its limit point, by prescribed travel; 8 elements a member."""
     section = {
-        "section": fb.GeneralSection(6.0, 2.0), "density": 1.0, "youngs_modulus": 720.0,
+        "section": fb.sections.GeneralSection(6.0, 2.0), "density": 1.0, "youngs_modulus": 720.0,
         "poissons_ratio": 0.3,
     }  # fmt: skip
     members = {

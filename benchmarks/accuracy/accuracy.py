@@ -53,17 +53,17 @@ def methods(case: Case, samples: int) -> Iterator[Method]:
     tried: list[Method] = [
         fb.AdaptivePCCI(tolerance, BUDGET, correct=False) for tolerance in (0.01, 0.001)
     ]
-    tried += [fb.PhaseResolvedPCCI(*orders) for orders in case.orders]
+    tried += [fb.methods.PhaseResolvedPCCI(*orders) for orders in case.orders]
     for own in case.orders[-1:]:
         tried.append(fb.ImprovedPCCI(*own))
         for order in (3, 5) if samples >= FULL else ():
             tried.append(
                 fb.ImprovedPCCI(*({name: min(order, 9 * k) for name, k in o.items()} for o in own))
             )
-        tried.append(fb.PerturbationChebyshev({name: 3 * q for name, q in own[1].items()}))
-    tried += [fb.RegressionPCCI(order) for order in (2, 3)]
+        tried.append(fb.methods.PerturbationChebyshev({name: 3 * q for name, q in own[1].items()}))
+    tried += [fb.methods.RegressionPCCI(order) for order in (2, 3)]
     points = [p for p in (5, 4, 3, 2) if p**space.interval_dimension <= MAX_POINTS]
-    kinds = (fb.LHSScanning, fb.SobolScanning)
+    kinds = (fb.LHSScanning, fb.methods.SobolScanning)
     tried += [kind(samples // 2, p) for p in points[:1] for kind in kinds]
     yield from (method for method in tried if method.runs(space) <= MAX_RUNS)
 

@@ -39,7 +39,7 @@ def cases() -> dict[str, Callable[[], Case]]:
         "slider–crank, ρ∞ = 0.5": lambda: slider_crank(0.5),
         "slider–crank, ρ∞ = 0.8": lambda: slider_crank(0.8),
         "slider–crank, ρ∞ = 1": lambda: slider_crank(1.0),
-        "selective element": lambda: slider_crank(integration=fb.SelectiveIntegration()),
+        "selective element": lambda: slider_crank(integration=fb.sections.SelectiveIntegration()),
         "soft link": lambda: slider_crank(**soft),
         "soft link, displacement": lambda: slider_crank(**soft, displacement=True),
         "wide scatter, ρ∞ = 0.7": lambda: slider_crank(**wide),

@@ -63,7 +63,7 @@ def missed(name: str) -> list[float]:
     outputs = range(values.shape[1])
     direct = HybridExpansion.fit(values.reshape(len(values), -1), *design, nodes)
     local = [SplitExpansion(values[:, o], *design, nodes).evaluate(xi, eta) for o in outputs]
-    resolved = fb.expand(case.response, case.inputs, fb.PhaseResolvedPCCI(ORDER, ORDER))
+    resolved = fb.expand(case.response, case.inputs, fb.methods.PhaseResolvedPCCI(ORDER, ORDER))
     found = (
         direct.evaluate(xi, eta).reshape(new.shape),
         np.stack(local, axis=1),

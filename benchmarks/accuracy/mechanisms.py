@@ -113,7 +113,7 @@ def four_bar(
             "coupler": fb.Beam(
                 length=coupler_length, height=0.006, width=0.012, density=density,
                 youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=3,
-                start=(0.083, 0.056), angle=0.5, integration=fb.SelectiveIntegration(),
+                start=(0.083, 0.056), angle=0.5, integration=fb.sections.SelectiveIntegration(),
             ),
             "rocker": fb.RigidBody(
                 mass=mass, inertia=about_pin - mass * centre**2, center=(centre, 0.0),

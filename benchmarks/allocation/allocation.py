@@ -195,7 +195,7 @@ def judged(family: str, seed: int, tolerance: float) -> dict[str, float]:
     surrogate = fb.expand(one.response, inputs, fb.AdaptivePCCI(tolerance))
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
-    found = fb.allocate(
+    found = fb.analysis.allocate(
         surrogate, fb.Limit(below=one.limit, above=-one.limit),
         {name: float(cost) for name, cost in zip(inputs, one.costs, strict=True)},
         response=one.response,

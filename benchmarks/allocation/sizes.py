@@ -98,7 +98,7 @@ def judged(seed: int) -> dict[str, float]:
     surrogate = fb.expand(response, given, fb.AdaptivePCCI(1e-3))
     assert isinstance(surrogate, fb.Surrogate)
     began = time.perf_counter()
-    found = fb.allocate(
+    found = fb.analysis.allocate(
         surrogate, fb.Limit(below=limit, above=-limit),
         dict(zip(names, costs.tolist(), strict=True)), response=response,
     )  # fmt: skip

@@ -108,7 +108,7 @@ def judged(kind: str, seed: int) -> dict[str, object]:
         bands_of, work = {}, {}
         for correct in (False, True):
             with counted_work() as calls, warnings.catch_warnings(record=True) as issued:
-                warnings.simplefilter("always", fb.FlexbandWarning)
+                warnings.simplefilter("always", fb.errors.FlexbandWarning)
                 bands_of[correct] = solved(drawn, correct=correct)
             record["halved"] = any("completed with half" in str(w.message) for w in issued)
             work[correct] = sum(calls)

@@ -34,7 +34,7 @@ from benchmarks.honesty.problems import Case
 from benchmarks.honesty.rates import Outcome, errors, false, outcome, rates, right, too_small
 from flexband.uncertainty.inputs.space import Space
 
-Judged = fb.AdaptivePCCI | fb.PhaseResolvedPCCI
+Judged = fb.AdaptivePCCI | fb.methods.PhaseResolvedPCCI
 
 CASES = 500
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -94,7 +94,7 @@ def with_orders(
         random, intervals = space.random_dimension > 0, space.interval_dimension > 0
         different = {(k * random, q * intervals): (k, q) for k, q in pairs}
         for own in different.values():
-            method = fb.PhaseResolvedPCCI(*own)
+            method = fb.methods.PhaseResolvedPCCI(*own)
             if not case.whole and method.runs(space) <= most:
                 yield family, seed, method
 

@@ -26,6 +26,7 @@ from benchmarks.honesty.honesty import THREADS, cases, named
 from benchmarks.honesty.problems import Problem
 from benchmarks.honesty.rates import Outcome, false, outcome, rates, right, too_small
 from benchmarks.honesty.references import Term
+from flexband.response import Response
 
 TOLERANCE = 0.01
 LEAST, MOST = 0.3, 0.9
@@ -40,7 +41,7 @@ REACH = 3.0
 WHOLE = {"interval": fb.Interval(-1, 1), "normal": fb.Normal(0, 1), "uniform": fb.Uniform(-1, 1)}
 
 
-def response(problem: Problem) -> tuple[fb.Response, list[str]]:
+def response(problem: Problem) -> tuple[Response, list[str]]:
     """Return the response to a problem's variables, and their names."""
     names = [f"y{k}" for k in range(len(problem.kinds))]
     labels = {"output": [f"q{o}" for o in range(len(problem.outputs))], "time": problem.tau}

@@ -102,8 +102,11 @@ def hidden(verdict: tuple[str, str, float]) -> bool:
 def main() -> None:
     chosen = options(__doc__, 30, seed=(0, "first seed"), verdicts=(4, "verdicts of each claim"))
     warnings.simplefilter("ignore")
-    methods = {"PhaseResolvedPCCI(1, 1)": fb.PhaseResolvedPCCI(1, 1), "AdaptivePCCI(0.01, 64)":
-               fb.AdaptivePCCI(0.01, 64), "RegressionPCCI(1)": fb.RegressionPCCI(1)}  # fmt: skip
+    methods = {
+        "PhaseResolvedPCCI(1, 1)": fb.methods.PhaseResolvedPCCI(1, 1),
+        "AdaptivePCCI(0.01, 64)": fb.AdaptivePCCI(0.01, 64),
+        "RegressionPCCI(1)": fb.methods.RegressionPCCI(1),
+    }
     rows, measured = [], {}
     for smooth in (True, False):
         for name, method in methods.items():

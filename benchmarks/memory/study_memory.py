@@ -108,20 +108,24 @@ def drawn(rng: np.random.Generator) -> tuple[Any, dict[str, Any], int]:
     methods = [
         (fb.PCCI(2, 2), False),
         (fb.ImprovedPCCI(1, 3), False),
-        (fb.RegressionPCCI(int(rng.integers(1, 4))), False),
+        (fb.methods.RegressionPCCI(int(rng.integers(1, 4))), False),
         (fb.LHSScanning(int(rng.integers(20, 60)), 3), False),
         (fb.MonteCarlo(int(rng.integers(50, 200)), 3), False),
-        (fb.PerturbationChebyshev(int(rng.integers(2, 5))), False),
+        (fb.methods.PerturbationChebyshev(int(rng.integers(2, 5))), False),
         (fb.AdaptivePCCI(tolerance, most), False),
         (fb.AdaptivePCCI(tolerance, most), True),
-        (fb.PhaseResolvedPCCI(1, 2), False),
-        (fb.PhaseResolvedPCCI(1, 2), True),
+        (fb.methods.PhaseResolvedPCCI(1, 2), False),
+        (fb.methods.PhaseResolvedPCCI(1, 2), True),
     ]
     method, rings = methods[rng.integers(len(methods))]
     ringing = int(rng.integers(1, 1 + len(FREQUENCIES))) if rings else 0
-    if isinstance(method, fb.RegressionPCCI | fb.AdaptivePCCI) and rng.random() < 0.5:
+    if isinstance(method, fb.methods.RegressionPCCI | fb.AdaptivePCCI) and rng.random() < 0.5:
         intervals, random = int(rng.integers(0, 25)), int(rng.integers(1, 26))
-        method = fb.RegressionPCCI(1) if isinstance(method, fb.RegressionPCCI) else method
+        method = (
+            fb.methods.RegressionPCCI(1)
+            if isinstance(method, fb.methods.RegressionPCCI)
+            else method
+        )
     return method, inputs_of(intervals, random), ringing
 
 

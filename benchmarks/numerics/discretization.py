@@ -97,7 +97,7 @@ def motions(folder: Path, seed: int, each: int) -> None:
                 whole, single, few = ratios(
                     draw(np.random.default_rng([seed + k, zlib.crc32(name.encode())]))
                 )
-            except fb.SimulationError as error:
+            except fb.errors.SimulationError as error:
                 notes.append(f"{name}, seed {seed + k} failed: {str(error)[:80]}")
                 continue
             own += whole
@@ -177,13 +177,13 @@ def studies(folder: Path, seed: int, each: int) -> None:
             count = round(response.duration / response.step / rng.uniform(1, 4))
             try:
                 with warnings.catch_warnings(record=True) as issued:
-                    warnings.simplefilter("always", fb.FlexbandWarning)
+                    warnings.simplefilter("always", fb.errors.FlexbandWarning)
                     one = both(response, case.inputs, [max(count, 12)], (FINER, FINER))
                 if any("completed with half" in str(w.message) for w in issued):
                     halved += 1
                 else:
                     own += one
-            except fb.SimulationError as error:
+            except fb.errors.SimulationError as error:
                 notes.append(f"{name}, seed {seed + k} failed: {str(error)[:80]}")
         if not own:
             continue
@@ -226,7 +226,7 @@ def paper(folder: Path) -> None:
 def main() -> None:
     chosen = options(__doc__, 8, seed=(0, "first seed; documented tables have 1000000 or higher"))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         paper(chosen.output)
         motions(chosen.output, chosen.seed, chosen.samples)
         studies(chosen.output, chosen.seed, max(1, chosen.samples // 2))

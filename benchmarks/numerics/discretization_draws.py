@@ -31,7 +31,7 @@ def cantilever(rng: np.random.Generator) -> Run:
         length=length, height=height, width=0.02, density=density, youngs_modulus=modulus,
         poissons_ratio=0.3, elements=int(rng.integers(2, 7)),
         retardation_time=rng.choice([0.0, 0.01 * period]),
-        integration=rng.choice(np.array([None, fb.SelectiveIntegration()], dtype=object)),
+        integration=rng.choice(np.array([None, fb.sections.SelectiveIntegration()], dtype=object)),
     )  # fmt: skip
     mechanism = fb.Mechanism(
         bodies={"beam": beam},

@@ -247,8 +247,8 @@ def judged(draw: Draw) -> tuple[str, str]:
                 found = converged(draw, exact, not reference.redundant(reference.start))
             else:
                 fb.simulate(mechanism(draw), duration=DURATION, step=STEP)
-        except (fb.InputError, fb.SimulationError, fb.AssemblyError) as error:
-            told = isinstance(error, fb.SimulationError) and exact is None
+        except (fb.errors.InputError, fb.errors.SimulationError, fb.errors.AssemblyError) as error:
+            told = isinstance(error, fb.errors.SimulationError) and exact is None
             refused = "not judged" if told else "refused wrongly"
             return refused if determined else "refused rightly", f"{type(error).__name__}: {error}"
     if exact is None:
@@ -256,7 +256,7 @@ def judged(draw: Draw) -> tuple[str, str]:
     text = ", ".join(f"{kind} {error:.1e}" for kind, error in found.items())
     if max(found.values()) < TOLERANCE:
         return "right", text
-    resolution = any(issubclass(w.category, fb.ResolutionWarning) for w in warned)
+    resolution = any(issubclass(w.category, fb.errors.ResolutionWarning) for w in warned)
     return "wrong, warned of" if resolution else "wrong in silence", text
 
 

@@ -121,7 +121,7 @@ def main() -> None:
     folder: Path = options(__doc__, 1).output
     rows, notes, measured = [], [], {}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         for problem in PROBLEMS:
             own, measured[problem.name] = errors(problem, notes)
             rows += own

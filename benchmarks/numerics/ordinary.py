@@ -124,7 +124,7 @@ def _allowed(mechanism: fb.Mechanism, name: str, one: Any) -> bool:
     """Return whether a mechanism may have a sensor."""
     try:
         fb.simulate(with_sensors(mechanism, {name: one}), duration=1e-3, step=1e-3)
-    except fb.InputError:
+    except fb.errors.InputError:
         return False
     return True
 
@@ -157,7 +157,7 @@ def refusals(seed: int) -> Iterator[str]:
         response = fb.dynamic_response(build, duration=DURATION, step=step, threads=1)
         try:
             fb.propagate(response, inputs, fb.PCCI(1, 1))
-        except fb.InputError as error:
+        except fb.errors.InputError as error:
             named = "all sensors" if chosen is every else next(iter(chosen))
             yield f"{builder.__name__}:{seed} with {named}, {step:g} s: {error}"
 

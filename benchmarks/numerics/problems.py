@@ -69,7 +69,7 @@ def member(element: str, elements: int, damping: float, *, E, nu, density, heigh
     given |= {"density": density, "youngs_modulus": E, "poissons_ratio": nu}
     if element == "stiff in shear":
         given |= {"shear_factor": 1e3, "rotary_inertia": 1e-3 * density * second}
-    rules = {"full": fb.FullIntegration(), "selective": fb.SelectiveIntegration()}
+    rules = {"full": fb.sections.FullIntegration(), "selective": fb.sections.SelectiveIntegration()}
     return fb.Beam(height=height, width=width, integration=rules.get(element), **given)
 
 

@@ -94,7 +94,7 @@ def main() -> None:
     stored = NUMBERS if whole else chosen.output / "paper.json"
     if not chosen.page:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", fb.FlexbandWarning)
+            warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
             text = json.dumps(rounded(computed(chosen.samples)), indent=1, ensure_ascii=False)
         stored.parent.mkdir(parents=True, exist_ok=True)
         stored.write_text(text + "\n", encoding="utf-8")

@@ -20,7 +20,7 @@ from flexband.study.study import Study
 RADII, STEPS = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9), (1e-3, 5e-4, 2e-4)
 """Spectral radii and steps [s] of the sweep."""
 
-ELEMENTS = {"plain": fb.FullIntegration(), "selective": fb.SelectiveIntegration()}
+ELEMENTS = {"plain": fb.sections.FullIntegration(), "selective": fb.sections.SelectiveIntegration()}
 ORDERS = (1, 1), (1, 2), (2, 2), (3, 3)
 """k and q of the paper: 16, 36, 81 and 256 runs."""
 
@@ -98,8 +98,8 @@ def _by_name(values: Mapping[str, xr.DataArray]) -> Numbers:
 def full(case: Case, samples: int) -> Result:
     """Return a study with the paper's methods, those it argues against, and those of flexband."""
     methods = [kind(*own) for own in ORDERS for kind in (fb.PCCI, fb.ImprovedPCCI)]
-    methods += [fb.PerturbationChebyshev(q, improved=True) for q in (1, 3)]
-    methods += [fb.PhaseResolvedPCCI(*case.orders[-1]), fb.AdaptivePCCI(correct=False)]
+    methods += [fb.methods.PerturbationChebyshev(q, improved=True) for q in (1, 3)]
+    methods += [fb.methods.PhaseResolvedPCCI(*case.orders[-1]), fb.AdaptivePCCI(correct=False)]
     study = Study(case.response, case.inputs, fb.AdaptivePCCI(correct=False))
     found = compare(study, fb.LHSScanning(samples, 10), methods)
     times = found[0].bands.time
@@ -128,7 +128,7 @@ def sweep(true: xr.Dataset) -> Iterator[dict]:
                 def solved(method, case=case) -> xr.Dataset:
                     return fb.propagate(case.response, case.inputs, method)
 
-                own = solved(fb.PhaseResolvedPCCI(*PHASES))
+                own = solved(fb.methods.PhaseResolvedPCCI(*PHASES))
                 claimed = own["error_bar_expected_error"].mean("time")
                 yield {
                     "element": element,

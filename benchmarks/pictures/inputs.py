@@ -119,7 +119,9 @@ KINDS: dict[str, Callable[[Axes], None]] = {
     "choice": choice,
     "random_field": realizations(fb.RandomField(69.0, 3.5, 0.1, (0.0, 0.4)), "E [GPa]"),
     "rough_field": realizations(
-        fb.RandomField(69.0, 3.5, 0.1, (0.0, 0.4), tolerance=0.1, correlation=fb.exponential),
+        fb.RandomField(
+            69.0, 3.5, 0.1, (0.0, 0.4), tolerance=0.1, correlation=fb.fields.exponential
+        ),
         "E [GPa]",
     ),
     "lognormal_field": realizations(

@@ -46,7 +46,7 @@ def four_bar() -> None:
     with fb.plot.style(2):
         figure = Figure(figsize=(7.0, 2.6), dpi=200)
         drawing, band = figure.subplots(1, 2)
-        fb.plot.path(enlarged(fb.path(surrogate, "C_X", "C_Y", sigmas=3)), ax=drawing)
+        fb.plot.path(enlarged(fb.analysis.path(surrogate, "C_X", "C_Y", sigmas=3)), ax=drawing)
         fb.plot.mechanism(own["four_bar"](own["COUPLER"], 2.8e9), ax=drawing)
         drawing.set(title=f"where the middle of the coupler can be, {ENLARGED} times enlarged")
         bands = surrogate.bands()

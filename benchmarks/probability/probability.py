@@ -145,7 +145,11 @@ def outcome(case: Case, seed: int) -> Outcome:
     height, eta = case.limit()
     limit = fb.Limit(below=height)
     start = time.process_time()
-    found = fb.failure_probability(surrogate, limit, seed=seed).sel(bound="upper").isel(limit=0)
+    found = (
+        fb.analysis.failure_probability(surrogate, limit, seed=seed)
+        .sel(bound="upper")
+        .isel(limit=0)
+    )
     seconds = time.process_time() - start
     stated = [float(found[k]) for k in ("probability", "confidence_low", "confidence_high")]
     rng = np.random.default_rng(seed)
@@ -167,7 +171,7 @@ def rise(case: Case, seed: int) -> tuple[float, bool]:
     ends = zip(np.maximum(eta - NARROWED, -1.0), np.minimum(eta + NARROWED, 1.0), strict=True)
     narrower = {f"e{k}": fb.Interval(*map(float, pair)) for k, pair in enumerate(ends)}
     whole, part = (
-        fb.failure_probability(each, limit, seed=seed).sel(bound="upper").isel(limit=0)
+        fb.analysis.failure_probability(each, limit, seed=seed).sel(bound="upper").isel(limit=0)
         for each in (surrogate, surrogate.narrowed(**narrower))
     )
     change = float(part["probability"] / whole["probability"]) - 1

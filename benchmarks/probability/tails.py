@@ -145,7 +145,9 @@ def outcome(case: Case, seed: int, runs: int) -> Outcome:
     surrogate = fb.expand(case.response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     by_runs = {"response": case.response, "runs": runs} if runs else {}
     start = time.process_time()
-    found = fb.failure_probability(surrogate, fb.Limit(below=case.limit()), seed=seed, **by_runs)
+    found = fb.analysis.failure_probability(
+        surrogate, fb.Limit(below=case.limit()), seed=seed, **by_runs
+    )
     seconds = time.process_time() - start
     one = found.sel(bound="upper").isel(limit=0)
     names = ("probability", "confidence_low", "confidence_high", "surrogate_probability")
@@ -161,7 +163,7 @@ LEVELS = (1e-2, LARGEST), (1e-4, 1e-2), (LEAST, 1e-4)
 
 
 def main() -> None:
-    simplefilter("ignore", fb.ToleranceWarning)
+    simplefilter("ignore", fb.errors.ToleranceWarning)
     chosen = options(__doc__, 70, seed=(SEED, "of the first case"))
     rows, data, notes = [], {}, []
     seeds = range(chosen.seed, chosen.seed + chosen.samples)

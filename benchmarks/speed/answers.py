@@ -51,17 +51,17 @@ def main() -> None:
     tighter = {"crank_length": fb.Interval(0.198, 0.202)}
     answers = {
         "bands for a tighter tolerance": lambda: surrogate.narrowed(**tighter).bands(),
-        "contributions": partial(fb.contributions, surrogate),
-        "check_limits": partial(fb.check_limits, surrogate, at),
-        "quantiles": partial(fb.quantiles, surrogate),
-        "sobol_indices": partial(fb.sobol_indices, surrogate),
-        "failure_probability": partial(fb.failure_probability, surrogate, at),
+        "contributions": partial(fb.analysis.contributions, surrogate),
+        "check_limits": partial(fb.analysis.check_limits, surrogate, at),
+        "quantiles": partial(fb.analysis.quantiles, surrogate),
+        "sobol_indices": partial(fb.analysis.sobol_indices, surrogate),
+        "failure_probability": partial(fb.analysis.failure_probability, surrogate, at),
     }
     for answer in answers.values():  # also compiles
         answer()
     timed = {name: partial(seconds, answer) for name, answer in answers.items()}
     found = alternate(timed, chosen.repeats)
-    told = fb.failure_probability(surrogate, at)
+    told = fb.analysis.failure_probability(surrogate, at)
     names = ("probability", "confidence_low", "confidence_high")
     low, high = ([float(told[k][b, 0]) for k in names] for b in range(2))
     note = "probability {:.3g} ({:.3g} to {:.3g}) to {:.3g} ({:.3g} to {:.3g})"

@@ -77,7 +77,9 @@ def long_phase(times: int):
         values = wave(x[:, None], e[:, None], t)
         return xr.DataArray(values, dims=("sample", "time"), coords={"time": t})
 
-    return lambda: seconds(fb.propagate, response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    return lambda: seconds(
+        fb.propagate, response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(1, 1)
+    )
 
 
 def many_inputs(times: int) -> PhaseExpansion:

@@ -24,7 +24,7 @@ def _rod(modulus, elements: int, start, angle: float) -> fb.Beam:
     return fb.Beam(
         length=LENGTH, height=HEIGHT, width=WIDTH, density=DENSITY, youngs_modulus=modulus,
         poissons_ratio=NU, elements=elements, start=start, angle=angle,
-        integration=fb.SelectiveIntegration(),  # the element of the peers
+        integration=fb.sections.SelectiveIntegration(),  # the element of the peers
     )  # fmt: skip
 
 

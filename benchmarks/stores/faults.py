@@ -57,7 +57,7 @@ def main() -> None:
             process.wait()
         subprocess.run(command, check=True)
         runs, found = begun(folder), np.load(f"{folder}/bands.npy")
-        recorded = len(fb.open_runs(f"{folder}/store").run)
+        recorded = len(fb.execution.open_runs(f"{folder}/store").run)
     exact = fb.propagate(response, INPUTS, fb.LHSScanning(chosen.samples // 8, 8))
     rows = [
         ["runs of the study", str(len(set(runs)))],

@@ -51,17 +51,17 @@ def main() -> None:
     crank = partial(fb.propagate, example["response"], example["inputs"], scan)
     quick = partial(fb.propagate, trivial, INPUTS, fb.LHSScanning(100_000, 10))
     scan = fb.LHSScanning(100, 10)
-    single = partial(fb.propagate, fb.samplewise(slow), INPUTS, scan)
+    single = partial(fb.propagate, fb.models.samplewise(slow), INPUTS, scan)
     raw = alternate(
         {
             "slider–crank": partial(seconds, crank),
             "slider–crank, stored": partial(seconds, crank, stored=True),
             "1 000 000 trivial runs": partial(seconds, quick),
             "1000 runs of 20 ms, one process": partial(
-                seconds, partial(single, executor=fb.Processes(1))
+                seconds, partial(single, executor=fb.execution.Processes(1))
             ),
             "1000 runs of 20 ms, two processes": partial(
-                seconds, partial(single, executor=fb.Processes(2))
+                seconds, partial(single, executor=fb.execution.Processes(2))
             ),
         },
         chosen.repeats,

@@ -1,8 +1,8 @@
 """A double pendulum in Exudyn.
 
-Two rigid bars swing under gravity. Exudyn simulates one sample at a time, so `fb.samplewise` makes
-a response of it. The length of the second bar is an interval, the friction of the lower hinge is
-not known well. Exudyn is needed: ``pip install exudyn``.
+Two rigid bars swing under gravity. Exudyn simulates one sample at a time, so `fb.models.samplewise`
+makes a response of it. The length of the second bar is an interval, the friction of the lower hinge
+is not known well. Exudyn is needed: ``pip install exudyn``.
 """
 
 import exudyn as exu
@@ -66,6 +66,6 @@ def double_pendulum(second_length, friction):
     )  # fmt: skip
 
 
-response = fb.samplewise(double_pendulum)
+response = fb.models.samplewise(double_pendulum)
 inputs = {"second_length": fb.Interval(0.29, 0.31), "friction": fb.LogNormal(0.02, 0.004)}
 study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.02))

@@ -16,7 +16,7 @@ CONVERGED = runpy.run_path(str(Path(__file__).parents[1] / "slider_crank.py"))
 def slider_crank(crank_length, spring_stiffness, youngs_modulus, poissons_ratio):
     return CONVERGED["slider_crank"](
         crank_length, spring_stiffness, youngs_modulus, poissons_ratio,
-        elements=3, integration=fb.FullIntegration(),
+        elements=3, integration=fb.sections.FullIntegration(),
     )  # fmt: skip
 
 

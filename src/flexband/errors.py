@@ -9,12 +9,27 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.namespaces import unknown_name
 from flexband.words import number_of, with_article
+
+__all__ = [
+    "AssemblyError", "FlexbandWarning", "InputError", "ModelError", "ResolutionWarning",
+    "RunError", "RunsNeeded", "SimulationError", "StoreError", "StrainWarning", "ToleranceWarning",
+]  # fmt: skip
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name):
+        raise unknown_name(__name__, name)
+
+    def __dir__():
+        return __all__
+
 
 SMALL_SPREAD = 1e-9
 """Relative spread of an input below which runs show rounding only."""
@@ -45,6 +60,10 @@ class ToleranceWarning(FlexbandWarning):
 
 class StoreError(RuntimeError):
     """The folder of a study cannot be used; the message states why, and what can be done."""
+
+
+class ModelError(RuntimeError):
+    """A model outside of flexband fails; the message states which one, and why."""
 
 
 class RunError(RuntimeError):

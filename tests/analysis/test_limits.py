@@ -23,7 +23,7 @@ def surrogate():
 
 
 def test_margin_is_the_distance_from_the_error_bar(surrogate):
-    found = fb.check_limits(
+    found = fb.analysis.check_limits(
         surrogate,
         [fb.Limit("a", below=1.3, above=-1.2), fb.Limit("b", below=2.6, during=(0.5, 1.0))],
         sigmas=2.0,
@@ -48,7 +48,7 @@ def test_margin_is_the_distance_from_the_error_bar(surrogate):
 def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
     curve = 1.2 + T
     own = [curve, lambda t: 1.2 + t, xr.DataArray(curve, coords={"time": T})]
-    found = [fb.check_limits(surrogate, fb.Limit("a", below=one))["margin"] for one in own]
+    found = [fb.analysis.check_limits(surrogate, fb.Limit("a", below=one))["margin"] for one in own]
     for one in found[1:]:
         np.testing.assert_array_equal(one, found[0])
     np.testing.assert_allclose(found[0][0, 0], 1.2 - 0.15, atol=1e-9)
@@ -60,7 +60,7 @@ def test_curves_are_numbers_arrays_functions_or_labelled(surrogate):
 )
 def test_ends_that_leave_nothing_are_refused_where_they_enter(ends):
     above, below = ends
-    with pytest.raises(fb.InputError, match="must be less than below; got above="):
+    with pytest.raises(fb.errors.InputError, match="must be less than below; got above="):
         fb.Limit("a", above=above, below=below)
     fb.Limit("a", above=np.zeros(2), below=np.ones(3))  # one does not fit, which the response tells
 
@@ -81,7 +81,7 @@ def test_the_expected_error_decides():
         (0.9, "undecided"),
         (1.1, "kept"),
     ):
-        found = fb.check_limits(rough, fb.Limit(below=high + shift * error))
+        found = fb.analysis.check_limits(rough, fb.Limit(below=high + shift * error))
         assert found.attrs["kept"] == verdict
         assert float(found["least_margin_error"][0]) == pytest.approx(error)
 
@@ -94,7 +94,7 @@ def test_margin_between_the_times():
         return xr.DataArray(e[:, None] * np.sin(t), dims=("sample", "time"), coords={"time": t})
 
     own = fb.expand(response, {"e": fb.Interval(0.5, 1.0)}, fb.AdaptivePCCI())
-    found = fb.check_limits(own, fb.Limit(below=1 - 2e-4))
+    found = fb.analysis.check_limits(own, fb.Limit(below=1 - 2e-4))
     on_grid = 1 - 2e-4 - np.sin(t).max()
     assert float(found["least_margin"][0]) == pytest.approx(on_grid)
     assert float(found["grid_error"][0]) == pytest.approx(1 - np.sin(t).max(), rel=0.02)
@@ -107,7 +107,7 @@ def test_choices_are_all_checked():
 
     inputs = {"e": fb.Interval(0.0, 1.0), "kind": fb.Choice("steel", "brass")}
     both = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.check_limits(both, fb.Limit(below=1.5))
+    found = fb.analysis.check_limits(both, fb.Limit(below=1.5))
     assert float(found["least_margin"][0]) == pytest.approx(-0.5)
     assert found["worst_choice"].values[0] == "steel"
     assert found["verdict"].values[0] == "not kept"
@@ -121,10 +121,14 @@ def test_the_dims_of_an_output_stay(surrogate):
         return xr.DataArray(y, dims=("sample", "x", "time"), coords={"x": x, "time": np.arange(5)})
 
     own = fb.expand(response, {"e": fb.Interval(-1.0, 1.0)}, fb.AdaptivePCCI())
-    found = fb.check_limits(own, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x})))
+    found = fb.analysis.check_limits(
+        own, fb.Limit(above=xr.DataArray(-1.5 * x - 0.1, coords={"x": x}))
+    )
     np.testing.assert_allclose(found["margin"][0], 0.1 + 0.5 * x[:, None] * np.ones(5), atol=1e-9)
     number = fb.expand(lambda e: e**2, {"e": fb.Interval(-1, 1)}, fb.AdaptivePCCI())
-    assert float(fb.check_limits(number, fb.Limit(above=-0.5))["margin"][0]) == pytest.approx(0.5)
+    assert float(
+        fb.analysis.check_limits(number, fb.Limit(above=-0.5))["margin"][0]
+    ) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
@@ -148,5 +152,5 @@ def test_the_dims_of_an_output_stay(surrogate):
     ],
 )
 def test_refused_by_name(surrogate, options, message):
-    with pytest.raises(fb.InputError, match=message):
-        fb.check_limits(surrogate, fb.Limit(**options))
+    with pytest.raises(fb.errors.InputError, match=message):
+        fb.analysis.check_limits(surrogate, fb.Limit(**options))

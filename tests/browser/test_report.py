@@ -389,7 +389,7 @@ def test_sliders_move_the_margins_of_limits(many, opened):
     now = float(table.locator("tr").nth(1).locator("td").nth(1).inner_text().split()[0])
     narrower = fb.load_surrogate(many / "surrogate.npz").narrowed(p8=0.0)
     limit = fb.Limit("P_X", below=0.2008)
-    checked = fb.check_limits(narrower, limit)
+    checked = fb.analysis.check_limits(narrower, limit)
     assert now == pytest.approx(float(checked["least_margin"][0]), rel=1e-3)
     assert now > study
     heads = page.locator(".what-if-table").first.locator("thead").inner_text()

@@ -19,7 +19,7 @@ def response(a, x):
     return np.outer(a + 0.1 * x, np.linspace(0.5, 1.0, 5))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
-store = fb.Store("runs", insist=True)
+stores = fb.Store("runs", insist=True), fb.Store("others")
 study = fb.Study(response, inputs, fb.LHSScanning(6, 3))
 """
 
@@ -70,6 +70,7 @@ def test_a_former_command_and_a_former_policy_say_what_replaces_them(tmp_path):
     assert lines == [
         f"flexband: remark: leave-out is called skip {ends}",
         f"flexband: remark: --insist is called --allow-mismatch {ends}",
+        f"flexband: remark: flexband.Store is called flexband.execution.Store {ends}",
         f"flexband: remark: Store(insist=) is called Store(allow_mismatch=) {ends}",
     ]
     fb.save_surrogate(
@@ -87,7 +88,9 @@ def test_the_former_policy_and_argument_work_with_one_warning(tmp_path):
         found = fb.propagate(lambda a: a, inputs, fb.PCCI(0, 1), failed="leave out")
     np.testing.assert_allclose(found["mean"], [1.0, 2.0])
     with pytest.warns(FutureWarning, match=r"Store\(insist=\) is called Store\(allow_mismatch=\)"):
-        assert fb.Store(tmp_path, insist=True) == fb.Store(tmp_path, allow_mismatch=True)
+        assert fb.execution.Store(tmp_path, insist=True) == fb.execution.Store(
+            tmp_path, allow_mismatch=True
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert fb.Store(tmp_path, insist=True).allow_mismatch
+        assert fb.execution.Store(tmp_path, insist=True).allow_mismatch

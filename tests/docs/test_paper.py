@@ -31,7 +31,7 @@ def test_the_stored_numbers_are_those_of_the_code():
     stored, case = cell_of(NUMBERS["sweep"]), slider_crank(0.7)
     own, rough = (
         fb.propagate(case.response, case.inputs, method)
-        for method in (fb.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))
+        for method in (fb.methods.PhaseResolvedPCCI(*PHASES), fb.ImprovedPCCI(1, 1))
     )
     third = mean_widths(own, (0.4, 0.6))
     assert third == pytest.approx(stored["widths"][2], rel=1e-3)

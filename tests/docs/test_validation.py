@@ -16,5 +16,5 @@ def test_published_problem(problem):
 
 
 def test_a_mesh_too_coarse_for_the_whip_of_a_pendulum_is_refused():
-    with pytest.raises(fb.SimulationError, match="diverged"):
+    with pytest.raises(fb.errors.SimulationError, match="diverged"):
         fb.simulate(escalona(8), duration=0.8, step=1e-3)

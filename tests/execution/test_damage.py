@@ -56,7 +56,7 @@ def calls_of(folder, **options):
         made.append(len(a))
         return labelled(a, b)
 
-    found = study(fb.Store(folder, allow_mismatch=True), counting, **options)
+    found = study(fb.execution.Store(folder, allow_mismatch=True), counting, **options)
     return found, sum(made)
 
 
@@ -82,13 +82,13 @@ GROWING = ("inputs", "setting", "status", "reason", "seconds", "finished", "sess
 def test_runs_of_a_damaged_chunk_run_again(name, damage, copied, finished):
     file = next((copied / "runs.zarr" / name).glob("c*"))
     damage(file)
-    with pytest.warns(fb.FlexbandWarning, match="40 runs are damaged in"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="40 runs are damaged in"):
         found, made = calls_of(copied)
     xr.testing.assert_identical(found["mean"], finished[1]["mean"])
     assert made >= 40
-    runs = fb.open_runs(copied)
+    runs = fb.execution.open_runs(copied)
     assert len(runs.run) == 80
-    assert (runs.status[40:] == fb.open_runs(finished[0]).status).all()
+    assert (runs.status[40:] == fb.execution.open_runs(finished[0]).status).all()
     again, made = calls_of(copied)
     xr.testing.assert_identical(again["mean"], found["mean"])
     assert made <= 2
@@ -101,7 +101,7 @@ def test_what_cannot_be_run_again_is_there_twice(name, damage, copied, finished)
     found, made = calls_of(copied)
     assert made == 2  # those that a resume makes
     xr.testing.assert_identical(found["mean"], finished[1]["mean"])
-    assert fb.open_runs(copied).load().equals(fb.open_runs(finished[0]).load())
+    assert fb.execution.open_runs(copied).load().equals(fb.execution.open_runs(finished[0]).load())
 
 
 @pytest.mark.parametrize("damage", [truncate, flip, remove])
@@ -109,7 +109,7 @@ def test_both_copies_damaged_are_refused(damage, copied):
     for name in ("zarr.json", "zarr.json.copy"):
         damage(copied / "runs.zarr" / name)
     content = {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()}
-    with pytest.raises(fb.StoreError, match="and its copy are missing or damaged"):
+    with pytest.raises(fb.errors.StoreError, match="and its copy are missing or damaged"):
         study(copied)
     assert {f: f.read_bytes() for f in copied.rglob("*") if f.is_file()} == content
 
@@ -133,7 +133,7 @@ def test_a_kill_while_damage_is_mended_gives_no_run_another_value(copied, monkey
             study(copied)
             break
     assert count > 5
-    with fb.open_runs(copied) as runs:
+    with fb.execution.open_runs(copied) as runs:
         done = runs.sel(run=runs.status == 1).load()
     np.testing.assert_array_equal(done.outputs, labelled(*done.inputs.values.T))
 
@@ -186,7 +186,7 @@ def zeros_at_end(data):
 )
 def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
     file = unfinished(tmp_path)
-    assert len(fb.open_runs(tmp_path).run) == 0
+    assert len(fb.execution.open_runs(tmp_path).run) == 0
     file.write_bytes(damage(file.read_bytes()))
     made = []
 
@@ -195,10 +195,10 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
         return good(a, b)
 
     found = fb.propagate(
-        response, INPUTS, LHS, store=fb.Store(tmp_path, allow_mismatch=True), batch=4
+        response, INPUTS, LHS, store=fb.execution.Store(tmp_path, allow_mismatch=True), batch=4
     )
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
-    runs = fb.open_runs(tmp_path)
+    runs = fb.execution.open_runs(tmp_path)
     assert len(runs.run) == 40
     repeated = 2 if left else 1
     assert len(made) == 40 - left + repeated
@@ -209,7 +209,7 @@ def test_a_damaged_journal_keeps_what_is_whole(damage, left, tmp_path):
 def test_both_copies_of_a_coordinate_damaged_are_refused(damage, copied):
     for name in ("time/c.0", "time/copy"):
         damage(copied / "runs.zarr" / name)
-    with pytest.raises(fb.StoreError, match=r"time/c\.0 is missing or damaged"):
+    with pytest.raises(fb.errors.StoreError, match=r"time/c\.0 is missing or damaged"):
         study(copied)
 
 
@@ -218,18 +218,18 @@ def test_a_newer_store_is_refused(copied):
     found = json.loads(file.read_text())
     found["attributes"]["format"] = growing.FORMAT + 1
     file.write_text(json.dumps(found))
-    with pytest.raises(fb.StoreError, match="newer version of flexband"):
+    with pytest.raises(fb.errors.StoreError, match="newer version of flexband"):
         study(copied)
 
 
 def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     for folder in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/flexband")):
-        with pytest.raises(fb.StoreError, match="must be a folder to write to"):
+        with pytest.raises(fb.errors.StoreError, match="must be a folder to write to"):
             study(folder)
     assert (tmp_path / "file").read_text() == "mine"
-    with pytest.raises(fb.StoreError, match="there are none"):
-        fb.open_runs(tmp_path)
+    with pytest.raises(fb.errors.StoreError, match="there are none"):
+        fb.execution.open_runs(tmp_path)
 
 
 def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, finished, monkeypatch):
@@ -238,7 +238,7 @@ def test_a_clock_that_goes_backwards_changes_nothing(tmp_path, finished, monkeyp
     found = study(tmp_path, batch=3)
     xr.testing.assert_identical(found["mean"], finished[1]["mean"])
     assert study(tmp_path)["mean"].equals(found["mean"])
-    assert (np.diff(fb.open_runs(tmp_path).finished) <= 0).all()
+    assert (np.diff(fb.execution.open_runs(tmp_path).finished) <= 0).all()
 
 
 @contextmanager
@@ -261,13 +261,13 @@ def test_a_full_disk_costs_no_results(tmp_path):
     folder = tmp_path / "disk"
     exact = fb.propagate(wide, INPUTS, LHS)
     with small_disk(folder, "700k"):
-        with pytest.warns(fb.FlexbandWarning) as told:
+        with pytest.warns(fb.errors.FlexbandWarning) as told:
             found = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
         xr.testing.assert_equal(found["mean"], exact["mean"])
         texts = [str(one.message) for one in told]
         assert "No space left on device" in texts[0]
         assert "runs could not be recorded" in texts[-1]
-        with fb.open_runs(folder) as runs:
+        with fb.execution.open_runs(folder) as runs:
             runs.load()
         assert (
             len(runs.run)
@@ -278,7 +278,7 @@ def test_a_full_disk_costs_no_results(tmp_path):
         subprocess.run(["mount", "-o", "remount,size=20m", str(folder)], check=True)
         again = fb.propagate(wide, INPUTS, LHS, store=folder, batch=4)
         xr.testing.assert_equal(again["mean"], exact["mean"])
-        with fb.open_runs(folder) as runs:
+        with fb.execution.open_runs(folder) as runs:
             assert len(runs.run) == 40
             np.testing.assert_array_equal(runs.outputs, wide(*runs.inputs.values.T))
 
@@ -299,7 +299,7 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
     monkeypatch.setattr(Journal, "rotate", broken)
     monkeypatch.setattr("flexband.execution.record.RunRecorder.most_waiting", 1e3)  # bytes
     exact = fb.propagate(wide, INPUTS, LHS)
-    with pytest.warns(fb.FlexbandWarning) as told:
+    with pytest.warns(fb.errors.FlexbandWarning) as told:
         found = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)
     texts = " ".join(str(one.message) for one in told)
     assert str(end) in texts
@@ -308,7 +308,7 @@ def test_a_journal_that_cannot_be_closed_stops_no_study(end, every_time, tmp_pat
     monkeypatch.undo()
     again = fb.propagate(wide, INPUTS, LHS, store=tmp_path, batch=4)  # the journal has all runs
     xr.testing.assert_equal(again["mean"], exact["mean"])
-    assert fb.open_runs(tmp_path).sizes["run"] == 40
+    assert fb.execution.open_runs(tmp_path).sizes["run"] == 40
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -333,12 +333,12 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
             monkeypatch.setattr("flexband.execution.record.RunRecorder.period", 0.002)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         found = fb.propagate(delayed, INPUTS, LHS, store=tmp_path, batch=4, progress=progress)
     monkeypatch.undo()
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
     fb.propagate(delayed, INPUTS, LHS, store=tmp_path)
-    runs = fb.open_runs(tmp_path)
+    runs = fb.execution.open_runs(tmp_path)
     assert len(runs.run) == 40
     np.testing.assert_array_equal(runs.outputs, good(*runs.inputs.values.T))
 

@@ -27,8 +27,8 @@ WORDS = {
     "kills_its_process": "signal 9 ended it",
 }
 ERRORS = {
-    "returns_nan": fb.InputError,
-    "returns_another_shape": fb.InputError,
+    "returns_nan": fb.errors.InputError,
+    "returns_another_shape": fb.errors.InputError,
 }
 CAUSES = {"raises": ZeroDivisionError, "hangs": TimeoutError}
 
@@ -45,16 +45,16 @@ class Opened(Workers):
 
 @pytest.fixture(scope="module")
 def processes():
-    with fb.Processes(2, time_limit=0.3).open() as perform:
+    with fb.execution.Processes(2, time_limit=0.3).open() as perform:
         yield Opened(perform)
 
 
 def one_by_one(fault, **options):
-    return fb.samplewise(partial(bad, fault=fault, **options))
+    return fb.models.samplewise(partial(bad, fault=fault, **options))
 
 
 def status(folder):
-    with fb.open_runs(folder) as runs:
+    with fb.execution.open_runs(folder) as runs:
         return runs.load()
 
 
@@ -65,7 +65,7 @@ def test_a_failed_run_stops_and_leaves_the_others_recorded(fault, processes, tmp
     if fault in ("exits", "kills_its_process"):  # its task runs again in a new process
         found = study()
     else:
-        kind = ERRORS.get(fault, fb.RunError)
+        kind = ERRORS.get(fault, fb.errors.RunError)
         with pytest.raises(kind, match=WORDS[fault].split(": ")[-1]) as caught:
             study()
         if fault in CAUSES:
@@ -120,7 +120,7 @@ def test_results_without_many_runs_are_not_trusted():
 
 
 def test_regression_and_held_out_runs_go_on_without_failed_ones():
-    with_all = fb.RegressionPCCI(3, oversampling=4)
+    with_all = fb.methods.RegressionPCCI(3, oversampling=4)
     response = partial(bad, fault="returns_nan", limit=1.0)
     found = fb.propagate(response, INPUTS, with_all, failed="skip")
     assert found.attrs["runs_failed"] > 0
@@ -144,7 +144,7 @@ def test_verification_leaves_failed_runs_out(tmp_path):
     counts = f": {12 - failed.sum()} verification runs ({failed.sum()} more failed"
     assert counts in some.attrs["verdict"]
     assert f"({failed.sum()} more failed, and" in some.attrs["verdict"]
-    with pytest.raises(fb.RunError, match="raised ZeroDivisionError: the spring is slack"):
+    with pytest.raises(fb.errors.RunError, match="raised ZeroDivisionError: the spring is slack"):
         fb.verify(surrogate, partial(bad, fault="raises"), runs=12)
 
 
@@ -170,7 +170,7 @@ def test_held_out_runs_of_the_adaptive_method_are_left_out(tmp_path):
 def test_a_design_that_needs_every_run_says_which_one_failed():
     response = partial(bad, fault="raises", limit=-9.0)
     with pytest.raises(
-        fb.RunError, match=r"needs every run of its design.*spring is slack"
+        fb.errors.RunError, match=r"needs every run of its design.*spring is slack"
     ) as told:
         fb.propagate(response, INPUTS, fb.ImprovedPCCI(2, 6), failed="skip")
     assert "inputs of the run: a = " in str(told.value)
@@ -181,7 +181,9 @@ def test_a_scan_names_the_point_at_which_runs_fail():
     def response(a, b):
         return np.where((a > 1.9)[:, None], np.nan, good(a, b))
 
-    with pytest.raises(fb.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"):
+    with pytest.raises(
+        fb.errors.RunError, match=r"1 of 4 points of the scan, one of them a = 2\. Mend"
+    ):
         fb.propagate(response, INPUTS, LHS, failed="skip")
 
 
@@ -208,7 +210,7 @@ def test_a_response_that_always_fails_is_given_up(fault, monkeypatch, tmp_path):
         return bad(a + 1, b + 9, fault)
 
     words = WORDS[fault].split(": ")[-1]
-    with pytest.raises(fb.RunError, match=rf"all of the first \d+ runs failed.*{words}"):
+    with pytest.raises(fb.errors.RunError, match=rf"all of the first \d+ runs failed.*{words}"):
         fb.propagate(response, INPUTS, LHS, failed="skip", store=tmp_path / "s")
     assert (status(tmp_path / "s").status == 2).sum() <= max(
         Evaluations.failures_before_stop, calls[0]
@@ -234,7 +236,7 @@ def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):
 
     inputs = {"rate": fb.Interval(1.0, 50.0), "start": fb.Normal(1.0, 0.1)}
     study = partial(fb.propagate, Stiff(), inputs, LHS)
-    with pytest.raises(fb.InputError, match="not finite"):
+    with pytest.raises(fb.errors.InputError, match="not finite"):
         study()
     found = study(failed="half step", store=tmp_path)
     runs = status(tmp_path)
@@ -247,7 +249,7 @@ def test_runs_that_diverge_are_completed_with_half_the_step(tmp_path):
         text = f"completed with 1/{part} of the step" if part > 1 else ""
         assert set(runs.reason[own].values) == {text}
     assert "runs_failed" not in found.attrs
-    with pytest.raises(fb.InputError, match="requires a response whose `refinements`"):
+    with pytest.raises(fb.errors.InputError, match="requires a response whose `refinements`"):
         fb.propagate(good, INPUTS, LHS, failed="half step")
 
 
@@ -255,7 +257,7 @@ def test_an_executor_that_broke_fails_no_runs(tmp_path):
     response = partial(bad, fault="exits")
     with (
         ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
-        pytest.raises(fb.RunError, match="the executor cannot go on: BrokenProcessPool"),
+        pytest.raises(fb.errors.RunError, match="the executor cannot go on: BrokenProcessPool"),
     ):
         fb.propagate(
             response, INPUTS, LHS, store=tmp_path, failed="skip", executor=executor, batch=4
@@ -263,7 +265,7 @@ def test_an_executor_that_broke_fails_no_runs(tmp_path):
     assert not (status(tmp_path).status == 2).any()
     executor = ThreadPoolExecutor(1)
     executor.shutdown()
-    with pytest.raises(fb.RunError, match="cannot go on"):
+    with pytest.raises(fb.errors.RunError, match="cannot go on"):
         fb.propagate(good, INPUTS, LHS, executor=executor)
 
 
@@ -274,5 +276,5 @@ def test_a_response_that_cannot_be_sent_is_refused():
         with lock:
             return good(a, b)
 
-    with pytest.raises(fb.InputError, match="cannot be sent to another process"):
-        fb.propagate(response, INPUTS, LHS, executor=fb.Processes(1))
+    with pytest.raises(fb.errors.InputError, match="cannot be sent to another process"):
+        fb.propagate(response, INPUTS, LHS, executor=fb.execution.Processes(1))

@@ -114,7 +114,7 @@ def test_functions_inside_of_objects_count():
     def other(x):
         return x + 2
 
-    for wrapped in (np.vectorize, functools.lru_cache, fb.samplewise, functools.partial):
+    for wrapped in (np.vectorize, functools.lru_cache, fb.models.samplewise, functools.partial):
         assert fingerprint(wrapped(one)) == fingerprint(wrapped(one))
         assert fingerprint(wrapped(one)) != fingerprint(wrapped(other))
     assert fingerprint(functools.partial(one, x=1)) != fingerprint(functools.partial(one, x=2))
@@ -136,17 +136,17 @@ def test_a_store_is_refused_to_another_response(written, tmp_path):
     folder, texts = tmp_path / "s", list(TEXTS)
     exact = study(written(texts), store=folder)
     texts[1] = BESIDE.replace("GAIN = 3.0", "GAIN = 3.5")
-    with pytest.raises(fb.StoreError, match="the code or the data of the response changed"):
+    with pytest.raises(fb.errors.StoreError, match="the code or the data of the response changed"):
         study(written(texts), store=folder)
     with pytest.raises(
-        fb.StoreError,
+        fb.errors.StoreError,
         match="allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch",
     ):  # the runs disagree
         study(lambda a, b: a + 2 * b, store=folder)
-    with pytest.raises(fb.StoreError, match="version: '' before, 'v2' now"):
-        study(written(TEXTS), store=fb.Store(folder, version="v2"))
+    with pytest.raises(fb.errors.StoreError, match="version: '' before, 'v2' now"):
+        study(written(TEXTS), store=fb.execution.Store(folder, version="v2"))
     study(stateful(), store=tmp_path / "t")
-    with pytest.raises(fb.StoreError, match="made again and the response differs"):
+    with pytest.raises(fb.errors.StoreError, match="made again and the response differs"):
         study(stateful(), store=tmp_path / "t")
     np.testing.assert_array_equal(study(written(TEXTS), store=folder)["mean"], exact["mean"])
 

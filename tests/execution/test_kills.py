@@ -42,7 +42,7 @@ def recorded(folder):
     path = Path(folder) / "runs.zarr"
     if not (path / "zarr.json").exists():
         return {}
-    with fb.open_runs(folder) as runs:
+    with fb.execution.open_runs(folder) as runs:
         parts = [(runs.inputs.values, runs.outputs.values)] if "outputs" in runs else []
         left = Journal(path).read(len(runs.run))
     parts += [(one.inputs, one.values) for one in left]
@@ -95,7 +95,7 @@ def test_a_study_that_is_killed_goes_on_where_it_was(seed, tmp_path):
     count = len(runs_of(log))
     study(folder, log)
     assert len(runs_of(log)) == count + 2
-    assert len(fb.open_runs(folder).run) == 480
+    assert len(fb.execution.open_runs(folder).run) == 480
 
 
 def test_a_killed_study_leaves_no_workers_and_no_lock(tmp_path):
@@ -125,7 +125,7 @@ def study_in_forks(folder, log, pid):
 
 def test_workers_end_with_their_study(tmp_path):
     log = tmp_path / "log"
-    process = start(study, tmp_path / "s", log, fb.Processes(1), 0.01)
+    process = start(study, tmp_path / "s", log, fb.execution.Processes(1), 0.01)
     wait_until(lambda: len(runs_of(log)) >= BATCH)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     assert children
@@ -137,14 +137,14 @@ def test_workers_end_with_their_study(tmp_path):
 def test_a_batch_whose_worker_is_killed_runs_again(tmp_path):
     """Killed from outside, in the midst of a call."""
     log = tmp_path / "log"
-    process = start(study, tmp_path / "s", log, fb.Processes(2), 0.005)
+    process = start(study, tmp_path / "s", log, fb.execution.Processes(2), 0.005)
     wait_until(lambda: len(runs_of(log)) >= 2 * BATCH)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     os.kill(int(children[0]), signal.SIGKILL)
     process.join()
     assert process.exitcode == 0
     assert 480 < len(runs_of(log)) <= 480 + BATCH + 3
-    assert len(fb.open_runs(tmp_path / "s").run) == 480
+    assert len(fb.execution.open_runs(tmp_path / "s").run) == 480
 
 
 def test_interrupting_closes_the_store_at_once(tmp_path):
@@ -160,7 +160,7 @@ study({str(tmp_path / "s")!r}, {str(tmp_path / "log")!r}, seconds=0.01)
     error = process.communicate()[1]
     assert time.monotonic() - begin < 2
     assert "KeyboardInterrupt" in error
-    with fb.open_runs(tmp_path / "s") as runs:
+    with fb.execution.open_runs(tmp_path / "s") as runs:
         finished = len(runs_of(tmp_path / "log"))
         assert finished - BATCH <= len(runs.run) <= finished
     assert not list((tmp_path / "s" / "runs.zarr").glob("journal-*"))
@@ -171,7 +171,7 @@ def test_a_folder_serves_one_study_at_a_time(tmp_path):
     process = start(study, tmp_path / "s", log, None, 0.05)
     wait_until(lambda: len(runs_of(log)) > 0)
     who = f"in use by process {process.pid} on {socket.gethostname()}"
-    with pytest.raises(fb.StoreError, match=who):
+    with pytest.raises(fb.errors.StoreError, match=who):
         study(tmp_path / "s", log)
     process.kill()
     process.join()
@@ -193,7 +193,7 @@ def test_a_store_opens_at_any_moment_of_a_study(tmp_path):
     assert process.exitcode == 0
     assert counts == sorted(counts)
     assert len(set(counts)) > 5
-    assert len(fb.open_runs(folder).run) == 480
+    assert len(fb.execution.open_runs(folder).run) == 480
 
 
 def study_often_written(folder, log):
@@ -221,7 +221,7 @@ def test_results_are_the_same_bit_for_bit_with_dask_whose_worker_dies(dask, tmp_
     found = fb.propagate(response, INPUTS, LHS, store=tmp_path / "s", batch=BATCH, executor=dask)
     assert (tmp_path / "once").exists()
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
-    assert (fb.open_runs(tmp_path / "s").status == 1).all()
+    assert (fb.execution.open_runs(tmp_path / "s").status == 1).all()
 
 
 def stops_once(a, b, once):
@@ -238,10 +238,14 @@ def stops_once(a, b, once):
 @pytest.mark.filterwarnings("ignore")
 def test_a_run_on_a_dask_worker_that_is_stopped_goes_to_another(dask, tmp_path):
     response = partial(stops_once, once=str(tmp_path / "once"))
-    options = {"store": tmp_path / "s", "batch": BATCH, "executor": fb.Dask(dask, time_limit=2.0)}
+    options = {
+        "store": tmp_path / "s",
+        "batch": BATCH,
+        "executor": fb.execution.Dask(dask, time_limit=2.0),
+    }
     found = fb.propagate(response, INPUTS, LHS, **options)
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
-    assert (fb.open_runs(tmp_path / "s").status == 1).all()
+    assert (fb.execution.open_runs(tmp_path / "s").status == 1).all()
 
 
 class SlowToLoad:
@@ -259,7 +263,9 @@ class SlowToLoad:
 
 @pytest.mark.filterwarnings("ignore")
 def test_loading_a_response_takes_no_time_of_its_calls(dask):
-    found = fb.propagate(SlowToLoad(), INPUTS, LHS, executor=fb.Dask(dask, time_limit=1.5))
+    found = fb.propagate(
+        SlowToLoad(), INPUTS, LHS, executor=fb.execution.Dask(dask, time_limit=1.5)
+    )
     np.testing.assert_array_equal(found["mean"], fb.propagate(good, INPUTS, LHS)["mean"])
 
 
@@ -285,7 +291,7 @@ def test_a_dask_worker_that_is_slow_to_come_back_is_waited_for():
     assert cluster.workers(b"", b"", "") == {"second": 1}
     cluster = dask._Timed(SlowCluster(float("inf")), 1.0, start=0.1, look=0.01)
     cluster.replace("first")
-    with pytest.raises(fb.RunError, match="no Dask worker is left that answers"):
+    with pytest.raises(fb.errors.RunError, match="no Dask worker is left that answers"):
         cluster.workers(b"", b"", "")
 
 
@@ -328,14 +334,14 @@ def test_results_are_the_same_bit_for_bit_in_all_processes(tmp_path):
         "a": fb.RandomField(1.0, 0.1, correlation_length=0.5, domain=(0.0, 1.0)),
         "e": fb.Choice("low", "high"),
     }
-    response = fb.samplewise(fields)
+    response = fb.models.samplewise(fields)
     method = fb.LHSScanning(6, 3)
     exact = fb.propagate(response, inputs, method)
     with ProcessPoolExecutor(1, CONTEXT) as pool:
-        for number, executor in enumerate((fb.Processes(2), pool)):
+        for number, executor in enumerate((fb.execution.Processes(2), pool)):
             folder = tmp_path / str(number)
             for again in (executor, None):
                 found = fb.propagate(response, inputs, method, store=folder, executor=again)
                 for name in exact.data_vars:
                     np.testing.assert_array_equal(found[name], exact[name])
-            assert len(fb.open_runs(folder).run) == 36
+            assert len(fb.execution.open_runs(folder).run) == 36

@@ -38,7 +38,7 @@ def test_verification_tells_its_progress():
     surrogate, told = fb.expand(good, INPUTS, fb.PCCI(1, 1)), []
     fb.verify(surrogate, halfway, runs=6, progress=lambda *both: told.append(both))
     assert told == [(0, 6), (3, 6), (6, 6)]
-    with pytest.raises(fb.InputError, match="progress must be a function"):
+    with pytest.raises(fb.errors.InputError, match="progress must be a function"):
         fb.verify(surrogate, halfway, progress=3)
 
 
@@ -56,7 +56,7 @@ def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_pa
     monkeypatch.setattr("flexband.mechanics.simulate.run_samples", diverging)
     response = fb.dynamic_response(hardening_spring, duration=0.2, step=0.02)
     inputs, told = {"speed": fb.Interval(10.0, 15.0)}, []
-    with pytest.raises(fb.SimulationError, match="speed = 15"):
+    with pytest.raises(fb.errors.SimulationError, match="speed = 15"):
         fb.propagate(response, inputs, fb.LHSScanning(2, 2))
     found = fb.propagate(
         response, inputs, fb.LHSScanning(2, 21), failed="half step", store=tmp_path,
@@ -65,7 +65,7 @@ def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_pa
     assert told[0] == 0
     assert len({done for done in told if 0 < done < 21}) >= 2  # of three blocks of lanes
     assert told[-1] == 22
-    with fb.open_runs(tmp_path) as runs:
+    with fb.execution.open_runs(tmp_path) as runs:
         own = runs.isel(run=runs.inputs.values[:, 0] == 15.0).load()
         assert (runs.status == 1).all()
     assert own.reason.values.tolist() == ["completed with 1/4 of the step"]

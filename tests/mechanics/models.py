@@ -46,7 +46,7 @@ def slider_crank(
         youngs_modulus=youngs_modulus,
         poissons_ratio=poissons_ratio,
         elements=elements,
-        integration=integration or fb.FullIntegration(),
+        integration=integration or fb.sections.FullIntegration(),
         start=(crank_length, 0.0),
     )
     return _with_slider(crank, link, crank_length, spring_stiffness, angle, rest_length=rest_length)
@@ -122,7 +122,7 @@ def beam(elements=3, integration=None, **changes):
         "youngs_modulus": 70e9,
         "poissons_ratio": 0.3,
         "elements": elements,
-        "integration": integration or fb.FullIntegration(),
+        "integration": integration or fb.sections.FullIntegration(),
     }
     return fb.Beam(**(values | changes))
 

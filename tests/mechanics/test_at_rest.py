@@ -144,13 +144,15 @@ def test_what_is_not_stable_or_not_unique_is_refused():
             sensors={"m": fb.Position("m")},
         )
 
-    with pytest.raises((fb.InputError, fb.AssemblyError)):
+    with pytest.raises((fb.errors.InputError, fb.errors.AssemblyError)):
         fb.static_response(inverted)(mass=np.ones(1))
     equal = fb.modal_response(two_oscillators, 2, nominal={"first": 95.0})
-    with pytest.raises(fb.InputError, match="modes 1 and 2 are the same at the nominal values"):
+    with pytest.raises(
+        fb.errors.InputError, match="modes 1 and 2 are the same at the nominal values"
+    ):
         equal(first=np.array([100.0]))
     few = fb.modal_response(two_oscillators, 3, nominal={"first": 100.0})
-    with pytest.raises(fb.InputError, match="modes must be 2 or less"):
+    with pytest.raises(fb.errors.InputError, match="modes must be 2 or less"):
         few(first=np.array([100.0]))
 
 
@@ -171,5 +173,5 @@ def test_what_is_not_stable_or_not_unique_is_refused():
     ],
 )
 def test_refused(make, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         make()

@@ -61,7 +61,7 @@ def test_the_error_of_the_mesh_against_the_deflection_of_beam_theory():
     bending, shear = 0.5**3 / 3 / (0.02 * 0.025**3 / 12), 0.5 * 2.6 * 15.3 / 13 / (0.02 * 0.025)
     exact, time = -20.0 * (bending + shear) / 2e11, {"duration": 0.2, "step": 1e-3}
     for elements in (4, 8):
-        model = loaded(elements, fb.SelectiveIntegration())
+        model = loaded(elements, fb.sections.SelectiveIntegration())
         tip = float(fb.simulate(model, **time).sel(output="tip_Y")[-1])
         estimate = fb.discretization_error(model, **time).sel(output="tip_Y").isel(time=-1)
         assert float(estimate["mesh_error"]) == pytest.approx(abs(tip - exact), rel=0.05)
@@ -133,10 +133,10 @@ def test_only_the_motion_itself_warns():
     wheel = fb.RigidBody(mass=1.0, inertia=0.5, rate=900.0)
     pin = {"pin": fb.Revolute("wheel", (0.0, 0.0))}
     model = fb.Mechanism(bodies={"wheel": wheel}, joints=pin, sensors={"a": fb.Angle("wheel")})
-    with pytest.warns(fb.FlexbandWarning, match="rad per step") as issued:
+    with pytest.warns(fb.errors.FlexbandWarning, match="rad per step") as issued:
         errors = fb.discretization_error(model, duration=0.02, step=1e-3)
     assert len(issued) == 1
     assert errors.attrs["relative_error"] > 0.05
     nothing = fb.Mechanism(bodies={"wheel": replace(wheel, rate=1.0)}, joints=pin)
-    with pytest.raises(fb.InputError, match="no sensors"):
+    with pytest.raises(fb.errors.InputError, match="no sensors"):
         fb.discretization_error(nothing, duration=0.02, step=1e-3)

@@ -10,7 +10,7 @@ from tests.mechanics.models import hardening_spring, rigid_slider_crank
 
 def test_a_builder_must_return_a_mechanism():
     response = fb.dynamic_response(lambda length: None, duration=0.1, step=0.01)
-    with pytest.raises(fb.InputError, match="must return a Mechanism; got None"):
+    with pytest.raises(fb.errors.InputError, match="must return a Mechanism; got None"):
         response(length=np.ones(2))
 
 
@@ -29,7 +29,7 @@ def test_assembly_errors_give_the_inputs():
         return fb.Mechanism(bodies={"crank": crank, "link": link}, joints=joints, sensors=sensors)
 
     response = fb.dynamic_response(locked, duration=0.01, step=1e-3)
-    with pytest.raises(fb.AssemblyError, match=r"sample 1: link_length = 0.1") as caught:
+    with pytest.raises(fb.errors.AssemblyError, match=r"sample 1: link_length = 0.1") as caught:
         response(link_length=np.array([0.3, 0.1]))
     assert list(caught.value.failures) == [1]
 
@@ -40,7 +40,7 @@ def test_a_diverging_run_is_reported_with_inputs_and_time():
 
     response = fb.dynamic_response(locking, duration=0.3, step=1e-3)
     lengths = np.array([0.2, 0.2, 0.2])
-    with pytest.raises(fb.SimulationError) as caught:
+    with pytest.raises(fb.errors.SimulationError) as caught:
         response(crank_length=lengths, link_length=np.array([0.45, 0.15, 0.45]))
     assert list(caught.value.failures) == [1]
     time = caught.value.failures[1][0]
@@ -107,16 +107,18 @@ def test_outputs_may_be_farther_apart_than_steps():
     )
     np.testing.assert_array_equal(some(modulus=modulus), every(modulus=modulus)[..., ::4])
     with pytest.raises(
-        fb.InputError, match=r"output_step .s. must be a multiple of step; got 0\.0001 with"
+        fb.errors.InputError, match=r"output_step .s. must be a multiple of step; got 0\.0001 with"
     ):
         fb.dynamic_response(leaf, duration=4e-3, step=3e-5, output_step=1e-4)
-    with pytest.raises(fb.InputError, match=r"whole multiple of output_step; got 0\.004 with out"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"whole multiple of output_step; got 0\.004 with out"
+    ):
         fb.dynamic_response(leaf, duration=4e-3, output_step=3e-4)
     with pytest.raises(
-        fb.InputError, match=r"whole multiple of step; got 0\.004 with step 0\.0003"
+        fb.errors.InputError, match=r"whole multiple of step; got 0\.004 with step 0\.0003"
     ):
         fb.dynamic_response(leaf, duration=4e-3, step=3e-4)
-    with pytest.raises(fb.InputError, match=r"output_step .s. must be positive; got 0"):
+    with pytest.raises(fb.errors.InputError, match=r"output_step .s. must be positive; got 0"):
         fb.dynamic_response(leaf, duration=4e-3, output_step=0.0)
 
 
@@ -127,8 +129,10 @@ def test_what_is_left_out_of_the_discretization_is_told():
     finer = open_.refinements(**values)["elements"].refinements(**values)["step"]
     assert finer.discretization(**values) == {"step": 5e-6, "elements of leaf": 8}
     with (
-        pytest.warns(fb.ResolutionWarning, match="step is left out: 1e-05 s is used"),
-        pytest.warns(fb.ResolutionWarning, match="elements of 'leaf' is left out: 4 are used"),
+        pytest.warns(fb.errors.ResolutionWarning, match="step is left out: 1e-05 s is used"),
+        pytest.warns(
+            fb.errors.ResolutionWarning, match="elements of 'leaf' is left out: 4 are used"
+        ),
     ):
         coarse = open_(**values)
     given = fb.dynamic_response(lambda modulus: leaf(4, modulus), duration=5e-3, step=1e-5)
@@ -143,8 +147,8 @@ def test_runs_that_diverge_are_not_completed_where_the_step_is_left_out():
     speeds = {"speed": np.array([0.1, 7.5])}
     open_ = fb.dynamic_response(hardening_spring, duration=0.2, output_step=0.02)
     with (
-        pytest.warns(fb.ResolutionWarning, match="step is left out"),
-        pytest.raises(fb.SimulationError, match=r"speed = 7\.5") as error,
+        pytest.warns(fb.errors.ResolutionWarning, match="step is left out"),
+        pytest.raises(fb.errors.SimulationError, match=r"speed = 7\.5") as error,
     ):
         open_(**speeds)
     assert "diverged with steps of 0.02 s\nTake shorter steps" in str(error.value)
@@ -159,11 +163,13 @@ def test_points_of_a_refined_mechanism_stay_where_they_are():
     coarse, fine = (fb.simulate(m, duration=1e-9, step=1e-9)[:12, 0] for m in (model, finer))
     np.testing.assert_allclose(fine, coarse, atol=2e-6)  # of Hermite cubics that follow a curve
     np.testing.assert_allclose(fine[:8], coarse[:8], atol=1e-12)  # nodes
-    with pytest.raises(fb.InputError, match="'node 0' to 'node 6'"):
+    with pytest.raises(fb.errors.InputError, match="'node 0' to 'node 6'"):
         finer.frame("leaf.node 7")
-    with pytest.raises(fb.InputError, match="body 'leaf': Beam elements must be 100000 or less"):
+    with pytest.raises(
+        fb.errors.InputError, match="body 'leaf': Beam elements must be 100000 or less"
+    ):
         model.refined(20_000)
-    with pytest.raises(fb.InputError, match="parts must be 1 or more; got 0"):
+    with pytest.raises(fb.errors.InputError, match="parts must be 1 or more; got 0"):
         model.refined(0)
     rigid = rigid_slider_crank()
     assert rigid.refined() is rigid
@@ -179,7 +185,7 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
         )
 
     response = fb.dynamic_response(spinning, duration=0.02, step=1e-3)
-    with pytest.warns(fb.FlexbandWarning, match="rad per step"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="rad per step"):
         coarse = response(rate=np.array([900.0]))
     fine = response.refined()(rate=np.array([900.0]))
     exact = 900.0 * coarse.time
@@ -187,7 +193,8 @@ def test_a_refined_response_warns_of_nothing_new_and_names_its_failures():
 
     locking = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
     with pytest.raises(
-        fb.SimulationError, match="2 times finer steps and 2 times finer elements:\nsample 0: cr"
+        fb.errors.SimulationError,
+        match="2 times finer steps and 2 times finer elements:\nsample 0: cr",
     ):
         locking.refined()(crank_length=np.array([0.2]), link_length=np.array([0.15]))
 
@@ -203,7 +210,7 @@ def test_substeps_have_the_times_of_whole_steps(duration, step):
 
 @pytest.mark.parametrize("substeps", [0, 2.0, True, 10**400])
 def test_substeps_must_be_a_whole_number(substeps):
-    with pytest.raises(fb.InputError, match="substeps must be"):
+    with pytest.raises(fb.errors.InputError, match="substeps must be"):
         fb.simulate(rigid_slider_crank(), **QUICK, substeps=substeps)
 
 
@@ -217,7 +224,7 @@ def test_runs_that_needed_half_the_step_are_warned_of():
         )
 
     response = fb.dynamic_response(builder, duration=0.2, step=0.02)
-    with pytest.warns(fb.FlexbandWarning, match="1 of 3 runs diverged with steps of 0.02 s"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="1 of 3 runs diverged with steps of 0.02 s"):
         response(speed=np.array([0.1, 7.5, 0.2]))
 
 

@@ -33,7 +33,7 @@ from tests.mechanics.models import (
     ],
 )
 def test_bad_times_are_refused(duration, step, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.simulate(pendulum(), duration=duration, step=step)
 
 
@@ -74,7 +74,9 @@ def test_a_diverging_sample_is_repeated_with_half_the_step_and_hurts_no_other():
     divided = fb.simulate(hardening_spring(speeds), duration=1.0, step=0.04, substeps=2)
     np.testing.assert_array_equal(divided, together[:, :, ::2])
     assert divided.attrs["halved_step"] == [1, 3]
-    with pytest.raises(fb.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"):
+    with pytest.raises(
+        fb.errors.SimulationError, match=r"steps of 0\.02 s and of 0\.01 s\nTake shorter"
+    ):
         fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
@@ -99,24 +101,26 @@ def test_impulses_of_a_sample_that_is_repeated_with_half_the_step_are_those_of_t
 
 def test_a_mechanism_without_sensors_is_refused():
     told = r"no sensors, so it has no outputs; add .* such as Mechanism\(..., sensors="
-    with pytest.raises(fb.InputError, match=told):
+    with pytest.raises(fb.errors.InputError, match=told):
         fb.simulate(pendulum_driven(lambda t: t, sensors={}), duration=0.01, step=1e-3)
     inputs, builder = {"k": fb.Interval(1.0, 2.0)}, lambda k: fb.Mechanism(bodies={"a": block()})
     for response in (
         fb.dynamic_response(builder, duration=0.01, step=1e-3), fb.static_response(builder)
     ):  # fmt: skip
-        with pytest.raises(fb.InputError, match=told):
+        with pytest.raises(fb.errors.InputError, match=told):
             fb.propagate(response, inputs, fb.PCCI(1, 1))
 
 
 def test_a_run_that_does_not_fit_into_memory_is_refused_before_it_starts():
     mechanism = fb.Mechanism(bodies={"m": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("m")})
-    with pytest.raises(fb.InputError, match=r"1e\+14 steps, would take 4e\+06 GB of memory"):
+    with pytest.raises(fb.errors.InputError, match=r"1e\+14 steps, would take 4e\+06 GB of memory"):
         fb.simulate(mechanism, duration=1e5, step=1e-9)
     many = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=np.ones(100_000))}, sensors={"x": fb.Position("m")}
     )
-    with pytest.raises(fb.InputError, match="100000 samples of 2 outputs at 1000001 times would"):
+    with pytest.raises(
+        fb.errors.InputError, match="100000 samples of 2 outputs at 1000001 times would"
+    ):
         fb.simulate(many, duration=1.0, step=1e-6)
 
 
@@ -128,14 +132,14 @@ def test_a_point_between_two_rods_almost_in_line_stands_still_or_is_warned_of(sl
         warnings.simplefilter("always")
         try:
             motion = fb.simulate(between_rods(slope), duration=0.003, step=1e-3)
-        except fb.SimulationError:
+        except fb.errors.SimulationError:
             return
     right = np.allclose(motion.sel(output="R_X"), exact, rtol=1e-3)
     assert right or any("almost depend" in str(w.message) for w in told)
 
 
 def test_a_run_that_fails_in_its_first_step_has_started():
-    with pytest.raises(fb.SimulationError, match=r"t = 0\.02 s"):
+    with pytest.raises(fb.errors.SimulationError, match=r"t = 0\.02 s"):
         fb.simulate(hardening_spring(1e6), duration=1.0, step=0.02)
 
 
@@ -163,7 +167,9 @@ def test_times_are_the_nearest_numbers_with_their_digits(duration, step, substep
 def test_tables_of_too_many_steps_are_refused_before_they_are_made(monkeypatch):
     monkeypatch.setattr(errors, "free_memory", lambda: 3e8)
     monkeypatch.setattr(importlib.import_module("flexband.mechanics.simulate"), "run_samples", None)
-    with pytest.raises(fb.InputError, match="1 sample of 2 outputs at 1000001 times would take"):
+    with pytest.raises(
+        fb.errors.InputError, match="1 sample of 2 outputs at 1000001 times would take"
+    ):
         fb.simulate(swinging(), duration=1000.0, step=1e-3, threads=1)
 
 

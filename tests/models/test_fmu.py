@@ -109,7 +109,7 @@ def closed_form(mass, stiffness, damping=2.0):
 
 
 def test_an_fmu_equals_its_closed_form(fmu):
-    response = fb.FMU(fmu, TIMES)
+    response = fb.models.FMU(fmu, TIMES)
     values = {"mass": np.array([1.0, 1.3]), "spring.k": np.array([80.0, 120.0])}
     found = response(**values)
     exact = closed_form(*values.values())
@@ -120,13 +120,13 @@ def test_an_fmu_equals_its_closed_form(fmu):
     with ProcessPoolExecutor(1) as pool:
         np.testing.assert_array_equal(pool.submit(response, **values).result(), found)
     for step in (0.05, 0.007):
-        again = fb.FMU(fmu, TIMES, ["v"], step=step)(**values)
+        again = fb.models.FMU(fmu, TIMES, ["v"], step=step)(**values)
         np.testing.assert_allclose(again[:, 0], exact[:, 1], rtol=1e-9, atol=1e-10)
 
 
 def test_a_study(fmu):
     inputs = {"mass": fb.Normal(1.0, 0.02), "spring.k": fb.Interval(90.0, 110.0)}
-    bands = fb.propagate(fb.FMU(fmu, TIMES), inputs, fb.PCCI(3, 3))
+    bands = fb.propagate(fb.models.FMU(fmu, TIMES), inputs, fb.PCCI(3, 3))
     expected = fb.propagate(
         closed_form, {"mass": inputs["mass"], "stiffness": inputs["spring.k"]}, fb.PCCI(3, 3)
     )
@@ -134,7 +134,7 @@ def test_a_study(fmu):
 
 
 def test_inputs_integers_and_booleans(fmu):
-    response = fb.FMU(fmu, [2.0, 4.0], ["x", "springs", "locked"])
+    response = fb.models.FMU(fmu, [2.0, 4.0], ["x", "springs", "locked"])
     found = response(force=[50.0, 50.0, 0.0], springs=[1, 2, 1], locked=[0, 0, 1], damping=8.0)
     np.testing.assert_allclose(found[:, 0, 1], [0.5, 0.25, 1.0], atol=1e-5)
     np.testing.assert_array_equal(found[:, 1, 0], [1, 2, 1])
@@ -161,36 +161,40 @@ def test_inputs_integers_and_booleans(fmu):
 def test_values_that_an_fmu_cannot_have(fmu, values, text):
     if "mass_again" in values and "3" in fmu.name:
         pytest.skip("variables of FMI 3.0 have references of their own")
-    with pytest.raises(fb.InputError, match=text):
-        fb.FMU(fmu, TIMES)(**values)
+    with pytest.raises(fb.errors.InputError, match=text):
+        fb.models.FMU(fmu, TIMES)(**values)
 
 
 def test_failures_tell_what_the_fmu_has_logged(fmu, capfd):
-    with pytest.raises(fb.ModelError, match=r"DoStep failed with status 3.*\n +stiffness is neg"):
-        fb.FMU(fmu, TIMES)(**{"spring.k": -1.0})
+    with pytest.raises(
+        fb.errors.ModelError, match=r"DoStep failed with status 3.*\n +stiffness is neg"
+    ):
+        fb.models.FMU(fmu, TIMES)(**{"spring.k": -1.0})
     assert capfd.readouterr().out == ""
 
 
 def test_an_fmu_that_ends_early(tmp_path):
-    with pytest.raises(fb.ModelError, match="the FMU ends at 4 s"):
-        fb.FMU(build(tmp_path, 3), [4.0, 5.0])(mass=1.0)
+    with pytest.raises(fb.errors.ModelError, match="the FMU ends at 4 s"):
+        fb.models.FMU(build(tmp_path, 3), [4.0, 5.0])(mass=1.0)
 
 
 def test_a_changed_file_is_refused(tmp_path):
     file = build(tmp_path, 2)
-    response = fb.FMU(file, TIMES)
+    response = fb.models.FMU(file, TIMES)
     assert pickle.loads(pickle.dumps(response)) == response
     with zipfile.ZipFile(file, "a") as archive:
         archive.writestr("resources/more.txt", "changed")
-    with pytest.raises(fb.ModelError, match="has changed since the response was made"):
+    with pytest.raises(fb.errors.ModelError, match="has changed since the response was made"):
         response(mass=1.0)
 
 
 def test_equal_steps_only(tmp_path):
     file = build(tmp_path, 2, variable_steps=False)
-    with pytest.raises(fb.InputError, match=r"equal communication steps only.*from 0.05 to 0.6 s"):
-        fb.FMU(file, TIMES)
-    found = fb.FMU(file, TIMES, step=0.05)(mass=1.0)
+    with pytest.raises(
+        fb.errors.InputError, match=r"equal communication steps only.*from 0.05 to 0.6 s"
+    ):
+        fb.models.FMU(file, TIMES)
+    found = fb.models.FMU(file, TIMES, step=0.05)(mass=1.0)
     np.testing.assert_allclose(found, closed_form(1.0, 100.0), atol=1e-10)
 
 
@@ -209,12 +213,12 @@ def test_equal_steps_only(tmp_path):
 )
 def test_bad_descriptions_are_refused(fmu, arguments, text):
     path, *others = arguments
-    with pytest.raises(fb.InputError, match=text):
-        fb.FMU(path or fmu, *others)
+    with pytest.raises(fb.errors.InputError, match=text):
+        fb.models.FMU(path or fmu, *others)
 
 
 def test_an_fmu_for_another_computer(fmu, tmp_path):
     with zipfile.ZipFile(fmu) as whole, zipfile.ZipFile(tmp_path / "o.fmu", "w") as other:
         other.writestr("modelDescription.xml", whole.read("modelDescription.xml"))
-    with pytest.raises(fb.InputError, match=r"must be an FMU for .*; .* is for nothing"):
-        fb.FMU(tmp_path / "o.fmu", TIMES)
+    with pytest.raises(fb.errors.InputError, match=r"must be an FMU for .*; .* is for nothing"):
+        fb.models.FMU(tmp_path / "o.fmu", TIMES)

@@ -46,7 +46,7 @@ def printed(folder):
 @pytest.fixture
 def oscillator(tmp_path):
     (tmp_path / "model.json").write_text(MODEL, encoding="utf-8")
-    return fb.ExternalProgram(
+    return fb.models.ExternalProgram(
         [sys.executable, "solver.py", "${mass:.12e}"],
         read=series,
         files={"solver.py": SOLVER.encode(), "model.json": tmp_path / "model.json"},
@@ -70,7 +70,7 @@ def test_a_program_equals_its_closed_form(oscillator):
 
 
 def test_what_is_no_placeholder_survives():
-    program = fb.ExternalProgram(
+    program = fb.models.ExternalProgram(
         ["cat", "in/model.json"],
         read=lambda folder: json.loads((folder / "stdout.txt").read_text())["spring"]["k"],
         files={"in/model.json": MODEL},
@@ -78,16 +78,16 @@ def test_what_is_no_placeholder_survives():
     assert program(stiffness=[0.1 + 0.2, -1e-300]).tolist() == [0.1 + 0.2, -1e-300]
     seen = []
     text = "{${x:.3e}} $HOME $(x) ${x:>8} `x` \\n é\r\n"
-    program = fb.ExternalProgram(
+    program = fb.models.ExternalProgram(
         ["cat"], standard_input=text, read=lambda f: seen.append((f / "stdout.txt").read_bytes())
     )
-    with pytest.raises(fb.InputError, match="got None"):
+    with pytest.raises(fb.errors.InputError, match="got None"):
         program(x=[2.5])
     assert seen[0].decode() == "{2.500e+00} $HOME $(x)      2.5 `x` \\n é\r\n"
 
 
 def test_texts_and_numbers_are_arguments_without_a_shell():
-    program = fb.ExternalProgram(
+    program = fb.models.ExternalProgram(
         [sys.executable, "-c", "import sys; print(len(sys.argv[1]) * int(sys.argv[2]))",
          "${material}; rm -rf '*' $HOME", "${turns:d}"],
         read=printed,
@@ -99,7 +99,7 @@ def test_texts_and_numbers_are_arguments_without_a_shell():
 
 def run_one(command, **settings):
     own = {"read": printed, **settings}
-    return fb.ExternalProgram([*shell(command), "${x}"], **own)(x=[1.0])
+    return fb.models.ExternalProgram([*shell(command), "${x}"], **own)(x=[1.0])
 
 
 @pytest.mark.parametrize(
@@ -114,12 +114,12 @@ def run_one(command, **settings):
     ],
 )
 def test_failures_tell_why(command, text):
-    with pytest.raises(fb.ModelError, match=text):
+    with pytest.raises(fb.errors.ModelError, match=text):
         run_one(command, time_limit=0.2 if "sleep" in command else None)
 
 
 def test_only_the_last_lines_are_shown():
-    with pytest.raises(fb.ModelError) as caught:
+    with pytest.raises(fb.errors.ModelError) as caught:
         run_one("seq 1 100000 >&2; exit 2")
     assert str(caught.value).splitlines()[1:] == [f"    {k}" for k in range(99991, 100001)]
 
@@ -137,7 +137,7 @@ def test_no_process_is_left(tmp_path, ending):
     command = f"sleep 60 & echo $! > {tmp_path}/pid; sh -c 'sleep 60 & wait' & echo 1; {ending}"
     begun = time.monotonic()
     if ending == "wait":
-        with pytest.raises(fb.ModelError, match="time limit"):
+        with pytest.raises(fb.errors.ModelError, match="time limit"):
             run_one(command, time_limit=0.3)
     else:
         assert run_one(command) == [1.0]
@@ -162,12 +162,12 @@ def test_folders_are_deleted_or_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "own"))
     (tmp_path / "own").mkdir()
     run_one("echo 1")
-    with pytest.raises(fb.ModelError):
+    with pytest.raises(fb.errors.ModelError):
         run_one("exit 1")
     assert not list((tmp_path / "own").iterdir())
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
-        fb.ModelError, match=r"status 4[^$]*\nThe folder of the run is kept as "
+        fb.errors.ModelError, match=r"status 4[^$]*\nThe folder of the run is kept as "
     ) as one:
         run_one("echo partial; exit 4", files={"a/b.txt": "x = ${x}"}, keep="failed")
     kept = Path(str(one.value).rsplit(" ", 1)[1])
@@ -180,7 +180,7 @@ def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "tool").write_text("#!/bin/sh\necho $1\n")
     (tmp_path / "tool").chmod(0o755)
     monkeypatch.chdir(tmp_path)
-    program = fb.ExternalProgram(["./tool", "${x}"], read=printed)
+    program = fb.models.ExternalProgram(["./tool", "${x}"], read=printed)
     monkeypatch.chdir("/")
     assert pickle.loads(pickle.dumps(program))(x=[2.0]) == [2.0]
 
@@ -205,32 +205,38 @@ def test_programs_are_found_from_the_current_folder(tmp_path, monkeypatch):
     ],
 )
 def test_bad_descriptions_are_refused(settings, text):
-    with pytest.raises(fb.InputError, match=text):
-        fb.ExternalProgram(**{"command": ["cat", "${x}"], "read": printed, **settings})
+    with pytest.raises(fb.errors.InputError, match=text):
+        fb.models.ExternalProgram(**{"command": ["cat", "${x}"], "read": printed, **settings})
 
 
 def test_names_and_values_are_checked():
-    program = fb.ExternalProgram(["echo", "${stiffness:.0f}"], read=printed)
-    with pytest.raises(fb.InputError, match="name mass, which the response does not take"):
+    program = fb.models.ExternalProgram(["echo", "${stiffness:.0f}"], read=printed)
+    with pytest.raises(fb.errors.InputError, match="name mass, which the response does not take"):
         fb.propagate(program, INPUTS, fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match="the response needs stiffness, which inputs do not"):
-        fb.propagate(fb.ExternalProgram(["echo", "${stiffness} ${mass}"], read=printed),
+    with pytest.raises(
+        fb.errors.InputError, match="the response needs stiffness, which inputs do not"
+    ):
+        fb.propagate(fb.models.ExternalProgram(["echo", "${stiffness} ${mass}"], read=printed),
                      {"mass": INPUTS["mass"]}, fb.PCCI(1, 1))  # fmt: skip
-    with pytest.raises(fb.InputError, match="placeholders are stiffness; got values of k"):
+    with pytest.raises(fb.errors.InputError, match="placeholders are stiffness; got values of k"):
         program(k=[1.0])
-    with pytest.raises(fb.InputError, match=r"is a function of position.*fb\.samplewise\("):
+    with pytest.raises(
+        fb.errors.InputError, match=r"is a function of position.*fb\.models\.samplewise\("
+    ):
         program(stiffness=lambda x: x)
-    with pytest.raises(fb.InputError, match=r"stiffness = 'soft' cannot be written as"):
+    with pytest.raises(fb.errors.InputError, match=r"stiffness = 'soft' cannot be written as"):
         program(stiffness=["soft"])
-    with pytest.warns(fb.FlexbandWarning, match=r"format '\.0f' of stiffness changes a value by"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"format '\.0f' of stiffness changes a value by"
+    ):
         assert program(stiffness=[1.4]) == [1.0]
     assert program(stiffness=[3.0]) == [3.0]
 
 
 def test_a_field_reaches_a_program_by_its_values():
-    program = fb.ExternalProgram(["echo", "${a}"], read=printed)
+    program = fb.models.ExternalProgram(["echo", "${a}"], read=printed)
     field = fb.IntervalField(1.0, 2.0, length=1.0, domain=(0.0, 1.0))
-    response = fb.samplewise(lambda E: program.sample(a=E(0.0)))
+    response = fb.models.samplewise(lambda E: program.sample(a=E(0.0)))
     bands = fb.propagate(response, {"E": field}, fb.PCCI(0, 1))
     np.testing.assert_allclose(bands["mean"], [1.0, 2.0], rtol=1e-12)
 
@@ -240,7 +246,7 @@ def test_a_store_knows_the_template_and_the_program(tmp_path):
         (tmp_path / "script.py").write_text(script)
         command = [sys.executable, str(tmp_path / "script.py")]
         own = {"read": printed, "files": {"m": text}, **settings}
-        return fingerprint(fb.ExternalProgram(command, **own))
+        return fingerprint(fb.models.ExternalProgram(command, **own))
 
     same = made()
     assert made(time_limit=3.0, keep=tmp_path) == same

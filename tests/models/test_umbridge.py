@@ -35,7 +35,7 @@ def response(x, e):
 
 @pytest.fixture(scope="module")
 def server():
-    with fb.UMBridgeServer(response, NOMINAL, name="cosine", port=0) as server:
+    with fb.models.UMBridgeServer(response, NOMINAL, name="cosine", port=0) as server:
         yield server
 
 
@@ -98,7 +98,7 @@ def test_errors_of_the_protocol(server, path, asked, status, kind):
 
 
 def test_there_and_back(server):
-    model = fb.UMBridgeModel(server.url, "cosine", ["x", "e"], outputs=["u", "v"], times=T)
+    model = fb.models.UMBridgeModel(server.url, "cosine", ["x", "e"], outputs=["u", "v"], times=T)
     model = pickle.loads(pickle.dumps(model))
     assert list(inspect.signature(model).parameters) == ["x", "e"]
     inputs = {"x": fb.Normal(1.0, 0.1), "e": fb.Interval(0.5, 1.0)}
@@ -113,12 +113,12 @@ def test_labels_of_outputs():
     def sizes(x):
         return x[:, None] * np.arange(1.0, 4.0)
 
-    with fb.UMBridgeServer(sizes, {"x": 1.0}, port=0) as server:
-        found = fb.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0, 3.0])
+    with fb.models.UMBridgeServer(sizes, {"x": 1.0}, port=0) as server:
+        found = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0, 3.0])
     assert found.dims == ("sample", "output", "entry")
     np.testing.assert_array_equal(found[:, 0], [[2.0, 4.0, 6.0], [3.0, 6.0, 9.0]])
-    with fb.UMBridgeServer(lambda x: x**2, {"x": 1.0}, port=0) as server:
-        found = fb.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0])
+    with fb.models.UMBridgeServer(lambda x: x**2, {"x": 1.0}, port=0) as server:
+        found = fb.models.UMBridgeModel(server.url, "flexband", ["x"])(x=[2.0])
     assert found.dims == ("sample", "output")
     assert found.item() == 4.0
 
@@ -129,12 +129,14 @@ def test_a_surrogate_is_served():
     surrogate = fb.expand(lambda e, f: e[:, None] * f(np.linspace(0, 1, 3)), inputs, fb.PCCI(1, 1))
     terms = surrogate.space.random_dimension
     nominal = {"e": 0.7, "f": np.zeros(terms)}
-    with fb.UMBridgeServer(surrogate, nominal, port=0) as server:
+    with fb.models.UMBridgeServer(surrogate, nominal, port=0) as server:
         xi = np.linspace(-1.0, 1.0, terms)
-        model = fb.UMBridgeModel(server.url, "flexband", ["e", *(f"z{k}" for k in range(terms))])
+        model = fb.models.UMBridgeModel(
+            server.url, "flexband", ["e", *(f"z{k}" for k in range(terms))]
+        )
         found = model(e=[0.8], **{f"z{k}": [z] for k, z in enumerate(xi)})
         np.testing.assert_array_equal(found[:, 0], surrogate.evaluate(e=0.8, f=xi[None]))
-        with pytest.raises(fb.ModelError, match=r"InvalidInput.*e: values"):
+        with pytest.raises(fb.errors.ModelError, match=r"InvalidInput.*e: values"):
             model(e=[2.0], **{f"z{k}": [0.0] for k in range(terms)})
 
 
@@ -154,17 +156,17 @@ def test_a_surrogate_is_served():
 )
 def test_bad_descriptions_are_refused(server, settings, text):
     own = {"url": server.url, "name": "cosine", "inputs": ["x", "e"], **settings}
-    with pytest.raises(fb.InputError, match=text):
-        fb.UMBridgeModel(**own)
+    with pytest.raises(fb.errors.InputError, match=text):
+        fb.models.UMBridgeModel(**own)
 
 
 def test_errors_of_the_model_are_told(server):
-    model = fb.UMBridgeModel(server.url, "cosine", ["x", "e"])
-    with pytest.raises(fb.ModelError, match=r"InvalidOutput.*ArithmeticError: too large"):
+    model = fb.models.UMBridgeModel(server.url, "cosine", ["x", "e"])
+    with pytest.raises(fb.errors.ModelError, match=r"InvalidOutput.*ArithmeticError: too large"):
         model(x=[101.0], e=[1.0])
-    with pytest.raises(fb.InputError, match="the inputs are x, e; got x"):
+    with pytest.raises(fb.errors.InputError, match="the inputs are x, e; got x"):
         model(x=[1.0])
-    with pytest.raises(fb.InputError, match=r"x must be finite numbers; got 'a'|x must be"):
+    with pytest.raises(fb.errors.InputError, match=r"x must be finite numbers; got 'a'|x must be"):
         model(x=["a"], e=[1.0])
 
 
@@ -206,49 +208,81 @@ GOOD = {
 @pytest.mark.parametrize(
     ("wrong", "kind", "text"),
     [
-        ({"/Info": '{"protocolVersion": 2.0, "models": ["m"]}'}, fb.InputError, "it is of 2.0"),
-        ({"/ModelInfo": '{"support": {}}'}, fb.InputError, "model that can be evaluated; got 'm'"),
-        ({"/InputSizes": '{"inputSizes": "3"}'}, fb.ModelError, "/InputSizes as whole numbers"),
-        ({"/Evaluate": '{"output": [[1.0]]}'}, fb.ModelError, r"of lengths \[1, 2\]; got \[\[1.0"),
-        ({"/Evaluate": '{"output": [[1.0], ["a", 2]]}'}, fb.ModelError, r"vectors of lengths"),
-        ({"/Evaluate": '{"output": 1}'}, fb.ModelError, "vectors of lengths"),
-        ({"/Evaluate": '{"output": [[nan], [1, 2]]}'}, fb.ModelError, "must be JSON; got"),
+        (
+            {"/Info": '{"protocolVersion": 2.0, "models": ["m"]}'},
+            fb.errors.InputError,
+            "it is of 2.0",
+        ),
+        (
+            {"/ModelInfo": '{"support": {}}'},
+            fb.errors.InputError,
+            "model that can be evaluated; got 'm'",
+        ),
+        (
+            {"/InputSizes": '{"inputSizes": "3"}'},
+            fb.errors.ModelError,
+            "/InputSizes as whole numbers",
+        ),
+        (
+            {"/Evaluate": '{"output": [[1.0]]}'},
+            fb.errors.ModelError,
+            r"of lengths \[1, 2\]; got \[\[1.0",
+        ),
+        (
+            {"/Evaluate": '{"output": [[1.0], ["a", 2]]}'},
+            fb.errors.ModelError,
+            r"vectors of lengths",
+        ),
+        ({"/Evaluate": '{"output": 1}'}, fb.errors.ModelError, "vectors of lengths"),
+        ({"/Evaluate": '{"output": [[nan], [1, 2]]}'}, fb.errors.ModelError, "must be JSON; got"),
         (
             {"/Evaluate": '{"error": {"type": "A", "message": "b"}}'},
-            fb.ModelError,
+            fb.errors.ModelError,
             "reports {'type",
         ),
     ],
 )
 def test_wrong_answers_of_a_server(wrong, kind, text):
     with answering(GOOD | wrong) as url, pytest.raises(kind, match=text):
-        fb.UMBridgeModel(url, "m", ["a", "b", "c"])(a=1.0, b=2.0, c=3.0)
+        fb.models.UMBridgeModel(url, "m", ["a", "b", "c"])(a=1.0, b=2.0, c=3.0)
 
 
 def test_vectors_of_different_lengths_and_a_time_limit():
     with answering(GOOD) as url:
-        found = fb.UMBridgeModel(url, "m", ["a", "b", "c"], outputs=["p", "q"])(a=1.0, b=2.0, c=3.0)
-        made = [fb.UMBridgeModel(url, "m", ["a", "b", "c"], config={"n": n}) for n in (1, 2, 2)]
+        found = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], outputs=["p", "q"])(
+            a=1.0, b=2.0, c=3.0
+        )
+        made = [
+            fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], config={"n": n}) for n in (1, 2, 2)
+        ]
     assert len(set(map(fingerprint, made))) == 2
     assert list(found["output"].values) == ["p[0]", "q[0]", "q[1]"]
     np.testing.assert_array_equal(found, [[1.0, 2.0, 3.0]])
     with answering(GOOD, delay=1.0) as url:
-        slow = fb.UMBridgeModel(url, "m", ["a", "b", "c"], time_limit=0.2)
-        with pytest.raises(fb.ModelError, match=r"no answer from .*/Evaluate: .*timed out"):
+        slow = fb.models.UMBridgeModel(url, "m", ["a", "b", "c"], time_limit=0.2)
+        with pytest.raises(fb.errors.ModelError, match=r"no answer from .*/Evaluate: .*timed out"):
             slow(a=1.0, b=2.0, c=3.0)
-    with pytest.raises(fb.ModelError, match=r"no answer from http://127.0.0.1:9/Info"):
-        fb.UMBridgeModel("http://127.0.0.1:9", "m", ["a"])
+    with pytest.raises(fb.errors.ModelError, match=r"no answer from http://127.0.0.1:9/Info"):
+        fb.models.UMBridgeModel("http://127.0.0.1:9", "m", ["a"])
 
 
 def test_what_cannot_be_served():
-    with pytest.raises(fb.InputError, match=r"shape \(1, ...\); got shape \(\). A function of one"):
-        fb.UMBridgeServer(lambda x: 1.0, {"x": 1.0}, port=0)
-    with pytest.raises(fb.InputError, match=r"inputs must be a dict of names and values; got {}"):
-        fb.UMBridgeServer(lambda x: x, {}, port=0)
-    with pytest.raises(fb.InputError, match="inputs must be the arguments of the response: missi"):
-        fb.UMBridgeServer(lambda x, y: x, {"x": 1.0}, port=0)
-    with pytest.raises(fb.InputError, match="response must be a function or a surrogate; got 3"):
-        fb.UMBridgeServer(3, {"x": 1.0}, port=0)
+    with pytest.raises(
+        fb.errors.InputError, match=r"shape \(1, ...\); got shape \(\). A function of one"
+    ):
+        fb.models.UMBridgeServer(lambda x: 1.0, {"x": 1.0}, port=0)
+    with pytest.raises(
+        fb.errors.InputError, match=r"inputs must be a dict of names and values; got {}"
+    ):
+        fb.models.UMBridgeServer(lambda x: x, {}, port=0)
+    with pytest.raises(
+        fb.errors.InputError, match="inputs must be the arguments of the response: missi"
+    ):
+        fb.models.UMBridgeServer(lambda x, y: x, {"x": 1.0}, port=0)
+    with pytest.raises(
+        fb.errors.InputError, match="response must be a function or a surrogate; got 3"
+    ):
+        fb.models.UMBridgeServer(3, {"x": 1.0}, port=0)
 
 
 def free_port():
@@ -269,11 +303,11 @@ def waited_for(url):
 
 def test_serve_ends_with_an_interrupt():
     port = free_port()
-    code = f"import flexband as fb; fb.serve(lambda x: 2 * x, {{'x': 1.0}}, port={port})"
+    code = f"import flexband as fb; fb.models.serve(lambda x: 2 * x, {{'x': 1.0}}, port={port})"
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     try:
         waited_for(f"http://127.0.0.1:{port}")
-        model = fb.UMBridgeModel(f"http://localhost:{port}", "flexband", ["x"])
+        model = fb.models.UMBridgeModel(f"http://localhost:{port}", "flexband", ["x"])
         assert model(x=[3.0]).item() == 6.0
         process.send_signal(signal.SIGINT)
         out = process.communicate(timeout=10)[0]
@@ -323,7 +357,7 @@ def test_the_packages_server():
     try:
         url = f"http://127.0.0.1:{port}"
         waited_for(url)
-        model = fb.UMBridgeModel(url, "forward", ["a", "b", "c"], config={"factor": 10.0})
+        model = fb.models.UMBridgeModel(url, "forward", ["a", "b", "c"], config={"factor": 10.0})
         found = model(a=[2.0, 1.0], b=[3.0, 1.0], c=[0.5, 0.25])
         np.testing.assert_array_equal(found[:, 0], [[60.0, 0.5], [10.0, 0.25]])
     finally:

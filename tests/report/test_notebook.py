@@ -34,7 +34,7 @@ def test_inputs_are_tables():
                 fb.IntervalField(1.0, 2.0, 0.5, domain=(0.0, 1.0)),
                 fb.Correlated({"a": fb.Normal(0, 1), "b": fb.Normal(0, 1)}, 0.5)):  # fmt: skip
         assert html(one).startswith("<table>")
-    field = html(fb.RandomField(2.0, 0.1, 3.0, correlation=fb.exponential))
+    field = html(fb.RandomField(2.0, 0.1, 3.0, correlation=fb.fields.exponential))
     assert (
         "RandomField(mean=2.0, std=0.1, correlation_length=3.0, correlation=exponential)" in field
     )

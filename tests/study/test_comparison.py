@@ -51,7 +51,7 @@ def test_everything_is_compiled_before_the_clock_starts():
 def test_inputs_of_one_kind_are_warmed_up():
     for one in (fb.Interval(0, 1), fb.Normal(0, 1)):
         study = fb.Study(lambda x: x**2, {"x": one}, fb.PCCI())
-        warm_up(study, [fb.PhaseResolvedPCCI(), fb.AdaptivePCCI(), fb.MonteCarlo()])
+        warm_up(study, [fb.methods.PhaseResolvedPCCI(), fb.AdaptivePCCI(), fb.MonteCarlo()])
 
 
 class Stepped:
@@ -76,7 +76,9 @@ class Stepped:
 @pytest.mark.parametrize("method", [fb.AdaptivePCCI(0.04), fb.PCCI(1, 1)])
 def test_methods_are_compared_on_the_step_that_the_adaptive_one_chooses(method):
     study = fb.Study(Stepped(), {"x": fb.Interval(1.0, 2.0)}, method)
-    with pytest.warns(fb.FlexbandWarning, match=r"left out: step; adaptive PCCI .* chooses step"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"left out: step; adaptive PCCI .* chooses step"
+    ):
         reference, found = compare(study, fb.LHSScanning(2, 5), [fb.PCCI(1, 1)])
     assert float(found.errors["mean"]) < 1e-12
     factor = float(reference.bands["mean"][0, 0])

@@ -33,7 +33,7 @@ def one(a, b):
         raise ValueError("too much of b")
     return a + b * b
 
-study = fb.Study(fb.samplewise(one), {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(1.0, 0.1)},
+study = fb.Study(fb.models.samplewise(one), {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(1.0, 0.1)},
                  fb.ImprovedPCCI(2, 2))
 """
 
@@ -93,7 +93,7 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
 
         return call
 
-    monkeypatch.setattr(run, "contributions", seen("answers", fb.contributions))
+    monkeypatch.setattr(run, "contributions", seen("answers", fb.analysis.contributions))
     monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
     first, last = found["verification"], found["answers"]
@@ -189,7 +189,9 @@ def content(out):
 
 def test_results_of_another_study_are_replaced_only_if_asked(file, tmp_path, monkeypatch):
     monkeypatch.setattr("flexband.study.comparison.warm_up", lambda *_: None)
-    text = file.read_text(encoding="utf-8").replace("fb.samplewise(one)", "lambda a, b: a * b")
+    text = file.read_text(encoding="utf-8").replace(
+        "fb.models.samplewise(one)", "lambda a, b: a * b"
+    )
     other, renamed = tmp_path / "product.py", tmp_path / "renamed.py"
     other.write_text(text, encoding="utf-8")
     renamed.write_text(text, encoding="utf-8")
@@ -447,8 +449,8 @@ def test_a_study_that_exits_has_not_succeeded(file, tmp_path):
     text = file.read_text(encoding="utf-8").replace(
         "return a +", "raise SystemExit(0)\n    return a +"
     )
-    for function in ("fb.samplewise(one)", "one"):
-        file.write_text(text.replace("fb.samplewise(one)", function), encoding="utf-8")
+    for function in ("fb.models.samplewise(one)", "one"):
+        file.write_text(text.replace("fb.models.samplewise(one)", function), encoding="utf-8")
         out = tmp_path / function
         assert "the response called sys.exit(0)" in call("run", file, "-o", out, status=1)
         assert not (out / "bands.nc").exists()
@@ -476,7 +478,7 @@ class Swing:
         found = xr.DataArray(wave, dims=("sample", "time"), coords={"time": TIMES})
         if self.h > 0.9:
             why = {k: (0.1, "the step is too long") for k in range(0, len(x), 2)}
-            raise fb.SimulationError("no convergence", why, found)
+            raise fb.errors.SimulationError("no convergence", why, found)
         return found
 
 inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}

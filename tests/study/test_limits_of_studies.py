@@ -69,7 +69,7 @@ def test_limits_that_do_not_fit_end_a_study_after_its_first_runs(tmp_path, metho
 
 @pytest.mark.parametrize("limits", [3.0, "F", [1.0], None])
 def test_what_is_no_limit_is_refused(limits):
-    with pytest.raises(fb.InputError, match="limits must be a Limit or a list of them; got"):
+    with pytest.raises(fb.errors.InputError, match="limits must be a Limit or a list of them; got"):
         fb.Study(lambda a: a, {"a": fb.Interval(0, 1)}, fb.PCCI(), limits=limits)
 
 

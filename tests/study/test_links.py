@@ -77,7 +77,7 @@ def test_a_store_with_a_link_is_refused(finished, tmp_path):
             status, told = call(*words)
             if words[0] != "run" or "no run was made" not in told:
                 assert (status, "is a symbolic link" in told) == (1, True), (name, words, told)
-        with pytest.raises(fb.StoreError, match="symbolic link"):
-            fb.open_runs(out)
+        with pytest.raises(fb.errors.StoreError, match="symbolic link"):
+            fb.execution.open_runs(out)
         shutil.rmtree(out)
         shutil.rmtree(other) if other.is_dir() else other.unlink()

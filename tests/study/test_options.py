@@ -7,6 +7,7 @@ import pytest
 import flexband as fb
 from flexband.cli.methods import METHODS
 from flexband.study.options import method_classes, method_options, with_options
+from tests.public_names import PUBLIC
 
 
 @dataclass(frozen=True)
@@ -36,20 +37,22 @@ def test_a_new_method_needs_only_its_class():
 
 
 def test_an_option_of_several_methods():
-    methods = method_classes([fb.LHSScanning, fb.MonteCarlo, fb.PhaseResolvedPCCI])
+    methods = method_classes([fb.LHSScanning, fb.MonteCarlo, fb.methods.PhaseResolvedPCCI])
     assert list(methods) == ["lhs-scanning", "monte-carlo", "phase-resolved-pcci"]
     assert method_options(methods)["seed"] == (int, {"lhs-scanning": 0, "monte-carlo": 0})
 
 
 def test_public_methods_have_defaults():
-    for method in method_classes(getattr(fb, name) for name in fb.__all__).values():
+    for method in method_classes(PUBLIC.values()).values():
         assert method() == method()
 
 
 def test_options_that_are_none_are_kept():
     changed = with_options(TwoStageLHS(5), {"share": 0.5, "runs": None, "mirrored": True})
     assert changed == TwoStageLHS(5, 0.5, True)
-    with pytest.raises(fb.InputError, match=r"options of two-stage LHS are --runs, .*; got --seed"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"options of two-stage LHS are --runs, .*; got --seed"
+    ):
         with_options(TwoStageLHS(), {"seed": 1})
 
 
@@ -59,9 +62,9 @@ def test_a_method_may_be_no_dataclass():
 
     plain = Plain()
     assert with_options(plain, {"seed": None}) is plain
-    with pytest.raises(fb.InputError, match="options of plain are none; got --seed"):
+    with pytest.raises(fb.errors.InputError, match="options of plain are none; got --seed"):
         with_options(plain, {"seed": 1})
 
 
 def test_commands_know_all_public_methods():
-    assert method_classes(getattr(fb, name) for name in fb.__all__) == METHODS
+    assert method_classes(PUBLIC.values()) == METHODS

@@ -15,7 +15,7 @@ from flexband.words import are
 TIMES = [0.0, 1 / 3, 2 / 3]
 STUDY = f"""
 import flexband as fb
-response = fb.elsewhere("a", "b", "oil", outputs=["u", "v"], times={TIMES})
+response = fb.models.elsewhere("a", "b", "oil", outputs=["u", "v"], times={TIMES})
 inputs = {{"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.1, 0.3), "oil": fb.Choice("thin", "thick")}}
 study = fb.Study(response, inputs, fb.AdaptivePCCI(0.01))
 """
@@ -136,10 +136,12 @@ def test_points_need_a_response_elsewhere(file, tmp_path):
     wrong = [((), {}), (("a b",), {}), (("a", "a"), {}), (("a",), {"outputs": "u"}),
              (("a",), {"times": [1, 0]})]  # fmt: skip
     for names, options in wrong:
-        with pytest.raises(fb.InputError):
-            fb.elsewhere(*names, **options)
-    with pytest.raises(fb.RunsNeeded, match="2 runs of a must come from elsewhere") as needed:
-        fb.propagate(fb.elsewhere("a"), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
+        with pytest.raises(fb.errors.InputError):
+            fb.models.elsewhere(*names, **options)
+    with pytest.raises(
+        fb.errors.RunsNeeded, match="2 runs of a must come from elsewhere"
+    ) as needed:
+        fb.propagate(fb.models.elsewhere("a"), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     assert needed.value.points.shape == (2, 1)
 
 

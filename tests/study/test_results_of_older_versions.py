@@ -47,7 +47,7 @@ def test_surrogates_open(folder):
 
 
 def test_runs_open_and_are_used_once_that_is_asked_for(folder):
-    runs = fb.open_runs(folder)
+    runs = fb.execution.open_runs(folder)
     rate = runs["inputs"].sel(input="rate").values
     amplitude = runs["inputs"].sel(input="amplitude").values
     exact = amplitude[:, None] * np.exp(-rate[:, None] * np.linspace(0.0, 1.0, 11))
@@ -60,7 +60,9 @@ def test_runs_open_and_are_used_once_that_is_asked_for(folder):
         assert "If its runs are valid still" in refused
         assert "--allow-mismatch" in refused
     assert "9 runs" in call("resume", folder, "--allow-mismatch")
-    assert fb.open_runs(folder).sizes["run"] <= recorded + 16 + 2  # runs that verify, and repeated
+    assert (
+        fb.execution.open_runs(folder).sizes["run"] <= recorded + 16 + 2
+    )  # runs that verify, and repeated
     assert "Doubts" not in call("status", folder)
     assert "has this result already" in call("resume", folder)
 

@@ -83,13 +83,13 @@ def test_a_damaged_study_json_is_written_again(file, tmp_path):
     study, folder = load_study(file), tmp_path / "out"
     first = study.run_in(folder)
     (folder / "study.json").write_text("{", encoding="utf-8")
-    with pytest.warns(fb.FlexbandWarning, match="cannot be read"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="cannot be read"):
         again = study.run_in(folder)
     xr.testing.assert_identical(again.bands, first.bands)
     assert study.run_in(folder).reused
 
 
-@pytest.mark.parametrize("method", [fb.SobolScanning(16, 3), fb.PCCI(2, 2)])
+@pytest.mark.parametrize("method", [fb.methods.SobolScanning(16, 3), fb.PCCI(2, 2)])
 def test_results_of_other_methods_and_of_choices_are_read(method, tmp_path):
     def response(a, kind):
         return np.outer(a * np.where(kind == "x", 1.0, 2.0), np.ones(3))
@@ -156,17 +156,19 @@ def test_options_of_a_run(file, tmp_path):
     result = run_study(study, folder, RunOptions(verification_runs=0, record=False))
     assert result.verification is None
     assert not (folder / "study.json").exists()
-    with pytest.raises(fb.InputError, match="batch"):
+    with pytest.raises(fb.errors.InputError, match="batch"):
         study.run_in(folder, RunOptions(batch=0))
-    with pytest.raises(fb.InputError, match="options must be a"):
+    with pytest.raises(fb.errors.InputError, match="options must be a"):
         study.run_in(folder, 5)
-    scanned = study.using(fb.SobolScanning(16, 3))
-    with pytest.raises(fb.InputError, match="verification_runs requires a method with a surrogate"):
+    scanned = study.using(fb.methods.SobolScanning(16, 3))
+    with pytest.raises(
+        fb.errors.InputError, match="verification_runs requires a method with a surrogate"
+    ):
         scanned.run_in(tmp_path / "scanned", RunOptions(verification_runs=4))
     assert scanned.run_in(tmp_path / "scanned").verification is None
     other = fb.Study(lambda a: a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     study.run_in(folder)
-    with pytest.raises(fb.StoreError, match="results of another study"):
+    with pytest.raises(fb.errors.StoreError, match="results of another study"):
         other.run_in(folder)
 
 

@@ -37,5 +37,5 @@ def test_the_table_of_inputs_tells_the_units_that_are_given():
     ],
 )
 def test_units_that_are_none_are_refused(units, message):
-    with pytest.raises(fb.InputError, match=message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.Study(response, INPUTS, fb.PCCI(1, 1), units=units)

@@ -41,6 +41,12 @@ class Limit:
     ------
     InputError
         If neither `below` nor `above` is given, or one of them is not real and finite.
+
+    Examples
+    --------
+    >>> fb.Limit("F_X", above=-1600.0, below=1600.0)
+    Limit(output='F_X', below=1600.0, above=-1600.0, during=None)
+    >>> gap = fb.Limit("gap", above=lambda t: 0.01 + 0.1 * t, during=(0.0, 0.5))  # [m]
     """
 
     output: str | None = None

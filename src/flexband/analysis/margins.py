@@ -155,6 +155,16 @@ def check_limits(
     ------
     InputError
         If `surrogate` is none, a limit does not fit its outputs, or `sigmas` is not positive.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(2, 2))
+    >>> result = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5))
+    >>> result["least_margin"].values.round(4)  # 1.5 − 1.2 − 3σ
+    array([0.15])
+    >>> result["verdict"].values.tolist()
+    ['kept']
     """
     check_surrogate(surrogate)
     labels = labels_of(surrogate)

@@ -93,7 +93,15 @@ class _OverTime:
 
 @frozen()
 class Peak(_OverTime):
-    """The largest value over time; between times, that of a parabola through three of them."""
+    """The largest value over time; between times, that of a parabola through three of them.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> pulse = xr.DataArray([[0.0, 3.0, 4.0, 3.0]], {"time": np.arange(4.0)}, ("sample", "time"))
+    >>> fb.analysis.Peak()(pulse).values, fb.analysis.PeakTime()(pulse).values
+    (array([4.]), array([2.]))
+    """
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
         """Return it of every sample."""

@@ -14,7 +14,8 @@ from flexband.study.options import method_classes, method_options
 
 METHODS = method_classes([  # the public ones, without all that else is public
     fb.AdaptivePCCI, fb.ImprovedPCCI, fb.LHSScanning, fb.MonteCarlo, fb.PCCI,
-    fb.PerturbationChebyshev, fb.PhaseResolvedPCCI, fb.RegressionPCCI, fb.SobolScanning,
+    fb.methods.PerturbationChebyshev, fb.methods.PhaseResolvedPCCI, fb.methods.RegressionPCCI,
+    fb.methods.SobolScanning,
 ])  # fmt: skip
 
 

@@ -92,7 +92,7 @@ def response_elsewhere(study: Study) -> Any:
     """Return the response; raise `InputError` if it is not run elsewhere."""
     if not study.runs_elsewhere:
         raise InputError(
-            "the response must be one that is run elsewhere, fb.elsewhere('a', 'b', …), where a "
-            f"and b are inputs; got {study.response!r}. `flexband run` runs others"
+            "the response must be one that is run elsewhere, fb.models.elsewhere('a', 'b', …), "
+            f"where a and b are inputs; got {study.response!r}. `flexband run` runs others"
         )
     return study.response

@@ -59,7 +59,7 @@ def report(
     )
     sigmas = float(data.attrs["sigmas"])
     if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
-        shares = fb.contributions(surrogate, sigmas=sigmas)
+        shares = fb.analysis.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)
     check_answers(folder)

@@ -264,8 +264,8 @@ def performing(executor: Any) -> Iterator[Performing]:
             yield with_executor(client.get_executor(pure=False))
     else:
         raise InputError(
-            "executor must be None, Processes(…), Dask(…), an executor of concurrent.futures, or a "
-            f"Dask client or its address; got {executor!r}"
+            "executor must be None, execution.Processes(…), execution.Dask(…), an executor of "
+            f"concurrent.futures, or a Dask client or its address; got {executor!r}"
         )
 
 

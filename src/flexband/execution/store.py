@@ -53,6 +53,18 @@ class Store:
     StoreError
         In `propagate` and the like, if the folder belongs to another response or is in use by
         another process, cannot be written to, or is damaged beyond the chunks of runs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> inputs, doubled = {"a": fb.Interval(0.0, 1.0)}, lambda a: 2 * a
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     store = fb.execution.Store(folder)
+    ...     bands = fb.propagate(doubled, inputs, fb.ImprovedPCCI(0, 2), store=store)
+    ...     runs = fb.execution.open_runs(folder)["outputs"].values
+    ...
+    >>> np.sort(runs)
+    array([0., 1., 2.])
     """
 
     folder: str | os.PathLike[str]

@@ -31,6 +31,16 @@ def describe(mechanism: Mechanism) -> str:
     ------
     InputError, AssemblyError
         As `simulate` does.
+
+    Examples
+    --------
+    >>> disc = fb.RigidBody.disc(radius=0.1, width=0.01, density=7800.0)
+    >>> print(fb.describe(fb.Mechanism(bodies={"disc": disc})))
+    body  kind       mass [kg]  coordinates
+    ----  ---------  ---------  -----------
+    disc  RigidBody  2.45       4
+    <BLANKLINE>
+    4 coordinates, 1 constraints (including those of rigidity), 3 degrees of freedom
     """
     check_instance("mechanism", mechanism, Mechanism)
     system = assemble(mechanism)

@@ -57,6 +57,17 @@ def equilibrium(
     AssemblyError
         If the constraints cannot be met, no equilibrium is found for a sample, or a snap-through
         is on the way to it.
+
+    Examples
+    --------
+    >>> scale = fb.Mechanism(
+    ...     bodies={"pan": fb.PointMass(mass=2.0, position=(0.0, -1.0))},
+    ...     joints={"guide": fb.Slot("pan", (0.0, 0.0), axis=(0.0, 1.0))},
+    ...     loads={"gravity": fb.Gravity(), "spring": fb.Spring("pan", (0.0, 0.0), 1e3, 1.0)},
+    ...     sensors={"spring": fb.SpringForce("spring")},
+    ... )
+    >>> fb.equilibrium(scale).values.round(4)  # tension [N] and length [m]
+    array([19.62  ,  1.0196])
     """
     check_instance("mechanism", mechanism, Mechanism)
     steps, at = check_steps(steps), check_time(time)

@@ -115,6 +115,17 @@ def modes(
         of freedom, it moves at the start although `about` is "start", or it cannot rotate steadily.
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
+
+    Examples
+    --------
+    >>> cart = fb.Mechanism(
+    ...     bodies={"cart": fb.PointMass(mass=2.0, position=(1.0, 0.0))},
+    ...     joints={"rail": fb.Slot("cart", (0.0, 0.0), axis=(1.0, 0.0))},
+    ...     loads={"spring": fb.Spring("cart", (0.0, 0.0), stiffness=800.0, damping=4.0)},
+    ... )
+    >>> modes = fb.modes(cart, 1)
+    >>> modes["frequency"].values.round(3), modes["damping_ratio"].values.round(3)
+    (array([3.183]), array([0.05]))
     """
     check_instance("mechanism", mechanism, Mechanism)
     count, steps = check_integer("count", count, 1), check_steps(steps)

@@ -246,6 +246,21 @@ def dynamic_response(
     ------
     InputError
         If the builder is no function or a number is out of its range.
+
+    Examples
+    --------
+    >>> def cart(mass):
+    ...     return fb.Mechanism(
+    ...         bodies={"cart": fb.PointMass(mass=mass, position=(1.1, 0.0))},
+    ...         joints={"rail": fb.Slot("cart", (0.0, 0.0), axis=(1.0, 0.0))},
+    ...         loads={"spring": fb.Spring("cart", (0.0, 0.0), stiffness=100.0, rest_length=1.0)},
+    ...         sensors={"cart": fb.Position("cart")},
+    ...     )
+    ...
+    >>> response = fb.dynamic_response(cart, duration=0.314, step=1e-3)
+    >>> motions = response(mass=np.array([1.0, 4.0]))  # half a period and a quarter
+    >>> motions.sel(output="cart_X").values[:, -1].round(3)
+    array([0.9, 1. ])
     """
     check_function("builder", builder, " that returns a Mechanism")
     optional = (("step [s]", step), ("output_step [s]", output_step))

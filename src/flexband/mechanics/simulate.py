@@ -82,6 +82,21 @@ def simulate(
     SimulationError
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
+
+    Examples
+    --------
+    >>> bob = fb.PointMass(mass=1.0, position=(1.0, 0.0))
+    >>> pendulum = fb.Mechanism(
+    ...     bodies={"bob": bob},
+    ...     joints={"rod": fb.Distance("bob", (0.0, 0.0), length=1.0)},
+    ...     loads={"gravity": fb.Gravity()},
+    ...     sensors={"bob": fb.Velocity("bob")},
+    ... )
+    >>> motion = fb.simulate(pendulum, duration=0.5, step=1e-3)
+    >>> motion.dims, motion.shape
+    (('output', 'time'), (2, 501))
+    >>> float(motion.sel(output="bob_Y", time=0.1).round(2))  # −gt [m/s]
+    -0.98
     """
     with nullcontext() if listener().shows_stages else listening(_Printed()):
         motion, system = simulated(

@@ -118,6 +118,21 @@ def static_response(
     InputError
         If the builder is no function or a number is out of its range; when it is called, if the
         mechanism has no sensors.
+
+    Examples
+    --------
+    >>> def pendulum(force):
+    ...     return fb.Mechanism(
+    ...         bodies={"bob": fb.PointMass(mass=1.0, position=(0.0, -1.0))},
+    ...         joints={"rod": fb.Distance("bob", (0.0, 0.0), length=1.0)},
+    ...         loads={"gravity": fb.Gravity(), "wind": fb.Force("bob", x=force)},
+    ...         sensors={"rod": fb.Reaction("rod")},
+    ...     )
+    ...
+    >>> inputs = {"force": fb.Interval(1.0, 2.0)}
+    >>> bands = fb.propagate(fb.static_response(pendulum), inputs, fb.ImprovedPCCI(0, 2))
+    >>> bands["mean"].sel(output="rod_X").values.round(4)  # [N]
+    array([-2., -1.])
     """
     check_function("builder", builder, " that returns a Mechanism")
     steps, at = check_steps(steps), check_time(time)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
+    ModelError,
     check_finite,
     check_instance,
     check_numbers,
@@ -26,7 +27,7 @@ from flexband.errors import (
     shown,
 )
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
-from flexband.models.one_by_one import ModelError, OneByOne
+from flexband.models.one_by_one import OneByOne
 
 
 @frozen()

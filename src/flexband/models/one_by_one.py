@@ -14,10 +14,6 @@ from flexband.response import Response
 from flexband.words import number_of
 
 
-class ModelError(RuntimeError):
-    """A model outside of flexband fails; the message states which one, and why."""
-
-
 class OneByOne(Response):
     """A response that is made of the results of single samples.
 

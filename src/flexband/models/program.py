@@ -24,13 +24,14 @@ import xarray as xr
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
+    ModelError,
     check_function,
     check_instance,
     check_numbers,
     check_positive,
     shown,
 )
-from flexband.models.one_by_one import ModelError, OneByOne, result_of_one
+from flexband.models.one_by_one import OneByOne, result_of_one
 from flexband.models.template import Template
 
 STDOUT, STDERR = "stdout.txt", "stderr.txt"
@@ -180,8 +181,8 @@ class ExternalProgram(OneByOne):
             if callable(value):
                 raise InputError(
                     f"{name} is a function of position, which has no text. Give the program its "
-                    "values as inputs of their own, e.g. "
-                    f"fb.samplewise(lambda {name}: program.sample(a={name}(0.0), b={name}(1.0)))"
+                    "values as inputs of their own, e.g. fb.models.samplewise("
+                    f"lambda {name}: program.sample(a={name}(0.0), b={name}(1.0)))"
                 )
 
     def _write(self, folder: Path, values: Mapping[str, Any]) -> tuple[list[str], str]:

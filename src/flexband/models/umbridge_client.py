@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
+    ModelError,
     check_finite,
     check_instance,
     check_numbers,
@@ -24,7 +25,7 @@ from flexband.errors import (
     check_positive,
     shown,
 )
-from flexband.models.one_by_one import ModelError, OneByOne
+from flexband.models.one_by_one import OneByOne
 from flexband.words import number_of
 
 PROTOCOL = 1.0

@@ -67,7 +67,7 @@ class _Offered:
         if result.shape[:1] != (1,):
             raise InputError(
                 f"the response must return shape (1, ...); got shape {result.shape}. A function of "
-                "one sample becomes a response by fb.samplewise"
+                "one sample becomes a response by fb.models.samplewise"
             )
         return result.reshape(-1, result.shape[-1])
 

@@ -54,6 +54,13 @@ class Study:
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
         not a positive number, `limits` are none, or `units` has a name that is no input's or a
         unit that is no text.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> study = fb.Study(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> study.run()["mean"].values.round(4)
+    array([0.18, 0.22])
     """
 
     response: ResponseFunction

@@ -93,6 +93,15 @@ def propagate(
         response raised is its ``__cause__``.
     StoreError
         If the store cannot be used: see `Store`.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> bands = fb.propagate(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> bands["mean"].values.round(4)  # lowest and highest mean
+    array([0.18, 0.22])
+    >>> bands["error_bar"].values.round(4)  # lowest μ − σ, highest μ + σ
+    array([0.171, 0.231])
     """
     sigmas = checked_sigmas(sigmas)
     method = as_method(method)
@@ -126,6 +135,13 @@ def expand(
     Parameters, what the axes of the response mean, and errors are those of `propagate`; the method
     is one that expands the response: any but the scanning methods. ``expand(…).bands(sigmas)``
     equals the result of `propagate`. With a `Choice` it is a `SurrogateOfChoices`.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> surrogate = fb.expand(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> surrogate.bands(sigmas=2.0)["error_bar"].values.round(4)
+    array([0.162, 0.242])
     """
     method = as_method(method)
     if not isinstance(method, ExpansionMethod):

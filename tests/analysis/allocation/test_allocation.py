@@ -56,7 +56,7 @@ def plane():
 
 
 def test_function_generator_is_as_cheap_as_exhaustive_vertices_allow(four_bar):
-    found = fb.allocate(four_bar, KEPT, dict.fromkeys(SIZES, 1.0), response=generator)
+    found = fb.analysis.allocate(four_bar, KEPT, dict.fromkeys(SIZES, 1.0), response=generator)
     own = found["tolerance"].to_series()
     assert found.attrs["cost"] == pytest.approx(25.92037, abs=2e-3)
     assert own[list(SIZES)].values == pytest.approx([0.1258, 0.1257, 0.3343, 0.1423], abs=5e-4)
@@ -78,7 +78,7 @@ def test_sizes_of_the_function_generator_that_allow_the_loosest_tolerances(sized
     # the least cost of a search on the response itself, by differential evolution and then
     # sequential quadratic programming at all vertices, is 17.988
     costs = dict.fromkeys(SIZES, 1.0)
-    found = fb.allocate(sized, KEPT, costs, response=generator)
+    found = fb.analysis.allocate(sized, KEPT, costs, response=generator)
     nominal = SIZES | found["size"].to_series().to_dict()
     assert 17.985 < found.attrs["cost"] < 18.1
     assert at_vertices(found["tolerance"].to_series().to_dict(), nominal) <= 0.8 + 1e-9
@@ -92,9 +92,13 @@ def test_sizes_of_the_function_generator_that_allow_the_loosest_tolerances(sized
 def test_limits_that_no_size_keeps(sized):
     # the least largest |error| of any sizes is 0.31707, by differential evolution
     costs = dict.fromkeys(SIZES, 1.0)
-    with pytest.raises(fb.InputError, match=r"best of which are .*between.* violated by 0.01[678]"):
-        fb.allocate(sized, fb.Limit(below=0.3, above=-0.3), costs)
-    hardly = fb.allocate(sized, fb.Limit(below=0.32, above=-0.32), costs, response=generator)
+    with pytest.raises(
+        fb.errors.InputError, match=r"best of which are .*between.* violated by 0.01[678]"
+    ):
+        fb.analysis.allocate(sized, fb.Limit(below=0.3, above=-0.3), costs)
+    hardly = fb.analysis.allocate(
+        sized, fb.Limit(below=0.32, above=-0.32), costs, response=generator
+    )
     assert hardly.attrs["confirmed"] == "yes"
 
 
@@ -108,7 +112,7 @@ def test_the_best_of_several_sizes_is_found(tolerance):
     # |b| ≤ t: the largest |y| is t max p, where p has its least largest value within a ± tolerance
     inputs = {"a": fb.Sizing(-1.0, 1.0, tolerance), "b": fb.Interval(-3.0, 3.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
+    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, response=valleys)
     a = np.linspace(-1, 1, 20001)
     p = np.max([valleys(a + own, 1.0)[:, 0] for own in (-tolerance, tolerance)], axis=0)
     assert found["size"].item() == pytest.approx(a[p.argmin()], abs=2e-3)
@@ -120,7 +124,7 @@ def test_a_scatter_with_a_free_size():
     # μ + 3σ = p(a) (1 + 3 s) ≤ 1
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(1.0, 0.5)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
+    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0})
     p = valleys(np.linspace(-1, 1, 20001), 1.0).min()
     assert found["tolerance"].item() == pytest.approx((1 / p - 1) / 3, rel=1e-5)
 
@@ -146,13 +150,15 @@ def test_a_size_that_is_free(sized, tmp_path):
     ],
 )
 def test_refused_sizes(arguments, told):
-    with pytest.raises(fb.InputError, match=told):
+    with pytest.raises(fb.errors.InputError, match=told):
         fb.Sizing(*arguments)
 
 
 def test_grades_are_refused_where_a_size_is_free(sized):
-    with pytest.raises(fb.InputError, match=r"must not be Grades where .* coupler, crank, rocker"):
-        fb.allocate(sized, KEPT, {"crank": fb.Grades({"fine": (0.1, 1.0)})})
+    with pytest.raises(
+        fb.errors.InputError, match=r"must not be Grades where .* coupler, crank, rocker"
+    ):
+        fb.analysis.allocate(sized, KEPT, {"crank": fb.analysis.Grades({"fine": (0.1, 1.0)})})
 
 
 def test_a_linear_analysis_of_the_function_generator_breaks_the_limit():
@@ -172,9 +178,9 @@ def test_a_linear_analysis_of_the_function_generator_breaks_the_limit():
 def test_runs_correct_a_coarse_surrogate(four_bar):
     coarse = fb.expand(generator, LENGTHS, fb.PCCI(1, 1))
     costs = dict.fromkeys(SIZES, 1.0)
-    alone = fb.allocate(coarse, KEPT, costs)
+    alone = fb.analysis.allocate(coarse, KEPT, costs)
     assert alone.attrs["confirmed"] == "no runs were made"
-    found = fb.allocate(coarse, KEPT, costs, response=generator)
+    found = fb.analysis.allocate(coarse, KEPT, costs, response=generator)
     assert at_vertices(found["tolerance"].to_series().to_dict()) <= 0.8 + 1e-9
     assert found.attrs["confirmed"] == "yes"
     assert "shifted by what runs showed" in found.attrs["verdict"]
@@ -186,7 +192,8 @@ def test_runs_correct_a_coarse_surrogate(four_bar):
 def test_multipliers_are_what_relaxing_the_limit_saves(four_bar):
     costs = dict.fromkeys(SIZES, 1.0)
     found, looser = (
-        fb.allocate(four_bar, fb.Limit(below=above, above=-0.8), costs) for above in (0.8, 0.801)
+        fb.analysis.allocate(four_bar, fb.Limit(below=above, above=-0.8), costs)
+        for above in (0.8, 0.801)
     )
     saved = (found.attrs["cost"] - looser.attrs["cost"]) / 1e-3
     assert float(found["saving"][0]) == pytest.approx(saved, rel=5e-3)
@@ -198,7 +205,7 @@ def test_one_linear_limit_has_a_closed_form(plane, costs):
     a, slope = np.array(costs), np.array([3.0, 2.0])
     limit = 0.6
     t = np.sqrt(a / slope) * limit / (slope @ np.sqrt(a / slope))
-    found = fb.allocate(plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True)))
+    found = fb.analysis.allocate(plane, fb.Limit(below=limit), dict(zip("ab", costs, strict=True)))
     assert found["tolerance"].values == pytest.approx(t, rel=1e-5)
     assert found.attrs["cost"] == pytest.approx((a / t).sum(), rel=1e-5)
     assert found["contribution"].values[:, 0] == pytest.approx(slope * t, rel=1e-4)
@@ -213,7 +220,7 @@ def test_the_search_goes_on_where_no_margin_is_near_zero_at_its_start():
     # (3 a − 2 b)³ ≤ L: 3 t_a + 2 t_b = ∛L; the start, by a straight line, is far from the limit
     surrogate = fb.expand(lambda a, b: ((3 * a - 2 * b) ** 3)[:, None],
                           {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 3))  # fmt: skip
-    found = fb.allocate(surrogate, fb.Limit(below=8.0), {"a": 3.0, "b": 2.0})
+    found = fb.analysis.allocate(surrogate, fb.Limit(below=8.0), {"a": 3.0, "b": 2.0})
     assert found["tolerance"].values == pytest.approx([0.4, 0.4], rel=1e-4)
 
 
@@ -221,7 +228,7 @@ def test_random_inputs_have_standard_deviations():
     # k √(9 s² + 4 r²) ≤ L with the cost 1/s + 1/r: J² s³ is the same for both
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
-    found = fb.allocate(
+    found = fb.analysis.allocate(
         surrogate, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, sigmas=2.0, response=linear
     )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
@@ -239,8 +246,8 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
 
     inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)}
     surrogate, limit = fb.expand(wave, inputs, fb.PCCI(6, 1)), fb.Limit(below=2.5)
-    found = fb.allocate(surrogate, limit, {"e": 1.0}, response=wave)
-    alone = fb.allocate(surrogate, limit, {"e": 1.0})
+    found = fb.analysis.allocate(surrogate, limit, {"e": 1.0}, response=wave)
+    alone = fb.analysis.allocate(surrogate, limit, {"e": 1.0})
     assert found["tolerance"].item() == alone["tolerance"].item()
     assert (found.attrs["confirmed"], found.attrs["runs"]) == ("inferred", 1)
     assert found["run_margin"].item() > 1.5 - found["tolerance"].item()
@@ -250,14 +257,14 @@ def test_what_runs_show_and_what_the_surrogate_infers_are_told_apart():
 def test_tolerances_and_scatter_together():
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0)
+    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 2.0}, sigmas=3.0)
     slope = np.array([3.0, 6.0])
     t = np.sqrt(np.array([1.0, 2.0]) / slope)
     assert found["tolerance"].values == pytest.approx(t / (slope @ t), rel=1e-4)
 
 
 def test_the_largest_tolerances_are_enough(plane):
-    found = fb.allocate(plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear)
+    found = fb.analysis.allocate(plane, fb.Limit(below=10.0), {"a": 1.0, "b": 1.0}, response=linear)
     assert found["tolerance"].values.tolist() == [1.0, 1.0]
     assert found["saving_at"].values.tolist() == [0.0]
     assert "Nearest" in found.attrs["verdict"]
@@ -266,22 +273,26 @@ def test_the_largest_tolerances_are_enough(plane):
 
 def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
     doubtful = plane.with_attrs(not_trusted="response (a kink)")
-    found = fb.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
+    found = fb.analysis.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
     assert found.attrs["verdict"].endswith("Not reliable: response (a kink)")
 
 
 def test_one_tolerance_at_its_largest(plane):
     # b is worth nothing: it takes 2 of 2.5, and a the rest
-    found = fb.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
+    found = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1e-3, "b": 100.0})
     assert found["tolerance"].values == pytest.approx([0.5 / 3, 1.0], rel=1e-5)
     assert found["saving"].item() == pytest.approx(1e-3 / (0.5 / 3) ** 2 / 3, rel=1e-3)
 
 
 def test_infeasible_limits_name_the_instant_and_the_inputs(plane, four_bar):
-    with pytest.raises(fb.InputError, match=r"violated by 1.4\d* at time 1, because .*: a \(3\)"):
-        fb.allocate(plane, fb.Limit(below=1.6), {"b": 1.0})
-    with pytest.raises(fb.InputError, match=r"below 0.4 is .* at angle 215.5.*nominal values"):
-        fb.allocate(four_bar, fb.Limit(below=0.4), dict.fromkeys(SIZES, 1.0))
+    with pytest.raises(
+        fb.errors.InputError, match=r"violated by 1.4\d* at time 1, because .*: a \(3\)"
+    ):
+        fb.analysis.allocate(plane, fb.Limit(below=1.6), {"b": 1.0})
+    with pytest.raises(
+        fb.errors.InputError, match=r"below 0.4 is .* at angle 215.5.*nominal values"
+    ):
+        fb.analysis.allocate(four_bar, fb.Limit(below=0.4), dict.fromkeys(SIZES, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -306,15 +317,15 @@ def test_infeasible_limits_have_a_true_reason(limit, costs, reason):
     }
     sums = fb.expand(lambda a, b, x, c, d: a + 2 * b + x + c + d - c * d, inputs, fb.PCCI(1, 1))
     if isinstance(costs, dict):
-        own = {k: fb.Grades({"fine": (t, 2.0)}) for k, t in costs.items()}
+        own = {k: fb.analysis.Grades({"fine": (t, 2.0)}) for k, t in costs.items()}
     else:
         own = dict.fromkeys(costs, 1.0)
-    with pytest.raises(fb.InputError, match=reason):
-        fb.allocate(sums, fb.Limit(below=limit), own)
+    with pytest.raises(fb.errors.InputError, match=reason):
+        fb.analysis.allocate(sums, fb.Limit(below=limit), own)
 
 
 def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
-    found = fb.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
+    found = fb.analysis.allocate(plane, fb.Limit(below=2.5), {"a": 1.0, "b": 1.0})
     assert found.attrs["verdict"].endswith("No runs were made to confirm it")
 
 
@@ -330,19 +341,21 @@ def test_without_runs_nothing_is_said_of_a_confirmation_that_failed(plane):
     ],
 )
 def test_refused_costs(plane, costs, told):
-    with pytest.raises(fb.InputError, match=told):
-        fb.allocate(plane, fb.Limit(below=1.0), costs)
+    with pytest.raises(fb.errors.InputError, match=told):
+        fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)
 
 
 def test_grades_are_those_of_an_exhaustive_search(four_bar):
     sizes = [0.02, 0.05, 0.1, 0.2, 0.4]
     rng = np.random.default_rng(5)
     costs = {
-        name: fb.Grades({f"G{k}": (t, c) for k, (t, c) in enumerate(zip(sizes, own, strict=True))})
+        name: fb.analysis.Grades(
+            {f"G{k}": (t, c) for k, (t, c) in enumerate(zip(sizes, own, strict=True))}
+        )
         for name in SIZES
         for own in [np.sort(rng.uniform(1, 20, 5))[::-1]]
     }
-    found = fb.allocate(four_bar, KEPT, costs, response=generator)
+    found = fb.analysis.allocate(four_bar, KEPT, costs, response=generator)
     best, least = None, np.inf
     for which in product(range(5), repeat=4):
         cost = sum(costs[name].costs[k] for name, k in zip(SIZES, which, strict=True))
@@ -366,18 +379,21 @@ def test_the_table_of_iso_286_follows_its_tolerance_unit():
 
 
 def test_grades_of_iso_286():
-    own = fb.Grades.iso_286(53.0, {"IT5": 3.0, "IT11": 1.0}, millimetre=1.0)
+    own = fb.analysis.Grades.iso_286(53.0, {"IT5": 3.0, "IT11": 1.0}, millimetre=1.0)
     assert own.grades == {"IT5": (0.0065, 3.0), "IT11": (0.095, 1.0)}
-    assert fb.Grades.iso_286(0.05, {"IT7": 1.0}).tolerances == pytest.approx([12.5e-6])
+    assert fb.analysis.Grades.iso_286(0.05, {"IT7": 1.0}).tolerances == pytest.approx([12.5e-6])
 
 
 @pytest.mark.parametrize(
     ("costs", "told"),
     [
-        ({"a": fb.Grades({"fine": (2.0, 1.0)})}, "up to that of the surrogate, 1; got 2"),
-        ({"a": fb.Grades({"fine": (0.1, 1.0)}), "b": 1.0}, "Grades for all inputs or for none"),
+        ({"a": fb.analysis.Grades({"fine": (2.0, 1.0)})}, "up to that of the surrogate, 1; got 2"),
+        (
+            {"a": fb.analysis.Grades({"fine": (0.1, 1.0)}), "b": 1.0},
+            "Grades for all inputs or for none",
+        ),
     ],
 )
 def test_refused_grades(plane, costs, told):
-    with pytest.raises(fb.InputError, match=told):
-        fb.allocate(plane, fb.Limit(below=1.0), costs)
+    with pytest.raises(fb.errors.InputError, match=told):
+        fb.analysis.allocate(plane, fb.Limit(below=1.0), costs)

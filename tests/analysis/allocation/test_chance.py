@@ -35,7 +35,9 @@ def plane():
 @pytest.mark.parametrize("probability", [1e-2, 1e-5])
 def test_one_linear_limit_has_a_closed_form(plane, probability):
     # k √(9 s² + 4 r²) ≤ L with k = −Φ⁻¹(P) and the cost 1/s + 1/r: J² s³ is the same for both
-    found = fb.allocate(plane, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability)
+    found = fb.analysis.allocate(
+        plane, fb.Limit(above=-0.6), {"a": 1.0, "b": 1.0}, probability=probability
+    )
     shape = np.array([9.0, 4.0]) ** (-1 / 3)
     std = shape * 0.6 / -ndtri(probability) / np.sqrt(9 * shape[0] ** 2 + 4 * shape[1] ** 2)
     assert found["tolerance"].values == pytest.approx(std, rel=0.03)
@@ -54,7 +56,9 @@ def test_the_worst_of_the_intervals():
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
     surrogate = fb.expand(linear, inputs, fb.PCCI(1, 1))
     costs = {"a": 1.0, "b": 2.0}
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear)
+    found = fb.analysis.allocate(
+        surrogate, fb.Limit(below=1.0), costs, probability=1e-3, response=linear
+    )
     slope, cost = np.array([-3 * ndtri(1e-3), 2.0]), np.array([1.0, 2.0])
     t = np.sqrt(cost / slope)
     t /= slope @ t
@@ -68,7 +72,9 @@ def test_the_worst_of_the_intervals():
 def test_first_passage_and_not_each_time():
     # the largest of a cos t + b sin t is Rayleigh distributed: P = exp(−L²/2σ²)
     surrogate = fb.expand(circle, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(1, 1))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3)
+    found = fb.analysis.allocate(
+        surrogate, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}, probability=1e-3
+    )
     assert found["tolerance"].values == pytest.approx(1 / np.sqrt(-2 * np.log(1e-3)), rel=0.02)
     assert found["at_each_time"].max() < 5e-4
 
@@ -76,8 +82,8 @@ def test_first_passage_and_not_each_time():
 def test_runs_correct_the_probability():
     rough = fb.expand(bent, dict.fromkeys("ab", fb.Normal(0.0, 0.5)), fb.PCCI(1, 1))
     limit, costs = fb.Limit(below=1.6), {"a": 1.0, "b": 1.0}
-    alone = fb.allocate(rough, limit, costs, probability=1e-3)
-    found = fb.allocate(rough, limit, costs, probability=1e-3, response=bent)
+    alone = fb.analysis.allocate(rough, limit, costs, probability=1e-3)
+    found = fb.analysis.allocate(rough, limit, costs, probability=1e-3, response=bent)
     z = np.random.default_rng(3).standard_normal((2, 400_000))
     left = [
         float(np.mean(bent(*(z * one["tolerance"].values[:, None])) > 1.6))
@@ -101,22 +107,22 @@ def angle():
 
 def test_rare_probabilities_of_an_inexact_surrogate_are_bounded(angle):
     limit, costs = fb.Limit(below=1.0), {"a": 1.0, "b": 1.0}
-    found = fb.allocate(angle, limit, costs, probability=2e-5)
+    found = fb.analysis.allocate(angle, limit, costs, probability=2e-5)
     assert (found["probability"], found["confidence_low"]) == (0.0, 0.0)
     assert found["confidence_high"] >= 1e-4
     assert 1e-5 < found["surrogate_probability"] < 2e-5
     assert np.isnan(found["at_each_time"]).all()
     assert "probability below 0.0001; the surrogate alone finds" in found.attrs["verdict"]
-    judged = fb.allocate(angle, limit, costs, probability=2e-5, response=arc)
+    judged = fb.analysis.allocate(angle, limit, costs, probability=2e-5, response=arc)
     assert 0.0 < judged["run_probability"] <= 2e-5
     assert "Confirmed" in judged.attrs["verdict"]
 
 
 def test_the_interval_allows_for_the_error_of_the_surrogate(angle):
     limit, costs = fb.Limit(below=0.6), {"a": 1.0, "b": 1.0}
-    found = fb.allocate(angle, limit, costs, probability=1e-2)
+    found = fb.analysis.allocate(angle, limit, costs, probability=1e-2)
     tolerances = {k: fb.Normal(0.0, float(found["tolerance"].sel(name=k))) for k in "ab"}
-    same = fb.failure_probability(angle.narrowed(**tolerances), limit, accuracy=0.02)
+    same = fb.analysis.failure_probability(angle.narrowed(**tolerances), limit, accuracy=0.02)
     stated = [[float(np.ravel(one[k])[-1]) for k in ("confidence_low", "confidence_high")]
               for one in (found, same)]  # fmt: skip
     assert stated[0] == pytest.approx(stated[1], rel=0.1)
@@ -132,22 +138,24 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
     rough = fb.expand(step, inputs, fb.AdaptivePCCI(1e-4, 20))
     limit, costs = fb.Limit(below=2.0), {"a": 1.0, "b": 1.0}
     names = "probability", "confidence_low", "confidence_high", "at_each_time"
-    found = fb.allocate(rough, limit, costs, probability=1e-2)
+    found = fb.analysis.allocate(rough, limit, costs, probability=1e-2)
     assert all(np.isnan(found[name]).all() for name in (*names, "surrogate_probability"))
     assert "not given by the surrogate, which missed its tolerance" in found.attrs["verdict"]
     assert "above the tolerance of 0.01 %" in found.attrs["verdict"]
-    judged = fb.allocate(rough, limit, costs, probability=1e-2, response=step)
+    judged = fb.analysis.allocate(rough, limit, costs, probability=1e-2, response=step)
     assert all(np.isnan(judged[name]).all() for name in names)
     a, b = np.random.default_rng(5).standard_normal((2, 400_000))
     s = judged["tolerance"].values
     exact = float(np.mean(step(s[0] * a, s[1] * b) > 2.0))
     assert judged["run_probability"] == pytest.approx(exact, rel=0.3)
     narrow = rough.narrowed(a=fb.Normal(0.0, 0.5))  # nor of a part of it
-    assert np.isnan(fb.failure_probability(narrow, limit)["probability"]).all()
+    assert np.isnan(fb.analysis.failure_probability(narrow, limit)["probability"]).all()
 
 
 def test_the_largest_scatter_is_likely_enough(plane):
-    found = fb.allocate(plane, fb.Limit(below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01)
+    found = fb.analysis.allocate(
+        plane, fb.Limit(below=20.0), {"a": 1.0, "b": 1.0}, probability=0.01
+    )
     assert found["tolerance"].values.tolist() == [1.0, 1.0]
 
 
@@ -158,7 +166,7 @@ def test_sizes_and_scatter_for_a_probability():
 
     inputs = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Normal(0.0, 1.0)}
     surrogate = fb.expand(valleys, inputs, fb.PCCI(1, 4))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
+    found = fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"b": 1.0}, probability=1e-3)
     p = valleys(np.linspace(-1, 1, 20001), 0.0).min()
     assert found["tolerance"].item() == pytest.approx((1 - p) / -ndtri(1e-3), rel=0.02)
 
@@ -168,19 +176,23 @@ def test_sizes_and_scatter_for_a_probability():
     [(0.0, "from 1e-08 to 0.3"), (0.5, "from 1e-08 to 0.3"), ("x", "probability")],
 )
 def test_refused_probabilities(plane, probability, told):
-    with pytest.raises(fb.InputError, match=told):
-        fb.allocate(plane, fb.Limit(below=1.0), {"a": 1.0}, probability=probability)
+    with pytest.raises(fb.errors.InputError, match=told):
+        fb.analysis.allocate(plane, fb.Limit(below=1.0), {"a": 1.0}, probability=probability)
 
 
 def test_what_a_probability_does_not_go_with(plane):
     limit, inputs = fb.Limit(below=1.0), {"a": fb.Interval(-1, 1), "b": fb.Interval(-1, 1)}
-    with pytest.raises(fb.InputError, match="needs an input that is random"):
-        fb.allocate(fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01)
+    with pytest.raises(fb.errors.InputError, match="needs an input that is random"):
+        fb.analysis.allocate(
+            fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01
+        )
     inputs = {"a": fb.Normal(0, 1), "b": fb.Compensator(-1, 1)}
-    with pytest.raises(fb.InputError, match="where an input is a Compensator"):
-        fb.allocate(fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01)
-    grades = {"a": fb.Grades({"fine": (0.1, 1.0)})}
-    with pytest.raises(fb.InputError, match="cannot be stated for Grades"):
-        fb.allocate(plane, limit, grades, probability=0.01)
-    with pytest.raises(fb.InputError, match="cannot be kept"):
-        fb.allocate(plane, fb.Limit(below=-1.0), {"a": 1.0}, probability=0.01)
+    with pytest.raises(fb.errors.InputError, match="where an input is a Compensator"):
+        fb.analysis.allocate(
+            fb.expand(linear, inputs, fb.PCCI(1, 1)), limit, {"a": 1.0}, probability=0.01
+        )
+    grades = {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})}
+    with pytest.raises(fb.errors.InputError, match="cannot be stated for Grades"):
+        fb.analysis.allocate(plane, limit, grades, probability=0.01)
+    with pytest.raises(fb.errors.InputError, match="cannot be kept"):
+        fb.analysis.allocate(plane, fb.Limit(below=-1.0), {"a": 1.0}, probability=0.01)

@@ -32,7 +32,7 @@ def inputs(reach, names="ab"):
 def test_margin_of_a_linear_response(reach):
     # L − max(0, Σ |J| t − |a| C)
     surrogate = fb.expand(shifted, inputs(reach), fb.PCCI(1, 1))
-    found = fb.check_limits(surrogate, fb.Limit(below=4.0, above=-4.0))
+    found = fb.analysis.check_limits(surrogate, fb.Limit(below=4.0, above=-4.0))
     exact = 4.0 - max(0.0, 5.0 - 1.5 * reach)
     assert found["least_margin"].item() == pytest.approx(exact, abs=1e-5)
     assert found["least_margin"].item() <= exact + 1e-9
@@ -41,12 +41,14 @@ def test_margin_of_a_linear_response(reach):
 def test_one_adjustment_is_for_the_whole_motion():
     # at a = t one instant wants c = −C, the other c = C; adjusted at each, the margin were L
     surrogate = fb.expand(opposed, inputs(1.0, "a"), fb.PCCI(1, 1))
-    found = fb.check_limits(surrogate, fb.Limit(below=1.5, above=-1.5))
+    found = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5, above=-1.5))
     assert found["least_margin"].item() == pytest.approx(0.5, abs=1e-5)
     assert found["worst_inputs"].sel(input="c").item() == pytest.approx(0.0, abs=1e-5)
-    alone = fb.check_limits(surrogate, fb.Limit(below=1.5, above=-1.5, during=(0.0, 0.0)))
+    alone = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5, above=-1.5, during=(0.0, 0.0)))
     assert alone["least_margin"].item() == pytest.approx(1.5, abs=1e-5)
-    chosen = fb.allocate(surrogate, fb.Limit(below=0.5, above=-0.5), {"a": 1.0}, response=opposed)
+    chosen = fb.analysis.allocate(
+        surrogate, fb.Limit(below=0.5, above=-0.5), {"a": 1.0}, response=opposed
+    )
     assert chosen["tolerance"].item() == pytest.approx(0.5, rel=1e-4)
 
 
@@ -55,7 +57,7 @@ def test_limits_share_the_adjustment():
     surrogate = fb.expand(opposed, inputs(1.0, "a"), fb.PCCI(1, 1))
     first, second = fb.Limit(above=0.0, during=(0, 0)), fb.Limit(above=0.0, during=(1, 1))
     for limits, margin in (([first], 0.0), ([second], 0.0), ([first, second], -1.0)):
-        found = fb.check_limits(surrogate, limits)
+        found = fb.analysis.check_limits(surrogate, limits)
         assert found["least_margin"].min() == pytest.approx(margin, abs=1e-5)
 
 
@@ -63,7 +65,7 @@ def test_limits_share_the_adjustment():
 def test_tolerances_with_an_adjustment(reach):
     # Σ |J| t ≤ L + |a| C with the cost Σ 1/t: t ∝ √(1/|J|)
     surrogate = fb.expand(shifted, inputs(reach), fb.PCCI(1, 1))
-    found = fb.allocate(
+    found = fb.analysis.allocate(
         surrogate, fb.Limit(below=0.6, above=-0.6), {"a": 1.0, "b": 1.0}, response=shifted
     )
     t = np.sqrt(1 / np.abs(SLOPE))
@@ -81,7 +83,7 @@ def test_two_compensators():
 
     own = inputs(0.5) | {"d": fb.Compensator(-1.0, 1.0)}
     surrogate = fb.expand(both, own, fb.PCCI(1, 1))
-    found = fb.check_limits(surrogate, fb.Limit(below=2.0, above=-2.0))
+    found = fb.analysis.check_limits(surrogate, fb.Limit(below=2.0, above=-2.0))
     grid = np.linspace(-1, 1, 81)
     worst = np.inf
     for a, b in product((-1.0, 1.0), repeat=2):
@@ -89,8 +91,10 @@ def test_two_compensators():
         worst = min(worst, 2 - max(min(values), np.abs(a + 2 * b + grid).min()))
     assert found["least_margin"].item() == pytest.approx(worst, abs=0.02)
     three = inputs(0.5) | {k: fb.Compensator(-1.0, 1.0) for k in "bd"}
-    with pytest.raises(fb.InputError, match="at most 2 inputs can be a Compensator; got b, c, d"):
-        fb.check_limits(fb.expand(both, three, fb.PCCI(1, 1)), fb.Limit(below=1.0))
+    with pytest.raises(
+        fb.errors.InputError, match="at most 2 inputs can be a Compensator; got b, c, d"
+    ):
+        fb.analysis.check_limits(fb.expand(both, three, fb.PCCI(1, 1)), fb.Limit(below=1.0))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -107,7 +111,7 @@ def test_quadratic_responses_against_brute_force(seed):
     grid = np.linspace(-1, 1, 41)
     a, b, c = (own.ravel() for own in np.meshgrid(grid, grid, grid, indexing="ij"))
     largest = np.abs(quadratic(a, b, c).values).max(axis=1).reshape(41, 41, 41).min(axis=2).max()
-    found = fb.check_limits(surrogate, fb.Limit(below=5.0, above=-5.0))
+    found = fb.analysis.check_limits(surrogate, fb.Limit(below=5.0, above=-5.0))
     assert found["least_margin"].item() == pytest.approx(5.0 - largest, abs=0.1)
     limit = (largest + best_of(quadratic, np.zeros(1), np.zeros(1))[0]) / 2
     t = np.linspace(0.02, 1.0, 50)
@@ -116,7 +120,7 @@ def test_quadratic_responses_against_brute_force(seed):
     at_worst = np.max([best_of(quadratic, i * first, j * second) for i, j in signs], axis=0)
     cheapest = (1 / first + 1 / second)[at_worst <= limit].min()
     keeps = fb.Limit(below=limit, above=-limit)
-    chosen = fb.allocate(surrogate, keeps, {"a": 1.0, "b": 1.0}, response=quadratic)
+    chosen = fb.analysis.allocate(surrogate, keeps, {"a": 1.0, "b": 1.0}, response=quadratic)
     assert chosen.attrs["cost"] < cheapest < 1.1 * chosen.attrs["cost"]
     assert chosen.attrs["confirmed"] == "yes"
     own = chosen["tolerance"].sel(name=["a", "b"]).values
@@ -135,7 +139,7 @@ def test_scatter_is_after_the_adjustment():
     # the mean is adjusted by c, the scatter is not: 3 σ = 3 · 0.2
     own = {"a": fb.Interval(-1.0, 1.0), "b": fb.Normal(0.0, 0.1), "c": fb.Compensator(-2.0, 2.0)}
     surrogate = fb.expand(shifted, own, fb.PCCI(1, 1))
-    found = fb.check_limits(surrogate, fb.Limit(below=1.0, above=-1.0), sigmas=3.0)
+    found = fb.analysis.check_limits(surrogate, fb.Limit(below=1.0, above=-1.0), sigmas=3.0)
     assert found["least_margin"].item() == pytest.approx(1.0 - 0.6, abs=1e-5)
 
 
@@ -146,7 +150,9 @@ def test_sizes_and_compensators_together():
 
     own = {"a": fb.Sizing(-1.0, 1.0), "b": fb.Interval(-4.0, 4.0), "c": fb.Compensator(-0.5, 0.5)}
     surrogate = fb.expand(valleys, own, fb.PCCI(1, 4))
-    found = fb.allocate(surrogate, fb.Limit(below=1.0, above=-1.0), {"b": 1.0}, response=valleys)
+    found = fb.analysis.allocate(
+        surrogate, fb.Limit(below=1.0, above=-1.0), {"b": 1.0}, response=valleys
+    )
     p = valleys(np.linspace(-1, 1, 20001), 1.0, 0.0).min()
     assert found["tolerance"].item() == pytest.approx(1.5 / p, rel=3e-4)
 
@@ -156,13 +162,15 @@ def test_sizes_and_compensators_together():
     [((1.0, 1.0), "lower 1 must be below upper 1"), ((np.inf, 2.0), "Compensator lower")],
 )
 def test_refused_compensators(arguments, told):
-    with pytest.raises(fb.InputError, match=told):
+    with pytest.raises(fb.errors.InputError, match=told):
         fb.Compensator(*arguments)
 
 
 def test_no_costs_of_compensators_and_no_grades_with_them():
     surrogate = fb.expand(shifted, inputs(1.0), fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match="which are a, b; got 'c'"):
-        fb.allocate(surrogate, fb.Limit(below=1.0), {"c": 1.0})
-    with pytest.raises(fb.InputError, match="a Sizing or a Compensator; these are c"):
-        fb.allocate(surrogate, fb.Limit(below=1.0), {"a": fb.Grades({"fine": (0.1, 1.0)})})
+    with pytest.raises(fb.errors.InputError, match="which are a, b; got 'c'"):
+        fb.analysis.allocate(surrogate, fb.Limit(below=1.0), {"c": 1.0})
+    with pytest.raises(fb.errors.InputError, match="a Sizing or a Compensator; these are c"):
+        fb.analysis.allocate(
+            surrogate, fb.Limit(below=1.0), {"a": fb.analysis.Grades({"fine": (0.1, 1.0)})}
+        )

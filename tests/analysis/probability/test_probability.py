@@ -48,9 +48,9 @@ def test_a_linear_response_down_to_1e_9(deviations):
         return constant(3 * x + 4 * y)
 
     surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL}, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=5 * deviations))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=5 * deviations))
     agrees(found, norm.sf(deviations))
-    both = fb.failure_probability(
+    both = fb.analysis.failure_probability(
         surrogate, fb.Limit(below=5 * deviations, above=-5 * deviations), seed=1
     )
     agrees(both, 2 * norm.sf(deviations))
@@ -65,8 +65,10 @@ def test_many_random_inputs():
 
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
     response.__signature__ = inspect.Signature(parameters)
-    surrogate = fb.expand(response, dict.fromkeys(names, NORMAL), fb.PerturbationChebyshev(1))
-    found = fb.failure_probability(surrogate, fb.Limit(below=4.5), accuracy=0.05)
+    surrogate = fb.expand(
+        response, dict.fromkeys(names, NORMAL), fb.methods.PerturbationChebyshev(1)
+    )
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.5), accuracy=0.05)
     agrees(found, norm.sf(4.5), 0.15)
 
 
@@ -77,7 +79,7 @@ def test_first_passage_is_not_the_largest_probability_at_one_time():
         return over_time(a[:, None] * np.cos(2 * np.pi * T) + b[:, None] * np.sin(2 * np.pi * T))
 
     surrogate = fb.expand(response, {"a": NORMAL, "b": NORMAL}, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
     agrees(found, np.exp(-8.0))
     each = found["at_each_time"].values[1, 0]
     np.testing.assert_allclose(each, norm.sf(4.0), rtol=0.5)
@@ -88,7 +90,7 @@ def test_first_passage_is_not_the_largest_probability_at_one_time():
         {"a": NORMAL, "b": NORMAL},
         fb.AdaptivePCCI(),
     )
-    found = fb.failure_probability(coarse, fb.Limit(below=4.0))
+    found = fb.analysis.failure_probability(coarse, fb.Limit(below=4.0))
     on_grid, between = (float(found[k][0, 0]) for k in ("probability", "between_times"))
     assert on_grid < 0.85 * np.exp(-8.0)
     assert between == pytest.approx(np.exp(-8.0), rel=0.15)
@@ -99,14 +101,14 @@ def test_amplitude_and_phase():
     swing = fb.expand(
         lambda a: over_time((2 + 0.3 * a)[:, None] * wave), {"a": NORMAL}, fb.AdaptivePCCI()
     )
-    agrees(fb.failure_probability(swing, fb.Limit(below=3.2)), norm.sf(4.0))
+    agrees(fb.analysis.failure_probability(swing, fb.Limit(below=3.2)), norm.sf(4.0))
 
     def turning(phase):
         return over_time(np.cos(2 * T + phase[:, None]))
 
     turned = fb.expand(turning, {"phase": fb.Uniform(0.5, 3.0)}, fb.AdaptivePCCI(1e-5))
     first = np.pi - np.arccos(0.99) - 2  # −0.99 is passed if the phase is more than this
-    agrees(fb.failure_probability(turned, fb.Limit(above=-0.99)), (3.0 - first) / 2.5)
+    agrees(fb.analysis.failure_probability(turned, fb.Limit(above=-0.99)), (3.0 - first) / 2.5)
 
 
 def test_intervals_and_random_inputs_together():
@@ -118,10 +120,10 @@ def test_intervals_and_random_inputs_together():
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
     agrees(found, [exact(-1, -1, 4.0), exact(1, 1, 4.0)])
     np.testing.assert_array_equal(found["probability_at"][:, :, 0], [[-1, 1], [-1, 1]])
-    rare = fb.failure_probability(surrogate, fb.Limit(below=8.0))
+    rare = fb.analysis.failure_probability(surrogate, fb.Limit(below=8.0))
     value, _, high = bounds(rare)
     assert value[0] == 0.0
     assert exact(-1, -1, 8.0) < high[0] < 1e-10
@@ -134,7 +136,7 @@ def test_an_end_inside_the_box():
         return constant(x + 1 - e**2 + 0.3 * e)
 
     surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=4.0))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.0))
     agrees(found, [norm.sf(4.3), norm.sf(3 - 0.15**2)])
     np.testing.assert_allclose(found["probability_at"][0, :, 0], [-1, 0.15], atol=0.06)
 
@@ -149,7 +151,7 @@ def test_each_time_has_bounds_of_its_own():
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1), "x": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=3.5)).isel(limit=0)
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.5)).isel(limit=0)
     slope, farthest = np.abs(g) / 2, 1 + np.abs(h)
     exact = norm.sf([3.5 + slope - (1 - farthest**2) / 2, 3.5 - slope - 0.5])
     low, high = found["at_each_time_low"].values, found["at_each_time_high"].values
@@ -174,7 +176,7 @@ def test_at_each_time_ends_are_in_order_and_no_sample_stands_alone(seed):
 
     inputs = {"e": fb.Interval(-1, 1), "a": NORMAL, "b": NORMAL}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed).isel(limit=0)
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed).isel(limit=0)
     exact = norm.sf((3.0 - np.abs(g) * np.array([[-1.0], [1.0]])) / size)
     value, low, high = (found[f"at_each_time{k}"].values for k in ("", "_low", "_high"))
     for one in (value, low, high):
@@ -216,7 +218,7 @@ def test_a_four_bar_leaves_its_structural_error():
     inputs = {name: fb.Normal(length, 0.1) for name, length in lengths.items()}
     surrogate = fb.expand(four_bar, inputs, fb.AdaptivePCCI(0.001))
     for limit, exact, tolerance in ((0.7, 4.0e-2, 0.05), (0.8, 6.4e-3, 0.05), (0.9, 7.0e-4, 0.1)):
-        found = fb.failure_probability(
+        found = fb.analysis.failure_probability(
             surrogate, fb.Limit(below=limit, above=-limit), accuracy=0.015
         )
         assert float(found["probability"][0, 0]) == pytest.approx(exact, rel=tolerance)
@@ -231,20 +233,20 @@ def test_several_limits_and_the_expected_error():
 
     both = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI())
     limits = [fb.Limit("a", below=3.0), fb.Limit("b", below=3.5)]
-    found = fb.failure_probability(both, limits)
+    found = fb.analysis.failure_probability(both, limits)
     assert found["limit"].values.tolist()[-1] == "any limit"
     exact = [norm.sf(3.0), norm.sf(3.5), norm.sf(3.0) + norm.sf(3.5)]
     np.testing.assert_allclose(found["probability"][0], exact, rtol=0.08)
 
     rough = fb.expand(lambda x: constant(np.tanh(2 * x)), {"x": NORMAL}, fb.AdaptivePCCI(0.05, 24))
-    found = fb.failure_probability(rough, fb.Limit(below=0.8))
+    found = fb.analysis.failure_probability(rough, fb.Limit(below=0.8))
     looser, value, tighter = (
         float(found[k][0, 0]) for k in ("limit_looser", "probability", "limit_tighter")
     )
     assert looser < value < tighter
     assert looser < norm.sf(np.arctanh(0.8) / 2) < tighter
     missed = 4 * float(rough.bands()["error_bar_expected_error"][0])
-    moved = fb.failure_probability(rough, fb.Limit(below=0.8 - missed))
+    moved = fb.analysis.failure_probability(rough, fb.Limit(below=0.8 - missed))
     assert tighter == pytest.approx(float(moved["probability"][0, 0]), rel=0.1)
 
 
@@ -270,7 +272,7 @@ def test_a_limit_that_one_corner_breaks_beside_one_that_chance_breaks(seed):
         return xr.DataArray(y, {"time": np.arange(7.0)}, ("sample", "time"))
 
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
-    found = fb.failure_probability(surrogate, fb.Limit(below=4.9), seed=seed)
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.9), seed=seed)
     assert found["probability"].values[1, 0] == pytest.approx(1.0, abs=0.08)
     corner = found["probability_at"].sel(bound="upper").values.ravel()
     np.testing.assert_array_equal(corner, [1.0, -1.0, 1.0, 1.0, -1.0])
@@ -286,7 +288,7 @@ def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed):
 
     surrogate = fb.expand(response, FIVE, fb.AdaptivePCCI())
     limits = [fb.Limit("a", below=4.9), fb.Limit("b", below=1.8)]
-    found = fb.failure_probability(surrogate, limits, seed=seed)
+    found = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "between_times", "at_each_time"):
         own = found[name].fillna(0.0)
         assert np.all(own.isel(limit=2) >= own.isel(limit=[0, 1]).max("limit"))
@@ -304,11 +306,13 @@ def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
     inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}
     surrogate = fb.expand(response, inputs, fb.PCCI(2, 1))
     limits = [fb.Limit("a", below=0.99), fb.Limit("b", below=4.8)]
-    found = fb.failure_probability(surrogate, limits, seed=seed)
+    found = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "confidence_low", "confidence_high", "limit_tighter"):
         np.testing.assert_allclose(found[name].values[1, [0, 2]], 1.0, atol=1e-6)
     assert found["probability"].sel(bound="upper").values[1] < 1e-4
-    some = fb.failure_probability(surrogate, fb.Limit("a", below=-1.0001), seed=seed)["probability"]
+    some = fb.analysis.failure_probability(surrogate, fb.Limit("a", below=-1.0001), seed=seed)[
+        "probability"
+    ]
     np.testing.assert_allclose(some[:, 0], [norm.cdf(1.0), 1.0], rtol=0.05)
 
 
@@ -318,11 +322,11 @@ def test_choices_and_seeds():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
     both = fb.expand(response, inputs, fb.AdaptivePCCI())
-    found = fb.failure_probability(both, fb.Limit(below=3.0))
+    found = fb.analysis.failure_probability(both, fb.Limit(below=3.0))
     agrees(found, [norm.sf(3.0), norm.sf(2.0)])
     assert found["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
-    xr.testing.assert_identical(found, fb.failure_probability(both, fb.Limit(below=3.0)))
-    other = fb.failure_probability(both, fb.Limit(below=3.0), seed=1)
+    xr.testing.assert_identical(found, fb.analysis.failure_probability(both, fb.Limit(below=3.0)))
+    other = fb.analysis.failure_probability(both, fb.Limit(below=3.0), seed=1)
     assert np.all(bounds(other)[0] != bounds(found)[0])
 
 
@@ -343,7 +347,7 @@ def test_runs_correct_a_wrong_surrogate():
     """
     plane = fb.expand(curved, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
     limit, exact = fb.Limit(below=4.75), beyond(4.75)
-    found = fb.failure_probability(plane, limit, response=curved)
+    found = fb.analysis.failure_probability(plane, limit, response=curved)
     agrees(found, exact)
     assert float(found["surrogate_probability"][0, 0]) < 0.25 * exact
     assert found["runs"].values[0, 0] == 64
@@ -355,7 +359,10 @@ def test_runs_correct_a_wrong_surrogate():
     x = np.linspace(-8, 8, 100_001)
     line, limit = fb.expand(wavy, {"x": NORMAL}, fb.PCCI(1, 1)), fb.Limit(below=2.5)
     exact = np.trapezoid(norm.pdf(x) * (wavy(x)[:, 0] > 2.5), x)
-    every = [fb.failure_probability(line, limit, response=wavy, runs=32, seed=k) for k in range(25)]
+    every = [
+        fb.analysis.failure_probability(line, limit, response=wavy, runs=32, seed=k)
+        for k in range(25)
+    ]
     value, low, high = np.array([bounds(one)[:, 0] for one in every]).T
     assert sum(one["disagreements"].values[0, 0] > 0 for one in every) > 5
     assert np.sum((low <= exact) & (exact <= high)) >= 23
@@ -376,13 +383,15 @@ def test_runs_correct_at_intervals_and_choices(tmp_path):
     calls.clear()
     told = []
     limit = fb.Limit(below=4.0)
-    found = fb.failure_probability(surrogate, limit, progress=lambda *k: told.append(k), **options)
+    found = fb.analysis.failure_probability(
+        surrogate, limit, progress=lambda *k: told.append(k), **options
+    )
     agrees(found, [beyond(4.3), beyond(3.7 / 1.2)], 0.15)
     assert found["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
     assert sum(calls) >= 120  # a sample may be drawn twice
     assert told[-1] == (128, 128)
     calls.clear()
-    xr.testing.assert_identical(found, fb.failure_probability(surrogate, limit, **options))
+    xr.testing.assert_identical(found, fb.analysis.failure_probability(surrogate, limit, **options))
     assert sum(calls) <= 4  # the others are in the store
 
 
@@ -403,14 +412,16 @@ def test_runs_correct_at_intervals_and_choices(tmp_path):
 )
 def test_refused_by_name(options, message):
     surrogate = fb.expand(constant_of_x, {"x": NORMAL}, fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match=message):
-        fb.failure_probability(**{"surrogate": surrogate, "limits": fb.Limit(below=1.0)} | options)
+    with pytest.raises(fb.errors.InputError, match=message):
+        fb.analysis.failure_probability(
+            **{"surrogate": surrogate, "limits": fb.Limit(below=1.0)} | options
+        )
 
 
 def test_intervals_alone_have_no_probability():
     surrogate = fb.expand(constant_of_x, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match="must have random inputs"):
-        fb.failure_probability(surrogate, fb.Limit(below=0.5))
+    with pytest.raises(fb.errors.InputError, match="must have random inputs"):
+        fb.analysis.failure_probability(surrogate, fb.Limit(below=0.5))
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -426,13 +437,13 @@ def test_the_interval_of_a_largest_probability_inside_the_box_holds_it(seed):
     surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL} | intervals, fb.PCCI(1, 2))
     limit = fb.Limit(below=2.2805194)
     exact = norm.sf((2.2805194 - 0.24 * 0.61 - 0.12**2 / 2.54) / np.hypot(0.62, 0.3))
-    found = fb.failure_probability(surrogate, limit, seed=seed)
+    found = fb.analysis.failure_probability(surrogate, limit, seed=seed)
     value, low, high = bounds(found)[:, 1]
     assert low <= exact <= high
     assert high < 1.12 * low
     assert value == pytest.approx(exact, rel=0.05)
     narrow = surrogate.narrowed(e=fb.Interval(0.3, 0.9))
-    narrower = bounds(fb.failure_probability(narrow, limit, seed=seed))[:, 1]
+    narrower = bounds(fb.analysis.failure_probability(narrow, limit, seed=seed))[:, 1]
     assert narrower[0] <= high
     assert narrower[1] <= exact <= narrower[2]
 
@@ -443,7 +454,7 @@ def test_corners_are_named_by_common_samples_where_the_probability_hardly_change
         return constant(x + 2e-3 * e)
 
     surrogate = fb.expand(response, {"e": fb.Interval(-1, 1), "x": NORMAL}, fb.PCCI(1, 1))
-    found = fb.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed)
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=3.0), seed=seed)
     np.testing.assert_array_equal(found["probability_at"].values.ravel(), [-1.0, 1.0])
     assert found["probability"].values[0, 0] <= found["probability"].values[1, 0]
 
@@ -457,13 +468,15 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
     rough = fb.expand(response, {"x": NORMAL}, fb.AdaptivePCCI(1e-4, 12))
     assert rough.diagnostics.attrs["expected_error"] > 1e-4
     limit = fb.Limit(below=0.8)
-    found = fb.failure_probability(rough, limit)
+    found = fb.analysis.failure_probability(rough, limit)
     names = ("probability", "confidence_high", "between_times", "limit_tighter", "at_each_time")
     assert all(np.isnan(found[name]).all() for name in names)
     assert "not given" in found.attrs["verdict"]
-    assert limits_table(fb.check_limits(rough, limit), found)[1][0][-2:] == ["not given"] * 2
+    assert (
+        limits_table(fb.analysis.check_limits(rough, limit), found)[1][0][-2:] == ["not given"] * 2
+    )
     assert not is_likely(found)
-    by_runs = fb.failure_probability(rough, limit, response=response)
+    by_runs = fb.analysis.failure_probability(rough, limit, response=response)
     agrees(by_runs, norm.sf(np.arctanh(0.8) / 2), 0.15)
     assert np.isnan(by_runs["at_each_time"]).all()
     assert "corrected with 64 runs of the model" in by_runs.attrs["verdict"]

@@ -55,7 +55,7 @@ def interval(found):
 def test_a_truss_leaves_its_limits_as_published():
     surrogate = fb.expand(truss, TRUSS, fb.AdaptivePCCI(tolerance=0.01))
     for limit, exact in PUBLISHED.items():
-        found = fb.failure_probability(surrogate, fb.Limit(below=limit))
+        found = fb.analysis.failure_probability(surrogate, fb.Limit(below=limit))
         value, low, high = interval(found)
         assert low <= exact <= high
         if exact > 1e-4:
@@ -68,7 +68,9 @@ def test_a_truss_leaves_its_limits_as_published():
             assert 0.3 * exact < alone < 3 * exact
             assert f"below 0.0001; the surrogate alone finds {alone:.2g}" in found.attrs["verdict"]
             assert "response=" in found.attrs["verdict"]
-    judged = fb.failure_probability(surrogate, fb.Limit(below=0.16), response=truss, runs=32)
+    judged = fb.analysis.failure_probability(
+        surrogate, fb.Limit(below=0.16), response=truss, runs=32
+    )
     value, low, high = interval(judged)
     assert 0.0 < low <= PUBLISHED[0.16] <= high < 3 * low
     assert value == pytest.approx(PUBLISHED[0.16], rel=0.25)
@@ -81,7 +83,7 @@ def test_what_cannot_be_exceeded_has_no_probability_but_a_bound():
         return np.arctan(0.4 * x)[:, None]
 
     surrogate = fb.expand(angle, {"x": NORMAL}, fb.AdaptivePCCI(tolerance=0.01))
-    found = fb.failure_probability(surrogate, fb.Limit(below=1.35))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
     assert interval(found) == [0.0, 0.0, pytest.approx(1e-4, rel=0.2)]
     assert np.all(found["at_each_time"] == 0.0)
     assert norm.sf(np.tan(1.35) / 0.4) < 1e-26
@@ -92,13 +94,13 @@ def test_an_exact_surrogate_states_its_tails_and_an_indicator_must_say_so():
         return 2 * x[:, None]
 
     limit, exact = fb.Limit(below=10.0), norm.sf(5.0)
-    methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.PerturbationChebyshev(1)
+    methods = fb.AdaptivePCCI(), fb.PCCI(2, 1), fb.methods.PerturbationChebyshev(1)
     for method in methods:
-        found = fb.failure_probability(fb.expand(line, {"x": NORMAL}, method), limit)
+        found = fb.analysis.failure_probability(fb.expand(line, {"x": NORMAL}, method), limit)
         value, low, high = interval(found)
         assert low < exact < high
         assert value == pytest.approx(exact, rel=0.08)
-    rough = fb.failure_probability(fb.expand(line, {"x": NORMAL}, fb.PCCI(1, 1)), limit)
+    rough = fb.analysis.failure_probability(fb.expand(line, {"x": NORMAL}, fb.PCCI(1, 1)), limit)
     assert interval(rough) == [0.0, 0.0, 1e-4]  # whether order 1 is enough is not known
 
 
@@ -108,7 +110,7 @@ def test_a_bound_holds_for_the_worst_option():
 
     inputs = {"x": NORMAL, "kind": fb.Choice("steel", "brass")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-    found = fb.failure_probability(surrogate, fb.Limit(below=2.3))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.3))
     _, low, high = interval(found)
     exact = norm.sf(np.log(2.3 / 1.1) / 0.3)
     assert low <= exact <= high
@@ -126,13 +128,13 @@ def test_a_bound_of_one_option_is_not_hidden_by_a_smaller_number_of_another():
     inputs = {"x": NORMAL, "kind": fb.Choice("angle", "line")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     limit = fb.Limit(below=1.35, above=-0.3)
-    found = fb.failure_probability(surrogate, fb.Limit(below=1.35))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.35))
     least, most = (found.sel(bound=bound).isel(limit=0) for bound in ("lower", "upper"))
     assert most["confidence_high"] >= 1e-4
     assert most["probability_choice"] == "angle"
     assert least["confidence_low"] == 0.0
     assert least["confidence_high"] < 6e-5
-    each = fb.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
+    each = fb.analysis.failure_probability(surrogate, limit).sel(bound="upper").isel(limit=0)
     assert each["at_each_time"].values[1] == pytest.approx(norm.sf(3.0), rel=0.1)
 
 

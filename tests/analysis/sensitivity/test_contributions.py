@@ -26,7 +26,7 @@ def of_linear():
 
 
 def test_a_sum_has_a_closed_form(of_linear):
-    found = fb.contributions(of_linear, sigmas=2.0, shapley=True)
+    found = fb.analysis.contributions(of_linear, sigmas=2.0, shapley=True)
     root = np.sqrt(5.0)
     expected = {
         "a": 4 * (root - 2) * (1 + T),
@@ -71,7 +71,7 @@ def test_contributions_are_those_of_studies_with_the_input_fixed(name):
         ),
     }
     method = fb.PCCI(4, 4)
-    found = fb.contributions(fb.expand(response, inputs, method))
+    found = fb.analysis.contributions(fb.expand(response, inputs, method))
     lognormal = fb.LogNormal(mean=2.0, cv=0.1)
     fixed = {
         "k": {"k": 0.0},
@@ -100,7 +100,7 @@ def test_inputs_are_fixed_at_their_means():
     for inputs in ({"x": x, "y": y}, {"pair": fb.Correlated({"x": x, "y": y}, 0.5)}):
         inputs |= {"e": fb.Interval(-1.0, 1.0)}
         surrogate = fb.expand(lambda x, y, e: x * y * e, inputs, fb.PCCI(4, 1))
-        found = fb.contributions(surrogate)
+        found = fb.analysis.contributions(surrogate)
         if "pair" in inputs:
             left = found["width"] - found["contribution"].sel(name="pair")
             assert float(left) == pytest.approx(2 * 1.0 * 2.0, rel=5e-3)
@@ -113,7 +113,7 @@ def test_inputs_are_fixed_at_their_means():
 def test_measured_values_are_fixed_at_their_mean():
     values = np.random.default_rng(3).normal(2.0, 0.2, 400)
     inputs = {"x": fb.Samples(values), "e": fb.Interval(-1.0, 1.0)}
-    found = fb.contributions(fb.expand(lambda x, e: x * e, inputs, fb.PCCI(3, 1)))
+    found = fb.analysis.contributions(fb.expand(lambda x, e: x * e, inputs, fb.PCCI(3, 1)))
     left = found["width"] - found["contribution"].sel(name="x")
     assert float(left) == pytest.approx(2 * values.mean(), rel=1e-3)
 
@@ -123,13 +123,13 @@ def test_tolerances_may_interact_negatively():
         return np.abs(e + f)
 
     surrogate = fb.expand(ratio, {"e": fb.Interval(0, 1), "f": fb.Interval(0, 1)}, fb.PCCI(1, 1))
-    assert fb.contributions(surrogate)["interaction"] == pytest.approx(0.0, abs=1e-12)
+    assert fb.analysis.contributions(surrogate)["interaction"] == pytest.approx(0.0, abs=1e-12)
 
     def product(e, f):
         return e * f
 
     inputs = {"e": fb.Interval(-1, 1), "f": fb.Interval(-1, 1)}
-    found = fb.contributions(fb.expand(product, inputs, fb.PCCI(1, 1)))
+    found = fb.analysis.contributions(fb.expand(product, inputs, fb.PCCI(1, 1)))
     assert found["interaction"] == pytest.approx(-2.0)  # either alone removes the whole width
 
 
@@ -139,15 +139,15 @@ def test_options_and_bad_arguments(of_linear):
     def chosen(a, b, e, f, kind):
         return linear(a, b, e, f) * np.where(kind == "two", 2.0, 1.0)[:, None]
 
-    found = fb.contributions(fb.expand(chosen, inputs, fb.PCCI(1, 1)))
-    single = fb.contributions(of_linear)
+    found = fb.analysis.contributions(fb.expand(chosen, inputs, fb.PCCI(1, 1)))
+    single = fb.analysis.contributions(of_linear)
     np.testing.assert_allclose(found["width"], 2 * single["width"], rtol=1e-12)
     for changes, text in (
         ({"sigmas": 0.0}, "sigmas"),
         ({"shapley": 1}, "shapley must be True or False"),
         ({"at": {"time": 0}}, "at must name dimensions"),
     ):
-        with pytest.raises(fb.InputError, match=text):
-            fb.contributions(of_linear, **changes)
-    with pytest.raises(fb.InputError, match="surrogate"):
-        fb.contributions(3)
+        with pytest.raises(fb.errors.InputError, match=text):
+            fb.analysis.contributions(of_linear, **changes)
+    with pytest.raises(fb.errors.InputError, match="surrogate"):
+        fb.analysis.contributions(3)

@@ -29,7 +29,7 @@ def test_ishigami():
     angle = fb.Uniform(-np.pi, np.pi)
     inputs = {"b": fb.Interval(0.05, 0.1), "x1": angle, "x2": angle, "x3": angle}
     surrogate = fb.expand(response, inputs, fb.PCCI(14, 2))
-    found = fb.sobol_indices(surrogate)
+    found = fb.analysis.sobol_indices(surrogate)
 
     def exact(b):
         alone = 0.5 * (1 + b * np.pi**4 / 5) ** 2
@@ -58,7 +58,7 @@ def test_g_function():
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
     response.__signature__ = inspect.Signature(parameters)
     inputs = dict.fromkeys(names, fb.Uniform(0.0, 1.0))
-    found = fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(2, 1)))
+    found = fb.analysis.sobol_indices(fb.expand(response, inputs, fb.PCCI(2, 1)))
     part = 0.8 / (1 + a) ** 2  # the variance of 3 (2x − 1)² is 4/5
     whole = np.prod(1 + part) - 1
     for k, name in enumerate(names):
@@ -76,7 +76,7 @@ def test_an_interval_coefficient_and_no_variance():
         return over_time(e[:, None] * wave * x[:, None] + other * y[:, None])
 
     inputs = {"e": fb.Interval(1.0, 3.0), "x": fb.Normal(0.0, 2.0), "y": NORMAL}
-    found = fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(1, 1)))
+    found = fb.analysis.sobol_indices(fb.expand(response, inputs, fb.PCCI(1, 1)))
     exact = [(2 * e * wave) ** 2 / ((2 * e * wave) ** 2 + other**2) for e in (1.0, 3.0)]
     np.testing.assert_allclose(indices(found, "x", "total"), exact, atol=1e-9)
     np.testing.assert_allclose(
@@ -90,7 +90,7 @@ def test_an_interval_coefficient_and_no_variance():
         {"e": fb.Interval(0.0, 1.0), "x": NORMAL},
         fb.PCCI(1, 1),
     )
-    found = fb.sobol_indices(still)
+    found = fb.analysis.sobol_indices(still)
     none = np.abs(wave) < 1e-9
     np.testing.assert_array_equal(np.isnan(indices(found, "x", "total")), [none, none])
     np.testing.assert_allclose(indices(found, "x", "total")[:, ~none], 1.0)
@@ -106,7 +106,7 @@ def test_fields_and_correlated_inputs_count_as_one():
     field = fb.RandomField(2.0, 0.5, 1.0, domain=(0.0, 1.0), terms=3)
     pair = fb.Correlated({"x": NORMAL, "y": NORMAL}, [[1.0, 0.5], [0.5, 1.0]])
     surrogate = fb.expand(response, {"stiffness": field, "pair": pair}, fb.PCCI(1, 1))
-    found = fb.sobol_indices(surrogate)
+    found = fb.analysis.sobol_indices(surrogate)
     assert set(found["name"].values.tolist()) == {"stiffness", "pair"}
     assert isinstance(surrogate, fb.Surrogate)
     _, std = surrogate.standard_moments(np.zeros((1, 0)))
@@ -124,8 +124,8 @@ def test_errors_of_samples_cancel_where_one_input_acts_alone():
         return xr.DataArray(size * np.cos(turned), {"time": time}, ("sample", "time"))
 
     inputs = {"e": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
-    surrogate = fb.expand(response, inputs, fb.PhaseResolvedPCCI())
-    found = fb.sobol_indices(surrogate, at={"time": [0.25, 0.8, 1.0]})
+    surrogate = fb.expand(response, inputs, fb.methods.PhaseResolvedPCCI())
+    found = fb.analysis.sobol_indices(surrogate, at={"time": [0.25, 0.8, 1.0]})
     for kind in ("first_order", "total"):
         np.testing.assert_allclose(indices(found, "x", kind), 1.0, atol=1e-5)
         np.testing.assert_allclose(indices(found, "y", kind), 0.0, atol=1e-5)
@@ -144,8 +144,8 @@ def test_phases_are_sampled():
         )
 
     inputs = {"e": fb.Interval(-1, 1), "x": NORMAL, "y": NORMAL}
-    surrogate = fb.expand(response, inputs, fb.PhaseResolvedPCCI())
-    found = fb.sobol_indices(surrogate, at={"time": [0.25, 0.8, 1.0]})
+    surrogate = fb.expand(response, inputs, fb.methods.PhaseResolvedPCCI())
+    found = fb.analysis.sobol_indices(surrogate, at={"time": [0.25, 0.8, 1.0]})
     assert "sampling_error" in found
     e = np.linspace(-1, 1, 401)[:, None]
     t = found["time"].values
@@ -167,6 +167,8 @@ def test_a_surrogate_may_not_depend_on_an_interval():
         return over_time(np.outer(x + e * y, 1 + T))
 
     inputs = {"e": fb.Interval(1.0, 3.0), "x": NORMAL, "y": NORMAL}
-    found = fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(1, 0)))
+    found = fb.analysis.sobol_indices(fb.expand(response, inputs, fb.PCCI(1, 0)))
     np.testing.assert_allclose(indices(found, "x", "total"), 0.2, atol=1e-9)  # 1/(1 + 2²)
-    assert not np.any(fb.sobol_indices(fb.expand(response, inputs, fb.PCCI(0, 0)))["defined"])
+    assert not np.any(
+        fb.analysis.sobol_indices(fb.expand(response, inputs, fb.PCCI(0, 0)))["defined"]
+    )

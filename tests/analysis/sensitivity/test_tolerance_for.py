@@ -28,24 +28,26 @@ def surrogate():
 def test_linear_responses(surrogate, sigmas):
     # the width of x is 4 |e| + |f| + 2 k · 2 · 1.5 with full widths 3 and 2, that of y 3 · 2
     whole = 12 + 2 + 6 * sigmas
-    found = fb.tolerance_for(surrogate, "e", 0.7, sigmas=sigmas)
+    found = fb.analysis.tolerance_for(surrogate, "e", 0.7, sigmas=sigmas)
     factor = 1 - 0.3 * whole / 12
     np.testing.assert_allclose(found["width"], [whole, 6], rtol=1e-9)
     np.testing.assert_allclose(found["least_width"], [whole - 12, 6], rtol=1e-5)
     assert float(found["factor"].sel(output="x")) == pytest.approx(factor, abs=2e-4)
     assert float(found["tolerance"].sel(output="x")) == pytest.approx(1.5 * factor, abs=3e-4)
     assert np.isnan(found["tolerance"].sel(output="y"))  # which does not depend on e
-    random = fb.tolerance_for(surrogate, "a", 0.9, sigmas=sigmas)
+    random = fb.analysis.tolerance_for(surrogate, "a", 0.9, sigmas=sigmas)
     part = 1 - 0.1 * whole / (6 * sigmas)
     assert float(random["tolerance"].sel(output="x")) == pytest.approx(1.5 * part, abs=3e-4)
-    assert float(fb.tolerance_for(surrogate, "f")["factor"].sel(output="y")) == pytest.approx(
-        0.5, abs=2e-4
-    )
+    assert float(
+        fb.analysis.tolerance_for(surrogate, "f")["factor"].sel(output="y")
+    ) == pytest.approx(0.5, abs=2e-4)
 
 
 def test_a_number_has_one_as_well():
     own = fb.expand(lambda e, f: e + f, dict.fromkeys("ef", fb.Interval(0, 1)), fb.PCCI(1, 1))
-    assert float(fb.tolerance_for(own, "e", 0.75)["factor"]) == pytest.approx(0.5, abs=2e-4)
+    assert float(fb.analysis.tolerance_for(own, "e", 0.75)["factor"]) == pytest.approx(
+        0.5, abs=2e-4
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,8 +61,8 @@ def test_a_number_has_one_as_well():
     ],
 )
 def test_what_is_refused(surrogate, name, share, message):
-    with pytest.raises(fb.InputError, match=message):
-        fb.tolerance_for(surrogate, name, share)
+    with pytest.raises(fb.errors.InputError, match=message):
+        fb.analysis.tolerance_for(surrogate, name, share)
 
 
 def test_outputs_without_time_have_one_each_and_sizes_have_none():
@@ -69,9 +71,9 @@ def test_outputs_without_time_have_one_each_and_sizes_have_none():
         return xr.DataArray(values, dims=("sample", "output"), coords={"output": ["P", "Q"]})
 
     own = fb.expand(two, dict.fromkeys("ab", fb.Interval(0, 1)), fb.PCCI(1, 1))
-    found = fb.tolerance_for(own, "a")["factor"]
+    found = fb.analysis.tolerance_for(own, "a")["factor"]
     assert float(found.sel(output="P")) == pytest.approx(0.5, abs=2e-4)
     assert np.isnan(found.sel(output="Q"))
     inputs = {"a": fb.Sizing(0.5, 1.0, tolerance=0.1), "b": fb.Interval(0, 1)}
-    with pytest.raises(fb.InputError, match="which are b; got 'a'"):
-        fb.tolerance_for(fb.expand(two, inputs, fb.PCCI(1, 1)), "a")
+    with pytest.raises(fb.errors.InputError, match="which are b; got 'a'"):
+        fb.analysis.tolerance_for(fb.expand(two, inputs, fb.PCCI(1, 1)), "a")

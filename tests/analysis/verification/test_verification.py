@@ -151,7 +151,7 @@ def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
         values = np.stack(list(e.values()), axis=1)
         return np.exp(3 * values[:, 2] + 0.1 * values.sum(axis=1))
 
-    surrogate = fb.expand(peak, inputs, fb.RegressionPCCI(1))
+    surrogate = fb.expand(peak, inputs, fb.methods.RegressionPCCI(1))
     assert isinstance(surrogate, Surrogate)
     told = surrogate.diagnostics
     told = told.assign(error_bar_expected_error=1e-6 * told["error_bar_expected_error"])
@@ -194,7 +194,7 @@ def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
     def linear(x, **e):
         return x + np.stack([e[k] for k in sorted(e)], axis=1) @ effects
 
-    full = fb.expand(linear, inputs, fb.RegressionPCCI(1))
+    full = fb.expand(linear, inputs, fb.methods.RegressionPCCI(1))
     assert isinstance(full, Surrogate)
     expansion = full.expansions[0]
     assert isinstance(expansion, DirectExpansion)
@@ -222,8 +222,8 @@ def test_no_verdict_states_less_than_its_runs_can_see():
         return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
 
     inputs = {"x": fb.Normal(0, 0.5), "e": fb.Interval(-1, 1)}
-    with pytest.warns(fb.FlexbandWarning, match="'x' changes no output"):
-        surrogate = fb.expand(kink, inputs, fb.PhaseResolvedPCCI(1, 1))
+    with pytest.warns(fb.errors.FlexbandWarning, match="'x' changes no output"):
+        surrogate = fb.expand(kink, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     assert isinstance(surrogate, Surrogate)
     assert 4e-6 < surrogate.diagnostics.attrs["expected_error"] < 4e-5
     lines = " ".join(remarks(surrogate.bands()))
@@ -257,7 +257,7 @@ def test_runs_that_are_farther_out_are_weighted_to_have_the_moments_of_samples()
 
 def test_kinks_of_random_place_and_share_are_found_and_smooth_responses_confirmed():
     """Of a sample of the benchmark, none of whose wrong claims is hidden."""
-    method, seeds = fb.PhaseResolvedPCCI(1, 1), range(8)
+    method, seeds = fb.methods.PhaseResolvedPCCI(1, 1), range(8)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         of_kinks, of_smooth = (

@@ -105,10 +105,10 @@ def test_runs_correct_the_probability_of_limits(folder):
     first = run(*options, "--runs", 32, "--trust").stdout
     found = np.ravel(json.loads(first)["probability"]["probability"])
     np.testing.assert_allclose(found, exact, rtol=0.15)
-    kept = fb.open_runs(folder).sizes["run"]
+    kept = fb.execution.open_runs(folder).sizes["run"]
     assert kept >= 64
     assert run(*options, "--runs", 32, "--trust").stdout == first
-    assert fb.open_runs(folder).sizes["run"] == kept  # none is made twice
+    assert fb.execution.open_runs(folder).sizes["run"] == kept  # none is made twice
 
 
 def test_answers_of_an_earlier_run_are_marked(tmp_path):

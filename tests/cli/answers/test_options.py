@@ -21,7 +21,7 @@ import xarray as xr
 import flexband as fb
 
 def response(e, x, z):
-    t = np.linspace(0, 1, 11)
+    t = np.linspace(0, 1, 7)
     size, angle = 10 + e[:, None] * (1 + 0.2 * x[:, None]), 2 * np.pi * t
     wide = ((2 + e) * x + 2 * z + 0.2 * z**3)[:, None] * (1 + t)
     values = np.stack([size * np.cos(angle), size * np.sin(angle), wide], axis=1)
@@ -33,6 +33,7 @@ study = fb.Study(response, inputs, fb.PCCI(2, 1))
 """
 
 LIMIT = ("--below", "w=9")
+ROUGH = ("--accuracy", 0.03)
 CHEAP = ("--below", "w=12", "--cost", "e=1", "--cost", "x=1")
 CASES = {  # command -> what is always given, and each option
     "contributions": ((), {"sigmas": 3, "shapley": None}),
@@ -40,8 +41,8 @@ CASES = {  # command -> what is always given, and each option
     "narrow": (("e=0..0.5",), {"sigmas": 3}),
     "tolerance": (("x",), {"share": 0.9, "sigmas": 3}),
     "limits": (
-        LIMIT,
-        {"below": "X=3", "above": "X=3", "during": "0,0.5", "sigmas": 1, "accuracy": 0.1,
+        (*LIMIT, *ROUGH),
+        {"below": "X=3", "above": "X=3", "during": "0,0.5", "sigmas": 1, "accuracy": 0.3,
          "seed": 3, "runs": 16},
     ),
     "distribution": ((), {"probability": 0.3, "samples": 512, "seed": 3, "kind": "range"}),
@@ -64,7 +65,7 @@ OTHER_KINDS = {  # of a distribution
 }  # fmt: skip
 OF_STUDY_LIMITS = {  # the same of a study that has limits
     "narrow": (("e=0..0.5",), {"probability": None}),
-    "limits": ((), {"only": "w"}),
+    "limits": (ROUGH, {"only": "w"}),
     "allocate": (("--cost", "e=1", "--cost", "x=1"), {"only": "X"}),
 }
 BOTH = [
@@ -118,14 +119,14 @@ def told(folder, command, arguments):
     with pytest.MonkeyPatch.context() as patch:
         results = []
         for name in ANSWERS:
-            patch.setattr(fb, name, recorded(getattr(fb, name), results))
+            patch.setattr(fb.analysis, name, recorded(getattr(fb.analysis, name), results))
         trust = ["--trust"] * (command in LOADING)
         printed = run(command, folder, *arguments, *trust)
     assert printed.exit_code == 0, printed.output
     pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
     with pytest.MonkeyPatch.context() as patch:
         for name in ANSWERS:
-            patch.setattr(fb, name, lambda *_, **__: results.pop(0))
+            patch.setattr(fb.analysis, name, lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
         plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results

@@ -55,5 +55,5 @@ from tests.mechanics.models import block, two_blocks
     ],
 )
 def test_bad_mechanisms_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()

@@ -42,7 +42,7 @@ def test_an_array_that_was_changed_before_is_checked_again():
     mass = np.array([1.0, 2.0])
     body = fb.PointMass(mass=mass)
     mass[1] = -1.0
-    with pytest.raises(fb.InputError, match=r"body 'm': PointMass mass .* zero or positive"):
+    with pytest.raises(fb.errors.InputError, match=r"body 'm': PointMass mass .* zero or positive"):
         fb.Mechanism(bodies={"m": body})
 
 
@@ -126,30 +126,34 @@ UNIT = {(0, 0): np.ones(()), (1, 1): np.ones(())}
 def test_wrong_rows_and_points_are_refused_by_name(kinds, part, text):
     parts = {"bodies": {"m": MASS}}
     parts.setdefault(kinds, {})["a"] = part
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.Mechanism(**parts)
 
 
 def test_outputs_of_the_wrong_shape_are_refused():
     mechanism = fb.Mechanism(bodies={"m": MASS}, sensors={"a": AnySensor([NEAR])})
-    with pytest.raises(fb.InputError, match=r"sensor 'a': derive must return shape .*\(2, 3, 8\)"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"sensor 'a': derive must return shape .*\(2, 3, 8\)"
+    ):
         fall(mechanism)
 
 
 def test_two_outputs_of_one_name_are_refused():
     bar = fb.RigidBody(mass=1.0, inertia=1.0)
     sensors = {"tip": fb.Position("b"), "tip_X": fb.Angle("b")}
-    with pytest.raises(fb.InputError, match="'tip' and 'tip_X' both have an output 'tip_X'"):
+    with pytest.raises(fb.errors.InputError, match="'tip' and 'tip_X' both have an output 'tip_X'"):
         fb.Mechanism(bodies={"b": bar}, sensors=sensors)
 
 
 @pytest.mark.parametrize("name", ["", "a.b", 3, None])
 def test_names_are_text(name):
-    with pytest.raises(fb.InputError, match="the name of a body must be non-empty text"):
+    with pytest.raises(fb.errors.InputError, match="the name of a body must be non-empty text"):
         fb.Mechanism(bodies={name: MASS})
 
 
 @pytest.mark.parametrize("bodies", [None, [MASS], "m", MASS, {}])
 def test_parts_are_mappings(bodies):
-    with pytest.raises(fb.InputError, match=r"bodies must be a mapping|needs at least one body"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"bodies must be a mapping|needs at least one body"
+    ):
         fb.Mechanism(bodies=bodies)

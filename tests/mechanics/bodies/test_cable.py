@@ -108,7 +108,7 @@ def test_cantilever_frequencies():
     ],
 )
 def test_bad_numbers_are_refused(change, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.Cable(**({"length": 1.0, "elements": 2} | THIN | change))
 
 

@@ -50,5 +50,5 @@ def test_a_member_along_a_path(member):
 
 @pytest.mark.parametrize("path", [[(0.0, 0.0), (1.0, 0.0)], [(0, 0), (1, 0), (1, 0)], lambda u: u])
 def test_bad_paths_are_refused(path):
-    with pytest.raises(fb.InputError, match="path"):
+    with pytest.raises(fb.errors.InputError, match="path"):
         fb.Cable.along(path, elements=2, **THIN)

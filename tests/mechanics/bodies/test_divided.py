@@ -28,7 +28,7 @@ def member(elements, height=0.1, kind="beam", **options):
             length=1.0, axial_stiffness=E * WIDTH * height, elements=elements, **options
         )
     if kind == "continuum":
-        options |= {"integration": fb.SelectiveIntegration()}
+        options |= {"integration": fb.sections.SelectiveIntegration()}
     material = {"density": RHO, "youngs_modulus": E, "poissons_ratio": NU}
     return fb.Beam(
         length=1.0, height=height, width=WIDTH, elements=elements, **material, **options
@@ -206,5 +206,7 @@ def test_elements_are_shared_among_the_parts(kind):
 
 def test_too_few_elements_are_warned_of():
     loads = {point: fb.Force(f"b.{point}", y=-FORCE) for point in ("0.2", "0.6")}
-    with pytest.warns(fb.ResolutionWarning, match="2 elements but 3 parts .* elements=3 or more"):
+    with pytest.warns(
+        fb.errors.ResolutionWarning, match="2 elements but 3 parts .* elements=3 or more"
+    ):
         fb.equilibrium(supported(member(2), loads, ["0.1"]))

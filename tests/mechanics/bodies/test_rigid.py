@@ -57,7 +57,7 @@ def test_points_are_where_the_axes_put_them_however_the_centre_lies():
     ],
 )
 def test_bad_numbers_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()
 
 
@@ -87,7 +87,9 @@ TOUCHING = {
 @pytest.mark.parametrize("vertices", TOUCHING.values(), ids=TOUCHING)
 def test_outlines_that_touch_or_cross_themselves_are_refused(vertices):
     for corners in (vertices, vertices[::-1], vertices[2:] + vertices[:2]):
-        with pytest.raises(fb.InputError, match=r"must not cross: the edges from vertex|encl"):
+        with pytest.raises(
+            fb.errors.InputError, match=r"must not cross: the edges from vertex|encl"
+        ):
             fb.RigidBody.polygon(vertices=corners, width=1.0, density=1.0)
 
 
@@ -109,7 +111,7 @@ def test_outlines_that_do_not_touch_themselves_are_not_refused(vertices):
     assert plate.mass == pytest.approx(1e-3 * area)
 
 
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_whole_numbers_of_any_size_are_numbers():
     body, same = (fb.RigidBody(mass=1, inertia=1, angle=a, rate=a) for a in (10**30, 1e30))
     np.testing.assert_array_equal(body.coordinates(), same.coordinates())
@@ -139,7 +141,7 @@ CABLE = {"mass_per_length": 1.0, "axial_stiffness": 1.0, "bending_stiffness": 1.
     ],
 )
 def test_numbers_of_samples_that_differ_are_refused(build):
-    with pytest.raises(fb.InputError, match=r"different numbers of samples: \[2, 3\]"):
+    with pytest.raises(fb.errors.InputError, match=r"different numbers of samples: \[2, 3\]"):
         build()
 
 

@@ -19,13 +19,13 @@ def test_a_tapered_cantilever():
 
 
 SECTIONS = {
-    "circle": (fb.Circle(0.03), np.pi * 0.03**2 / 4, np.pi * 0.03**4 / 64),
+    "circle": (fb.sections.Circle(0.03), np.pi * 0.03**2 / 4, np.pi * 0.03**4 / 64),
     "tube": (
-        fb.Circle(0.03, 0.026),
+        fb.sections.Circle(0.03, 0.026),
         np.pi * (0.03**2 - 0.026**2) / 4,
         np.pi * (0.03**4 - 0.026**4) / 64,
     ),
-    "general": (fb.GeneralSection(3e-4, 4e-8), 3e-4, 4e-8),
+    "general": (fb.sections.GeneralSection(3e-4, 4e-8), 3e-4, 4e-8),
 }
 
 
@@ -52,8 +52,8 @@ def test_moments_of_sections_against_integrals():
         return np.asarray(number, dtype=float)
 
     for section, wide in (
-        (fb.Circle(2.0), lambda y: 2 * np.sqrt(1 - y**2)),
-        (fb.Rectangle(2.0, 0.7), lambda y: 0.7),
+        (fb.sections.Circle(2.0), lambda y: 2 * np.sqrt(1 - y**2)),
+        (fb.sections.Rectangle(2.0, 0.7), lambda y: 0.7),
     ):
         exact = [quad(lambda y, k=k, w=wide: y**k * w(y), -1, 1)[0] for k in (0, 2, 4)]
         np.testing.assert_allclose(np.ravel(section.moments(value)), exact, rtol=1e-7)
@@ -64,17 +64,22 @@ def test_moments_of_sections_against_integrals():
     [
         ({}, "either height and width or a section"),
         ({"height": 0.1}, "either height and width or a section"),
-        ({"section": fb.Circle(0.1), "width": 0.1}, "either height and width or a section"),
+        (
+            {"section": fb.sections.Circle(0.1), "width": 0.1},
+            "either height and width or a section",
+        ),
         ({"height": 0.1, "width": -1.0}, "Rectangle width must be positive"),
-        ({"section": fb.Circle(0.1), "curvature": np.inf}, "Beam curvature"),
+        ({"section": fb.sections.Circle(0.1), "curvature": np.inf}, "Beam curvature"),
     ],
 )
 def test_bad_shapes_are_refused(change, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.Beam(length=1.0, elements=2, **STEEL, **change)
 
 
 def test_a_hole_wider_than_the_tube_is_refused():
-    beam = fb.Beam(length=1.0, elements=2, section=fb.Circle(0.1, lambda x: 0.2 * x), **STEEL)
-    with pytest.raises(fb.InputError, match="inner_diameter"):
+    beam = fb.Beam(
+        length=1.0, elements=2, section=fb.sections.Circle(0.1, lambda x: 0.2 * x), **STEEL
+    )
+    with pytest.raises(fb.errors.InputError, match="inner_diameter"):
         fb.equilibrium(clamped(beam, {}))

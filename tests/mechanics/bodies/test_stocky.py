@@ -9,14 +9,14 @@ from tests.mechanics.models import roots, timoshenko
 RUBBER = {"density": 1000.0, "youngs_modulus": 1e9, "poissons_ratio": 0.3}
 
 
-CONTINUA = [fb.SelectiveIntegration(), fb.FullIntegration()]
+CONTINUA = [fb.sections.SelectiveIntegration(), fb.sections.FullIntegration()]
 OWN = 100.0 * 1e-2 * 0.1**2 / 12
 
 
 def spinning(inertia, integration=None, youngs_modulus=1e6):
     """Return the speed of a free beam, given 10 rad/s, whose section has the rotary inertia OWN."""
     beam = fb.Beam(
-        length=1.0, section=fb.GeneralSection(1e-2, OWN / 100.0), density=100.0,
+        length=1.0, section=fb.sections.GeneralSection(1e-2, OWN / 100.0), density=100.0,
         youngs_modulus=youngs_modulus, poissons_ratio=0.3, elements=4, rotary_inertia=inertia,
         rate=10.0, integration=integration,
     )  # fmt: skip
@@ -38,7 +38,9 @@ def test_a_continuum_keeps_its_speed_or_refuses_its_rotary_inertia(integration):
         np.testing.assert_allclose(rate.mean(), 10.0, rtol=6e-5)
     message = r"at most 0\.00833, 10 times that of the section, .* got 0\.00842\. Leave integration"
     for too_much in (10.1 * OWN, np.array([OWN, 10.1 * OWN]), lambda x: 10.1 * OWN + 0 * x):
-        with pytest.raises(fb.InputError, match="body 'b': Beam rotary_inertia .*" + message):
+        with pytest.raises(
+            fb.errors.InputError, match="body 'b': Beam rotary_inertia .*" + message
+        ):
             spinning(too_much, integration)
 
 
@@ -65,7 +67,7 @@ def test_stress_of_a_thick_arc_is_winklers(ratio, shape):
         section, area = {"height": 0.1, "width": 0.1}, 0.01
         neutral = 0.1 / np.log(r[1] / r[0])
     else:
-        section, area = {"section": fb.Circle(0.1)}, np.pi * 0.05**2
+        section, area = {"section": fb.sections.Circle(0.1)}, np.pi * 0.05**2
         neutral = (radius + np.sqrt(radius**2 - 0.05**2)) / 2
     exact = -(neutral - r) / (area * (radius - neutral) * r)
     np.testing.assert_allclose(arc(ratio, **section), exact, rtol=1e-5)
@@ -73,7 +75,7 @@ def test_stress_of_a_thick_arc_is_winklers(ratio, shape):
 
 @pytest.mark.parametrize("ratio", [0.4, -0.4, 0.5])
 def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
-    with pytest.raises(fb.InputError, match=r"curvature \[1/m\] must be between -2/height"):
+    with pytest.raises(fb.errors.InputError, match=r"curvature \[1/m\] must be between -2/height"):
         fb.Beam(length=0.05, height=0.1, width=0.1, curvature=1 / (0.1 * ratio), **RUBBER)
     varying = fb.Beam(
         elements=4,
@@ -83,7 +85,7 @@ def test_an_arc_whose_inside_lies_beyond_its_centre_is_refused(ratio):
         curvature=lambda s: 1 / (0.1 * ratio) + 0 * s,
         **RUBBER,
     )
-    with pytest.raises(fb.InputError, match="body 'b': Beam curvature"):
+    with pytest.raises(fb.errors.InputError, match="body 'b': Beam curvature"):
         fb.simulate(
             fb.Mechanism(bodies={"b": varying}, sensors={"b": fb.Position("b.end")}),
             duration=1e-3, step=1e-4,

@@ -44,5 +44,7 @@ def test_reactions_next_to_the_change_point_move_the_plate(density, nearest):
 def test_reactions_at_the_change_point_are_warned_of():
     """A step ends 1e-8 rad from it, where the cranks would have to carry 1e9 N."""
     model = plate_on_cranks(1e-8 - 0.3, 30.0)
-    with pytest.warns(fb.ResolutionWarning, match="at t = 0.075 s .* more of its constraints"):
+    with pytest.warns(
+        fb.errors.ResolutionWarning, match="at t = 0.075 s .* more of its constraints"
+    ):
         fb.simulate(model, duration=0.1, step=1e-3)

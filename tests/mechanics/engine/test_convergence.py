@@ -89,7 +89,9 @@ def test_a_closed_loop_is_the_same_in_other_units(length, mass, time):
     np.testing.assert_array_less(np.abs(back - here).max("time"), 1e-7 * np.abs(here).max("time"))
 
 
-@pytest.mark.parametrize(("rule", "locks"), [(fb.SelectiveIntegration, 0), (fb.FullIntegration, 1)])
+@pytest.mark.parametrize(
+    ("rule", "locks"), [(fb.sections.SelectiveIntegration, 0), (fb.sections.FullIntegration, 1)]
+)
 def test_a_thick_beam_converges_to_timoshenkos_and_the_plain_element_to_a_stiffer_one(rule, locks):
     """Pinned: it sags by 5wL⁴/384EI + wL²/8kGA, (ρIω² − EIκ² − kGA)(ρAω² − kGAκ²) = (kGAκ)².
 

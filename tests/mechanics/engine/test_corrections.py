@@ -50,7 +50,9 @@ def test_small_changes_are_reported_and_large_ones_warned_of():
     assert "assembly turned body" in motion.attrs["assembly"]
     assert "(sample 2)" in motion.attrs["assembly"]
     for analysis in (lambda m: fb.simulate(m, duration=1e-3, step=1e-3), fb.equilibrium):
-        with pytest.warns(fb.FlexbandWarning, match=r"turned body '.' by .* rad .* given angle"):
+        with pytest.warns(
+            fb.errors.FlexbandWarning, match=r"turned body '.' by .* rad .* given angle"
+        ):
             analysis(dyad(ANGLE + 0.2, OTHER))
 
 
@@ -77,7 +79,7 @@ def test_another_branch_is_warned_of():
     assert other.reversed.all()
     assert not same.reversed.any()
     quiet = Corrections(*(np.zeros((2, 1)) for _ in range(4)), other.reversed)
-    with pytest.warns(fb.FlexbandWarning, match="a loop closed in another branch"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="a loop closed in another branch"):
         attributes = report(below, quiet)
     assert attributes["assembly"].startswith("a loop closed in another branch")
 
@@ -93,7 +95,7 @@ def test_velocities_that_joints_forbid_are_warned_of(length):
                 "C": fb.Revolute("s", "rod.end")},
         sensors={"rate": fb.AngularVelocity("crank")},
     )  # fmt: skip
-    with pytest.warns(fb.FlexbandWarning) as caught:
+    with pytest.warns(fb.errors.FlexbandWarning) as caught:
         motion = fb.simulate(model, duration=1e-3, step=1e-3)
     slower = 100 * abs(motion.isel(time=0).item() - 10.0) / 10.0
     text = f"joints change the given rate of body 'crank' by {slower:.3g} %"

@@ -189,7 +189,7 @@ def test_a_rough_guess_is_assembled():
         },
         sensors={"x": fb.Position("slider"), "F": fb.Reaction("A")},
     )
-    with pytest.warns(fb.FlexbandWarning, match=r"turned body 'slider' by 0\.15 rad"):
+    with pytest.warns(fb.errors.FlexbandWarning, match=r"turned body 'slider' by 0\.15 rad"):
         motion = fb.simulate(model, duration=0.01, step=1e-3)
     exact = 0.2 * np.cos(0.3) + np.sqrt(0.45**2 - (0.2 * np.sin(0.3)) ** 2)
     np.testing.assert_allclose(motion.sel(output="x_X"), exact, atol=1e-9)
@@ -198,9 +198,9 @@ def test_a_rough_guess_is_assembled():
 
 @pytest.mark.parametrize("angle", [2.0, 3.0, np.pi, -2.5])
 def test_a_drive_that_would_start_the_wrong_way_round_is_refused(angle):
-    with pytest.raises(fb.AssemblyError, match="'motor' holds its body the wrong way round"):
+    with pytest.raises(fb.errors.AssemblyError, match="'motor' holds its body the wrong way round"):
         fb.simulate(pendulum_driven(lambda t: angle), duration=0.01, step=1e-3)
-    with pytest.warns(fb.FlexbandWarning, match=r"turned body 'a' by 1\.57 rad"):
+    with pytest.warns(fb.errors.FlexbandWarning, match=r"turned body 'a' by 1\.57 rad"):
         fb.simulate(pendulum_driven(lambda t: np.pi / 2), duration=0.01, step=1e-3)
 
 
@@ -210,7 +210,7 @@ def test_a_slide_that_would_be_held_upside_down_is_refused():
         joints={"guide": fb.Prismatic("a", (0.0, 0.0))},
         sensors={"x": fb.Position("a")},
     )
-    with pytest.raises(fb.AssemblyError, match="'guide' holds its body the wrong way round"):
+    with pytest.raises(fb.errors.AssemblyError, match="'guide' holds its body the wrong way round"):
         fb.simulate(model, duration=0.01, step=1e-3)
 
 
@@ -229,7 +229,7 @@ def test_a_mechanism_that_cannot_be_assembled():
         },
         sensors={"angle": fb.Angle("link")},
     )
-    with pytest.raises(fb.AssemblyError, match="the constraints cannot be met") as found:
+    with pytest.raises(fb.errors.AssemblyError, match="the constraints cannot be met") as found:
         fb.simulate(impossible, duration=0.01, step=1e-3)
     gap = np.hypot(0.3, 0.5) - 0.3  # least squares share it among the joints
     assert f"stays open by {gap / 3:.3g} m, all joints together by {gap:.3g} m" in str(found.value)
@@ -248,7 +248,7 @@ def test_a_gap_whose_square_is_too_large_for_a_number():
         },
         sensors={"angle": fb.Angle("a")},
     )
-    with pytest.raises(fb.AssemblyError, match="joint 'rod' stays open"):
+    with pytest.raises(fb.errors.AssemblyError, match="joint 'rod' stays open"):
         fb.simulate(model, duration=0.01, step=1e-3)
 
 
@@ -267,7 +267,7 @@ def test_samples_that_fail_alike_are_told_once():
         },
         sensors={"angle": fb.Angle("b")},
     )
-    with pytest.raises(fb.AssemblyError) as found:
+    with pytest.raises(fb.errors.AssemblyError) as found:
         fb.simulate(model, duration=0.01, step=1e-3)
     said = str(found.value).splitlines()
     assert said[:2] == [
@@ -287,7 +287,7 @@ def test_constraints_that_contradict_each_other():
         },
         sensors={"angle": fb.Angle("a")},
     )
-    with pytest.raises(fb.AssemblyError, match=r"contradict each other.* joint 'B'"):
+    with pytest.raises(fb.errors.AssemblyError, match=r"contradict each other.* joint 'B'"):
         fb.simulate(twice, duration=0.01, step=1e-3)
 
 
@@ -300,5 +300,5 @@ def test_constraints_that_contradict_each_other():
     ],
 )
 def test_bad_integrators_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()

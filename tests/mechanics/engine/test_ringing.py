@@ -43,7 +43,7 @@ def test_lag_and_damping_of_a_free_vibration(radius):
 
 @pytest.mark.parametrize(("steps", "radius"), [(10, 0.7), (20, 1.0), (30, 0.0)])
 def test_the_warning_tells_frequency_lag_and_error(steps, radius):
-    with pytest.warns(fb.FlexbandWarning, match="steps per period") as issued:
+    with pytest.warns(fb.errors.FlexbandWarning, match="steps per period") as issued:
         found = run(mass_on_spring(), 20, steps, radius)
     message = str(issued[0].message)
     numbers = [float(x) for x in re.findall(r"([\d.]+) (?:Hz|steps|rad)", message)]

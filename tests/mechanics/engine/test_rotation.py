@@ -25,7 +25,7 @@ def speed_kept(rate, steps, radius):
 @pytest.mark.parametrize(("radius", "lost"), LOST.items())
 def test_a_free_disc_keeps_its_speed(radius, lost):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fb.FlexbandWarning)
+        warnings.simplefilter("ignore", fb.errors.FlexbandWarning)
         assert abs(speed_kept(0.1, 10_000, radius) - 1) < lost
         assert 0.1 < speed_kept(2.0, 1000, radius) < 1 + 1e-9
 
@@ -37,7 +37,7 @@ def test_a_step_that_slows_a_mass_on_a_rod_down_is_warned_of():
         joints={"rod": fb.Distance("mass", (0.0, 0.0), 1.0)},
         sensors={"x": fb.Position("mass")},
     )
-    with pytest.warns(fb.FlexbandWarning, match="'rod' turns by about .* rad per step"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="'rod' turns by about .* rad per step"):
         fb.simulate(model, duration=2000.0, step=1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -45,7 +45,7 @@ def test_a_step_that_slows_a_mass_on_a_rod_down_is_warned_of():
 
 
 def test_a_step_that_slows_a_body_down_is_warned_of():
-    with pytest.warns(fb.FlexbandWarning, match="'disc' turns by about .* rad per step"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="'disc' turns by about .* rad per step"):
         speed_kept(0.5, 1000, 0.7)
 
 
@@ -97,7 +97,7 @@ def test_a_driven_bar_has_the_rates_of_its_drive(step):
 
 
 def test_a_drive_may_have_a_kink():
-    with pytest.warns(fb.ResolutionWarning, match="rate jumps at t = 0.5 s"):
+    with pytest.warns(fb.errors.ResolutionWarning, match="rate jumps at t = 0.5 s"):
         motion = fb.simulate(bar(lambda t: 2 * max(0.0, t - 0.5)), duration=1.0, step=1e-2)
     found = motion.sel(output="w").values
     np.testing.assert_allclose(found[:50], 0.0, atol=1e-9)
@@ -159,7 +159,7 @@ def test_a_lag_that_adds_up_over_swings_is_warned_of(radius):
     )
     step = 1e-3 if radius > 0 else 5e-4
     integrator = fb.GeneralizedAlpha(spectral_radius=radius)
-    with pytest.warns(fb.ResolutionWarning, match=r"swings by about ± 25\.[12] rad") as told:
+    with pytest.warns(fb.errors.ResolutionWarning, match=r"swings by about ± 25\.[12] rad") as told:
         motion = fb.simulate(model, duration=10.0, step=step, integrator=integrator)
     text = next(str(w.message) for w in told if "swings" in str(w.message))
     error = motion[0] / (8 * np.pi) + 1 - np.cos(5 * motion.time)

@@ -233,5 +233,5 @@ def test_drives_may_differ_between_samples():
     ],
 )
 def test_bad_joints_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()

@@ -61,7 +61,7 @@ def test_angles_of_a_loop_that_closes_are_kept():
     np.testing.assert_allclose(found["s_X"], 0.2 * np.cos(crank) + 0.45 * np.cos(rod), atol=1e-9)
 
 
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_what_hangs_on_a_loop_that_does_not_close_keeps_its_angle():
     """Crank and rod share the turn that closes the loop; the bar at their pin only moves."""
     parts = slider_crank(0.5, 0.0, h=fb.Angle("h"))
@@ -84,7 +84,7 @@ def test_gears_keep_their_angles_where_the_centres_were_given_roughly():
     assert [found["1"], found["2"]] == pytest.approx([0.2, -0.7], abs=1e-12)
 
 
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_a_crank_that_is_slightly_too_long_moves_to_the_nearest_place():
     """A flat parallelogram whose crank is 1 mm too long opens by as little as the loop asks for."""
     ground = (1.0, 0.0)

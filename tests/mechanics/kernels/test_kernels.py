@@ -26,7 +26,9 @@ def test_the_structures_of_all_mechanisms_have_one_layout():
     assert len(layouts) == 1
 
 
-@pytest.mark.parametrize("integration", [fb.FullIntegration(), fb.SelectiveIntegration()])
+@pytest.mark.parametrize(
+    "integration", [fb.sections.FullIntegration(), fb.sections.SelectiveIntegration()]
+)
 def test_tangent_is_the_derivative_of_the_residual(integration):
     dense = Dense(slider_crank(integration=integration, youngs_modulus=1e6))
     rng = np.random.default_rng(0)
@@ -46,7 +48,7 @@ def test_tangent_is_the_derivative_of_the_residual(integration):
     np.testing.assert_allclose(dense.tangent(unknowns), exact, atol=1e-8 * np.abs(exact).max())
 
 
-@pytest.mark.filterwarnings("ignore:'b' has 1 element:flexband.ResolutionWarning")
+@pytest.mark.filterwarnings("ignore:'b' has 1 element:flexband.errors.ResolutionWarning")
 def test_tangent_of_gears_and_laws_is_the_derivative_of_the_residual():
     """Gears, a rack, a drive along a beam, and laws and a moment on bodies and on its sections, in
     any state, multipliers too.

@@ -75,7 +75,7 @@ FAILURES = [
 @pytest.mark.parametrize(("law", "time", "reason"), FAILURES)
 def test_a_law_that_fails_fails_its_sample_with_the_reason(law, time, reason):
     entry_of(np.ones(1), 0)  # compiled before, without checks
-    with pytest.raises((fb.AssemblyError, fb.SimulationError)) as found:
+    with pytest.raises((fb.errors.AssemblyError, fb.errors.SimulationError)) as found:
         fb.simulate(pushed(law), duration=1.0, step=0.01)
     assert set(found.value.failures) == {BAD}
     when, text = found.value.failures[BAD]
@@ -102,7 +102,9 @@ def test_the_neighbours_of_a_sample_that_fails_are_right():
 )
 def test_every_solver_reports_a_law_that_fails(solve):
     forces = np.where(FORCES == BAD, FORCES, 0.0)[: BAD + 1]
-    with pytest.raises(fb.AssemblyError, match=r"sample 3.*the law of load 'push' is not finite"):
+    with pytest.raises(
+        fb.errors.AssemblyError, match=r"sample 3.*the law of load 'push' is not finite"
+    ):
         solve(pushed(infinite, forces))
 
 
@@ -135,7 +137,7 @@ def calls_itself(t, x, v, p, force):
     ],
 )
 def test_a_law_that_cannot_run_is_refused(law, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         fb.ForceLaw(["m"], law, (1.0,))
 
 
@@ -175,5 +177,5 @@ def test_the_same_law_made_again_is_compiled_once():
 
 def test_many_laws_are_warned_of():
     many = len(compiled_laws._laws) + 1
-    with pytest.warns(fb.FlexbandWarning, match="should be parameters of a ForceLaw"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="should be parameters of a ForceLaw"):
         compiled_law(lambda t, x, v, p, force: None, 2, 0, many=many)

@@ -285,7 +285,7 @@ def force_law(points, law, parameters=()):
     ],
 )
 def test_bad_loads_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()
 
 

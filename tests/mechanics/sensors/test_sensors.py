@@ -63,7 +63,7 @@ def bent_by(force, shear, EA, EI, kGA):
     return lambda s: force * np.sin(found.sol(s)[0])
 
 
-@pytest.mark.filterwarnings("ignore::flexband.StrainWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.StrainWarning")
 @pytest.mark.parametrize("load", [0.1, 1.0, 4.0])  # P L²/EI
 @pytest.mark.parametrize("slenderness", [5, 20])
 @pytest.mark.parametrize("kind", ["beam", "cable"])
@@ -96,7 +96,9 @@ def test_axial_force_under_shear_is_that_of_reissners_beam(load, slenderness, ki
     np.testing.assert_allclose(N, exact(np.array(places)), rtol=0, atol=5e-3 * force)
 
 
-@pytest.mark.parametrize("integration", [fb.SelectiveIntegration(), fb.FullIntegration()])
+@pytest.mark.parametrize(
+    "integration", [fb.sections.SelectiveIntegration(), fb.sections.FullIntegration()]
+)
 def test_stress_and_strain_of_tension(integration):
     """σ = F/A and ε = σ/E, contraction −νε."""
     F = np.array([1e3, 2e3])
@@ -249,12 +251,12 @@ def test_the_work_of_a_drive_and_of_a_spring_is_what_the_energy_gains():
     ],
 )
 def test_sensors_of_what_is_not_there_are_refused(sensor, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         cantilever((0.0, 1.0), {"s": sensor})
 
 
 def test_stresses_of_a_cable_are_refused():
-    with pytest.raises(fb.InputError, match="stresses need a Beam"):
+    with pytest.raises(fb.errors.InputError, match="stresses need a Beam"):
         cantilever((0.0, 1.0), {"s": fb.Stress("b")}, kind="cable")
 
 
@@ -293,7 +295,7 @@ def test_deflection_is_seen_from_the_chord():
     sag = -(1 - np.cos(0.5)) / 0.5  # an arc to the left has its middle to the right of the chord
     start = fb.simulate(model, duration=1e-3, step=1e-3).isel(time=0)
     assert float(start.squeeze()) == pytest.approx(sag, rel=1e-9)
-    with pytest.raises(fb.InputError, match="spring 'x' is not in the mechanism"):
+    with pytest.raises(fb.errors.InputError, match="spring 'x' is not in the mechanism"):
         fb.Mechanism(bodies={"c": body}, sensors={"s": fb.SpringForce("x")})
 
 
@@ -351,5 +353,5 @@ def slider_crank_with(**sensors):
     ],
 )
 def test_bad_sensors_are_refused(build, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         build()

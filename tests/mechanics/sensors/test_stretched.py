@@ -188,7 +188,9 @@ def test_a_load_may_act_on_an_angle():
 
 @pytest.mark.parametrize("row", [-1, 0, 5, 8, 99])
 def test_a_load_that_acts_on_no_coordinate_is_refused(row):
-    with pytest.raises(fb.InputError, match=rf"load 'motor': forces must act .* on row {row}$"):
+    with pytest.raises(
+        fb.errors.InputError, match=rf"load 'motor': forces must act .* on row {row}$"
+    ):
         wheel_with(row)
 
 
@@ -199,5 +201,7 @@ def test_a_load_that_acts_on_no_coordinate_is_refused(row):
 )
 def test_a_straight_line_on_a_bent_member_is_refused(joint, member):
     bodies = {"b": member, "m": fb.RigidBody(mass=1.0, inertia=1.0)}
-    with pytest.raises(fb.InputError, match=r"joint 'j': the line of a .* weld a rigid body"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"joint 'j': the line of a .* weld a rigid body"
+    ):
         fb.Mechanism(bodies=bodies, joints={"j": joint})

@@ -112,7 +112,7 @@ def test_a_sample_with_its_own_pulse_does_not_depend_on_the_others():
 def test_a_force_above_what_the_step_resolves_is_averaged_and_named(h):
     """At 1.25 and 0.625 ms all values of 800 Hz are zeros."""
     omega = 2 * np.pi * 800
-    with pytest.warns(fb.ResolutionWarning, match="has about 800 Hz, which steps"):
+    with pytest.warns(fb.errors.ResolutionWarning, match="has about 800 Hz, which steps"):
         motion = fb.simulate(pushed(lambda t: 50 * np.sin(omega * t), 0.1), duration=0.2, step=h)
     assert float(motion.sel(output="x_X")[-1]) == pytest.approx(500 * 0.2 / omega, rel=0.02)
 
@@ -126,7 +126,7 @@ def test_the_motion_under_a_sudden_force_is_exact(h):
 @pytest.mark.parametrize("at", [0.3, 0.3005])
 def test_a_drive_whose_speed_jumps_is_named(at):
     mechanism = turned(lambda t: 3 * np.maximum(0.0, t - at))
-    with pytest.warns(fb.ResolutionWarning, match=f"joint 'm' .* rate jumps at t = {at} s"):
+    with pytest.warns(fb.errors.ResolutionWarning, match=f"joint 'm' .* rate jumps at t = {at} s"):
         fb.simulate(mechanism, duration=0.6, step=1e-3)
 
 
@@ -186,7 +186,7 @@ def test_the_energy_balance_counts_the_impulses_of_a_drive():
 
 
 def test_the_impulse_of_a_drive_is_that_of_the_momentum():
-    with pytest.warns(fb.ResolutionWarning, match="rate jumps at t = 0.3005 s"):
+    with pytest.warns(fb.errors.ResolutionWarning, match="rate jumps at t = 0.3005 s"):
         motion = fb.simulate(
             turned(lambda t: 3 * np.maximum(0.0, t - 0.3005)), duration=0.6, step=1e-3
         )
@@ -231,7 +231,7 @@ def test_a_table_is_linear_between_its_values_and_constant_outside():
     ],
 )
 def test_tables_that_are_none_are_refused(times, values, message):
-    with pytest.raises(fb.InputError, match=message):
+    with pytest.raises(fb.errors.InputError, match=message):
         fb.table(times, values)
 
 

@@ -31,7 +31,7 @@ def driven(angle):
     ],
 )
 def test_a_drive_that_jumps_is_refused_with_joint_and_time(angle, at):
-    with pytest.raises(fb.InputError, match=f"joint 'motor' .* jumps at t = {at} s"):
+    with pytest.raises(fb.errors.InputError, match=f"joint 'motor' .* jumps at t = {at} s"):
         fb.simulate(driven(angle), duration=0.1, step=1e-3)
 
 
@@ -45,7 +45,7 @@ def test_a_drive_that_jumps_is_refused_with_joint_and_time(angle, at):
         lambda t: 0.1 * np.sqrt(abs(t - 0.05)),
     ],
 )
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_continuous_drives_are_followed(angle):
     motion = fb.simulate(driven(angle), duration=0.1, step=1e-3).sel(output="angle")
     assert motion.values == pytest.approx([angle(t) for t in motion.time.values], abs=1e-9)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.mechanics.time_functions.evaluation import Evaluation
 
 OMEGA, DAMPING, MEMORY = 2 * np.pi, 0.1, 0.4
 
@@ -63,7 +64,7 @@ def shaker(road):
     "road",
     [
         fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), tolerance=1e-5),
-        fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), 7, discretization=fb.karhunen_loeve),
+        fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), 7, discretization=fb.fields.karhunen_loeve),
         fb.IntervalField(-0.01, 0.01, 0.4, (0.0, 1.0), smooth=True),
     ],
 )
@@ -80,20 +81,44 @@ def test_a_road_prescribes_accelerations(road):
 @pytest.mark.parametrize(
     ("road", "text"),
     [
-        (fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), correlation=fb.exponential), r"Matern\(2.5\)"),
-        (fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), correlation=fb.Matern(2.0)), "RandomField"),
+        (
+            fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), correlation=fb.fields.exponential),
+            r"Matern\(2.5\)",
+        ),
+        (
+            fb.RandomField(0.0, 0.01, 1.0, (0.0, 1.0), correlation=fb.fields.Matern(2.0)),
+            "RandomField",
+        ),
         (fb.IntervalField(-0.01, 0.01, 0.4, (0.0, 1.0)), "take smooth=True"),
     ],
 )
 def test_rough_roads_prescribe_no_motion(road, text):
     """Even where a function of the user stands between; as a parameter of a law they may."""
     rough = road.value(np.zeros((2, road.dimension)))
-    with pytest.raises(fb.InputError, match=f"joint 'road' cannot be prescribed .*{text}"):
+    with pytest.raises(fb.errors.InputError, match=f"joint 'road' cannot be prescribed .*{text}"):
         fb.simulate(shaker(rough), duration=0.5, step=0.01)
     fb.simulate(oscillator(rough), duration=0.5, step=0.01)
 
 
 def test_accelerations_that_the_terms_lack_are_warned_of():
     road = fb.RandomField(0.0, 0.01, 0.2, (0.0, 1.0))
-    with pytest.warns(fb.FlexbandWarning, match=r"joint 'road' .* lack \d+ % of the variance"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"joint 'road' .* lack \d+ % of the variance"
+    ):
         fb.simulate(shaker(road.value(np.zeros((2, road.dimension)))), duration=0.5, step=0.01)
+
+
+def test_a_field_is_asked_for_many_times_at_once():
+    """Looking for kinks at thousands of times takes one call of a field, not one for each."""
+    times, calls = np.linspace(0.0, 1.0, 1001), []
+
+    def road(t):
+        calls.append(np.size(t))
+        if np.shape(t)[:1] not in ((), (1,)):
+            raise ValueError("a field takes one row of positions")
+        return (np.array([[1.0], [2.0]]) * np.sin(np.atleast_2d(t))).reshape(2, *np.shape(t)[1:])
+
+    at = Evaluation(road, 2, times)
+    calls.clear()
+    assert at(times) == pytest.approx(np.outer(np.sin(times), [1.0, 2.0]), abs=1e-15)
+    assert calls == [1001]

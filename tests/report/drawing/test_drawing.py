@@ -105,7 +105,7 @@ def test_the_length_of_a_short_body_is_written_beside_it():
 
 @pytest.mark.parametrize("sample", [-1, 2, 0.5])
 def test_a_sample_that_does_not_exist_is_refused(sample):
-    with pytest.raises(fb.InputError, match="sample must be"):
+    with pytest.raises(fb.errors.InputError, match="sample must be"):
         fb.draw(four_bar(crank=np.array([0.75, 1.25])), sample=sample)
 
 
@@ -113,7 +113,7 @@ def test_a_sample_that_cannot_be_assembled_is_drawn_as_it_is_given():
     model = four_bar(crank=np.array([1.0, 0.1]))
     far = fb.Distance("crank.end", (0.0, 3.0), 1.0)
     broken = fb.Mechanism(bodies=model.bodies, joints={**model.joints, "far": far})
-    with pytest.warns(fb.FlexbandWarning, match=r"drawn as they are given.*\n.*sample 1"):
+    with pytest.warns(fb.errors.FlexbandWarning, match=r"drawn as they are given.*\n.*sample 1"):
         figure = fb.draw(broken, sample=1)
     assert {"body 'crank'", "joint 'far'"} <= {a.get_gid() for a in figure.findobj()}
 
@@ -145,8 +145,8 @@ def test_a_beam_has_its_true_height():
 @pytest.mark.parametrize(
     ("section", "ends"),
     [
-        ({"section": fb.Circle(np.array([0.1, 0.3]), 0.05)}, (0.3, 0.3)),
-        ({"section": fb.GeneralSection(0.03, 0.03 * 0.3**2 / 12)}, (0.3, 0.3)),
+        ({"section": fb.sections.Circle(np.array([0.1, 0.3]), 0.05)}, (0.3, 0.3)),
+        ({"section": fb.sections.GeneralSection(0.03, 0.03 * 0.3**2 / 12)}, (0.3, 0.3)),
         ({"height": lambda x: 0.3 - 0.1 * x, "width": 0.1}, (0.3, 0.15)),
     ],
 )

@@ -23,7 +23,7 @@ def response(a, b):
 
 INPUTS = {"a": fb.Interval(-1, 1), "b": fb.Normal(0, 1)}
 SURROGATE = fb.expand(response, INPUTS, fb.AdaptivePCCI())
-SHARES = fb.contributions(SURROGATE)
+SHARES = fb.analysis.contributions(SURROGATE)
 
 
 def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
@@ -32,7 +32,7 @@ def test_with_limits_it_is_that_of_the_limit_with_the_least_margin():
         ([fb.Limit("near", below=0.2, during=(0.0, 0.1))], "a"),
     ]
     for limits, name in by_time:
-        told = what_matters(SHARES, fb.check_limits(SURROGATE, limits))
+        told = what_matters(SHARES, fb.analysis.check_limits(SURROGATE, limits))
         assert f"for the limit near below 0.2 from {limits[0].during[0]:g}" in told
         assert f" is {name}: without its uncertainty, the error bar would be " in told
         assert "where its margin is least" in told
@@ -50,8 +50,8 @@ def test_without_limits_it_is_told_of_every_output():
 def test_definitions_are_those_of_what_the_study_has():
     bands = SURROGATE.bands()
     rows = (["input", "kind", "known"], [["a", "interval", ""], ["b", "Normal", ""]])
-    limits = fb.check_limits(SURROGATE, fb.Limit("far", below=9.0))
-    likely = fb.failure_probability(SURROGATE, fb.Limit("near", below=2.0))
+    limits = fb.analysis.check_limits(SURROGATE, fb.Limit("far", below=9.0))
+    likely = fb.analysis.failure_probability(SURROGATE, fb.Limit("near", below=2.0))
     terms = dict(definitions(bands, rows, limits, likely))
     assert {"margin", "probability", "95 % confidence", "μ and σ", "interval"} <= set(terms)
     assert "μ ± 3σ" in terms["margin"]

@@ -270,7 +270,7 @@ def test_a_drive_that_ends_is_drawn():
 
     def travel(t):
         if t > 1.0:
-            raise fb.InputError("the road ends")
+            raise fb.errors.InputError("the road ends")
         return 0.0
 
     mass = fb.PointMass(mass=1.0)

@@ -14,7 +14,7 @@ from flexband.study.comparison import compare
 FIELD = fb.RandomField(1e9, 1e7, correlation_length=0.5, domain=(0.0, 1.0), terms=2)
 ANGLE = fb.RandomField(
     0.0, 0.1, correlation_length=0.5, domain=(0.0, 1.0), terms=2,
-    correlation=fb.squared_exponential,
+    correlation=fb.fields.squared_exponential,
 )  # fmt: skip
 
 
@@ -63,5 +63,7 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
 
 
 def test_a_field_is_along_nothing_else():
-    with pytest.raises(fb.InputError, match="along must be 'position', 'time' or ''; got 'x'"):
+    with pytest.raises(
+        fb.errors.InputError, match="along must be 'position', 'time' or ''; got 'x'"
+    ):
         fb.plot.field(FIELD, "E", along="x", ax=Figure().add_subplot())

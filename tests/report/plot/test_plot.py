@@ -64,25 +64,25 @@ def test_deviations_are_those_from_the_nominal_run(surrogate, ax, nominal):
 
 def test_a_nominal_run_of_other_times_is_refused(surrogate):
     later = STUDY.nominal().assign_coords(time=TIME + 1)
-    with pytest.raises(fb.InputError, match="nominal must have the outputs and times"):
+    with pytest.raises(fb.errors.InputError, match="nominal must have the outputs and times"):
         fb.plot.deviations(surrogate.bands(), later, "F_X")
 
 
 def test_contributions_are_stacked(surrogate, ax):
-    found = fb.contributions(surrogate)
+    found = fb.analysis.contributions(surrogate)
     fb.plot.contributions(found, "tip_Y", ax=ax)
     tops = np.cumsum(found["contribution"].sel(output="tip_Y").values, axis=0)
     for layer, top in zip(ax.collections, tops, strict=True):
         np.testing.assert_allclose(edges(layer)[1], top, atol=1e-9)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), found["width"].sel(output="tip_Y"))
-    with pytest.raises(fb.InputError, match="contributions with shapley=True"):
+    with pytest.raises(fb.errors.InputError, match="contributions with shapley=True"):
         fb.plot.contributions(found, "tip_Y", variable="shapley")
-    with pytest.raises(fb.InputError, match="variable must be 'contribution' or 'shapley'"):
+    with pytest.raises(fb.errors.InputError, match="variable must be 'contribution' or 'shapley'"):
         fb.plot.contributions(found, "tip_Y", variable="width")
 
 
 def test_shapley_values_are_stacked_to_the_whole_width(surrogate, ax):
-    found = fb.contributions(surrogate, shapley=True)
+    found = fb.analysis.contributions(surrogate, shapley=True)
     fb.plot.contributions(found, "tip_Y", variable="shapley", ax=ax)
     width = found["width"].sel(output="tip_Y")
     np.testing.assert_allclose(edges(ax.collections[-1])[1], width, atol=1e-9)
@@ -99,11 +99,11 @@ def test_errors_of_zero_are_left_out(ax):
 
 def test_margins_and_bounds(surrogate, ax):
     limit = fb.Limit("F_X", below=2.5)
-    fb.plot.margins(fb.check_limits(surrogate, limit), ax=ax)
+    fb.plot.margins(fb.analysis.check_limits(surrogate, limit), ax=ax)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 0.5, atol=1e-9)
     assert ax.get_ylabel() == "margin [N]"
     other = Figure().add_subplot()
-    found = fb.quantiles(surrogate, [0.1, 0.9])
+    found = fb.analysis.quantiles(surrogate, [0.1, 0.9])
     fb.plot.bounds(found, "quantiles", "F_X", ax=other)
     for line, value in zip(other.lines, (1.0, 2.0, 1.0, 2.0), strict=True):
         np.testing.assert_allclose(line.get_ydata(), value, atol=1e-9)
@@ -117,9 +117,11 @@ def test_one_number_is_a_bar(ax):
 
 
 def test_the_output_must_be_named(surrogate):
-    with pytest.raises(fb.InputError, match="output must be one of 'F_X', 'tip_Y'; got None"):
+    with pytest.raises(
+        fb.errors.InputError, match="output must be one of 'F_X', 'tip_Y'; got None"
+    ):
         fb.plot.bands(surrogate.bands())
-    with pytest.raises(fb.InputError, match="bands must be a result of propagate; got 3"):
+    with pytest.raises(fb.errors.InputError, match="bands must be a result of propagate; got 3"):
         fb.plot.bands(3, "F_X")  # pyright: ignore
 
 
@@ -149,7 +151,7 @@ def test_grey_tells_bands_apart():
 def test_names_are_those_of_the_study(surrogate, ax):
     """No letter is an index, and nothing is a formula: the rest of a report has plain names."""
     assert [literal(name) for name in ("F_X", "a$b")] == ["F_X", r"a\$b"]
-    found = fb.contributions(surrogate).assign_coords(name=["pivot_x", "b"])
+    found = fb.analysis.contributions(surrogate).assign_coords(name=["pivot_x", "b"])
     fb.plot.contributions(found, "tip_Y", ax=ax)
     assert ax.get_legend().get_texts()[0].get_text() == "pivot_x"
     assert ax.get_ylabel() == "width of tip_Y [mm]"
@@ -218,8 +220,8 @@ def test_margins_of_several_units_have_axes_of_their_own():
     surrogate = fb.expand(response, inputs, fb.PCCI(1, 1))
     for bounds, count in (((9.0, 9e3), 2), ((1.2, 9e3), 3)):
         limits = [fb.Limit(name, below=b) for name, b in zip(("u", "F"), bounds, strict=True)]
-        checked = fb.check_limits(surrogate, limits)
-        figure = limits_figure(checked, fb.failure_probability(surrogate, limits))
+        checked = fb.analysis.check_limits(surrogate, limits)
+        figure = limits_figure(checked, fb.analysis.failure_probability(surrogate, limits))
         labels = [axes.get_ylabel() for axes in figure.axes]
         assert labels == ["margin [m]", "margin [N]", "probability of being outside"][:count]
     assert "μ ± 3σ" in figure.axes[0].get_title()

@@ -91,7 +91,9 @@ def test_margins_of_limits_have_their_units():
 
 
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
-@pytest.mark.parametrize("method", [fb.AdaptivePCCI(), fb.PhaseResolvedPCCI(), fb.RegressionPCCI()])
+@pytest.mark.parametrize(
+    "method", [fb.AdaptivePCCI(), fb.methods.PhaseResolvedPCCI(), fb.methods.RegressionPCCI()]
+)
 def test_the_table_and_the_first_line_tell_the_same_error(method, sigmas):
     def response(a, b):
         y = np.exp(-np.outer(a, np.linspace(0, 1, 30)))

@@ -159,19 +159,23 @@ def test_runs_follow_the_surrogate_before_its_correction(shifted):
 def test_probabilities_are_those_of_the_converged_response(shifted, response):
     limit = fb.Limit("u0", above=-5.0, below=3.5)
     exact = fb.expand(StepError(off_by_a_third, 0.0), INPUTS, PLAIN)
-    expected = fb.failure_probability(exact, limit, seed=1)
-    bands = fb.failure_probability(shifted, limit, response=response, seed=1)
+    expected = fb.analysis.failure_probability(exact, limit, seed=1)
+    bands = fb.analysis.failure_probability(shifted, limit, response=response, seed=1)
     largest = (float(probability["probability"].max()) for probability in (bands, expected))
     assert next(largest) == pytest.approx(next(largest), rel=0.1)
-    of_runs = fb.failure_probability(shifted.uncorrected, limit, seed=1)["probability"].max()
+    of_runs = fb.analysis.failure_probability(shifted.uncorrected, limit, seed=1)[
+        "probability"
+    ].max()
     assert float(of_runs) > 2 * float(expected["probability"].max())
 
 
 def test_allocated_tolerances_are_those_of_the_converged_response(shifted):
     limit = fb.Limit("u0", above=-2.2, below=2.4)
     exact = fb.expand(StepError(off_by_a_third, 0.0), INPUTS, PLAIN)
-    expected = fb.allocate(exact, limit, {"e": 1.0}, sigmas=1.0)
-    bands = fb.allocate(shifted, limit, {"e": 1.0}, sigmas=1.0, response=StepError(off_by_a_third))
+    expected = fb.analysis.allocate(exact, limit, {"e": 1.0}, sigmas=1.0)
+    bands = fb.analysis.allocate(
+        shifted, limit, {"e": 1.0}, sigmas=1.0, response=StepError(off_by_a_third)
+    )
     assert bands.attrs["confirmed"] == "yes"
     np.testing.assert_allclose(bands["tolerance"], expected["tolerance"], rtol=1e-3)
 

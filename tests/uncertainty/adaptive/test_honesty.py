@@ -162,7 +162,7 @@ def test_failures_count_as_not_right():
 @pytest.mark.parametrize(
     ("family", "seed"), [("chosen pendulum", 21), ("chosen pendulum", 24), ("chosen crank", 24)]
 )
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_a_step_that_is_left_out_keeps_the_true_error_below_the_tolerance(family, seed):
     """References have steps 64 and 256 times as fine as the coarsest; one was too long in all."""
     case = draw(family, seed)
@@ -172,7 +172,7 @@ def test_a_step_that_is_left_out_keeps_the_true_error_below_the_tolerance(family
     assert true.mean(axis=-1).max() < 0.01
 
 
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_few_points_in_time_are_twice_as_wrong_as_their_pointwise_error():
     """Of responses that ring, beat or resonate; it is 1.5 times the error expected there."""
     found = []
@@ -188,7 +188,7 @@ def test_few_points_in_time_are_twice_as_wrong_as_their_pointwise_error():
 
 
 @pytest.mark.parametrize(("family", "seed"), [("impact", 3002), ("kinks", 3000)])
-@pytest.mark.filterwarnings("ignore::flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_what_is_missed_at_rare_values_is_not_counted_too_much(family, seed):
     """Six times the true error was expected of both when runs at 3.5 σ stood for all beyond 2.5."""
     case = draw(family, seed)

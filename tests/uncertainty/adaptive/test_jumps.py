@@ -27,7 +27,9 @@ def response(e, x):
 
 @pytest.mark.parametrize("budget", [200, 400])
 def test_more_runs_are_not_advised_where_the_highest_orders_are_in_use(budget):
-    with pytest.warns(fb.FlexbandWarning, match="more runs hardly help.* LHSScanning") as issued:
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match="more runs hardly help.* LHSScanning"
+    ) as issued:
         surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI(max_runs=budget))
     assert "in use in x (8)" in str(issued[0].message)
     told = tables.remarks(surrogate.bands())
@@ -38,19 +40,22 @@ def test_more_runs_are_not_advised_where_the_highest_orders_are_in_use(budget):
 def test_answers_are_marked_where_the_error_is_above_its_tolerance():
     surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI())
     limit = fb.Limit(below=0.5)
-    found = fb.failure_probability(surrogate, limit)
+    found = fb.analysis.failure_probability(surrogate, limit)
     above = r"Not reliable: the error expected of the surrogate is .* above the tolerance of 1 %"
     assert found["confidence_high"].isnull().all()
-    assert fb.value_range(surrogate).attrs["surrogate_not_reliable"] in found.attrs["verdict"]
+    assert (
+        fb.analysis.value_range(surrogate).attrs["surrogate_not_reliable"] in found.attrs["verdict"]
+    )
     assert " ".join(found.attrs["verdict"].split(". ")[-1:]).startswith("Not reliable: the error")
-    again = fb.failure_probability(surrogate, limit, response=response, runs=64)
+    again = fb.analysis.failure_probability(surrogate, limit, response=response, runs=64)
     assert "Not reliable" not in again.attrs["verdict"]  # of a probability that runs correct
     smooth = fb.expand(lambda e, x: e + x, INPUTS, fb.AdaptivePCCI())
     assert (
-        "Not reliable" not in fb.failure_probability(smooth, fb.Limit(below=3.0)).attrs["verdict"]
+        "Not reliable"
+        not in fb.analysis.failure_probability(smooth, fb.Limit(below=3.0)).attrs["verdict"]
     )
     untrusted = surrogate.with_attrs(not_trusted="response (60 % of it is missed)")
-    told = fb.failure_probability(untrusted, limit).attrs["verdict"]
+    told = fb.analysis.failure_probability(untrusted, limit).attrs["verdict"]
     assert "Not reliable: response (60 % of it is missed)" in told
     assert above.split(".*", maxsplit=1)[0] in told
 

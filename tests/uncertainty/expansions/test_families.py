@@ -109,7 +109,9 @@ def test_bounds_of_a_uniform_input_are_values(tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     for own in (surrogate, fb.load_surrogate(tmp_path / "s.npz")):
         np.testing.assert_allclose(own.evaluate(u=[0.1, 0.4], a=1.0), [0.01, 0.16], rtol=1e-12)
-        with pytest.raises(fb.InputError, match=r"u: values must be from 0\.1 to 0\.4; got 0\.41"):
+        with pytest.raises(
+            fb.errors.InputError, match=r"u: values must be from 0\.1 to 0\.4; got 0\.41"
+        ):
             own.evaluate(u=0.41, a=1.0)
 
 
@@ -135,7 +137,7 @@ def moments_of_waves(uniform, normal, interval, times, eta):
     return mean, np.sqrt(np.maximum((1 + average(2).real) / 2 - mean**2, 0.0))
 
 
-@pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(1, 1), fb.AdaptivePCCI()])
+@pytest.mark.parametrize("method", [fb.methods.PhaseResolvedPCCI(1, 1), fb.AdaptivePCCI()])
 @pytest.mark.parametrize("interval", [0.2, 0.0])
 def test_a_frequency_that_is_uniform(method, interval):
     """E cos = cos ωt sin(at)/(at), over many periods, with an interval and alone."""

@@ -62,7 +62,7 @@ def test_karhunen_loeve_is_that_of_openturns(nu):
     """Linear elements there, polynomials of high order here."""
     ot = pytest.importorskip("openturns")
     length, end = 0.7, 2.0
-    correlation = fb.exponential if nu == 0.5 else fb.Matern(nu)
+    correlation = fb.fields.exponential if nu == 0.5 else fb.fields.Matern(nu)
     model = ot.MaternModel([length], [1.0], nu)
     mesh = ot.IntervalMesher([400]).build(ot.Interval(0.0, end))
     solved = ot.KarhunenLoeveP1Algorithm(mesh, model, 1e-4)
@@ -70,7 +70,7 @@ def test_karhunen_loeve_is_that_of_openturns(nu):
     expected = np.array(solved.getResult().getEigenvalues())[:6]
     field = fb.RandomField(
         0.0, 1.0, length, (0.0, end), 6, nodes=48, correlation=correlation,
-        discretization=fb.karhunen_loeve,
+        discretization=fb.fields.karhunen_loeve,
     )  # fmt: skip
     np.testing.assert_allclose(field.expansion.eigenvalues, expected, rtol=3e-4)
 

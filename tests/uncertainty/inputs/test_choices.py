@@ -65,9 +65,9 @@ def test_the_surrogate_takes_options_and_is_saved(tmp_path):
     checked = fb.verify(surrogate, stiffness, runs=4)
     assert checked.sizes["choice"] == 4
     assert checked.attrs["runs"] == 16
-    with pytest.raises(fb.InputError, match=r"material must be one of Choice\('steel'"):
+    with pytest.raises(fb.errors.InputError, match=r"material must be one of Choice\('steel'"):
         surrogate.evaluate(**{**rows, "material": "wood"})
-    with pytest.raises(fb.InputError, match="values must be given for layers"):
+    with pytest.raises(fb.errors.InputError, match="values must be given for layers"):
         surrogate.evaluate(material="steel", length=1.0, load=5.0)
 
 
@@ -90,5 +90,5 @@ def test_the_surrogate_takes_options_and_is_saved(tmp_path):
     ],
 )
 def test_bad_input_is_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()

@@ -72,7 +72,7 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     loaded = fb.load_surrogate(tmp_path / "s.npz")
     assert loaded.bands().equals(surrogate.bands())
     assert "confirmed" in fb.verify(loaded, lambda a, b, e, k: k * a + b * e).attrs
-    with pytest.raises(fb.InputError, match=r"k must be the constant 3.0"):
+    with pytest.raises(fb.errors.InputError, match=r"k must be the constant 3.0"):
         surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=4.0)
 
 
@@ -108,5 +108,5 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     ],
 )
 def test_bad_input_is_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()

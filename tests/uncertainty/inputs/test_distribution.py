@@ -48,5 +48,5 @@ def test_parameters_of_correlated_inputs_are_intervals(tmp_path):
     ],
 )
 def test_parameters_that_leave_their_range_in_an_interval_are_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()

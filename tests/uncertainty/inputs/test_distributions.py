@@ -287,7 +287,9 @@ def test_mean_and_spread_of_samples_are_those_of_the_data():
     for data in (DATA, np.repeat([1.0, 2.0, 2.5, 7.0], 9), np.append(np.zeros(40), 1.0)):
         family = fb.Samples(data).family
         np.testing.assert_allclose(family.scale, [data.mean(), data.std(ddof=1)], rtol=1e-12)
-    with pytest.warns(fb.FlexbandWarning, match=r"their mean is uncertain by 35 % .* by 27 %"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"their mean is uncertain by 35 % .* by 27 %"
+    ):
         fb.Samples(DATA[:8])
     assert fb.Samples(DATA) == fb.Samples(DATA[::-1].tolist())
     third = np.mean((DATA - DATA.mean()) ** 3)
@@ -396,12 +398,12 @@ def test_weibull_and_beta_by_their_moments():
     ],
 )  # fmt: skip
 def test_impossible_distributions_are_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()
 
 
 def test_heavy_tails_are_remarked():
-    with pytest.warns(fb.FlexbandWarning, match=r"order 8 miss 3\.4 % of its variance"):
+    with pytest.warns(fb.errors.FlexbandWarning, match=r"order 8 miss 3\.4 % of its variance"):
         as_input(ss.pareto(2.5))
 
 
@@ -409,13 +411,13 @@ def test_heavy_tails_are_remarked():
 def test_values_of_the_other_sign_are_explained(response):
     def modulus(e):
         if response == "refuses" and np.any(e <= 0):
-            raise fb.InputError("E must be positive")
+            raise fb.errors.InputError("E must be positive")
         if response == "raises" and np.any(e <= 0):
             raise ZeroDivisionError("E")
         return np.where(e > 0, e, np.inf)
 
     text = r"e = -\S+ is a value of Normal\(mean=1.0, std=0.5\). A LogNormal or a TruncatedNormal"
-    error = fb.RunError if response == "raises" else fb.InputError
+    error = fb.errors.RunError if response == "raises" else fb.errors.InputError
     with pytest.raises(error, match=text):
         fb.propagate(modulus, {"e": fb.Normal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
     bands = fb.propagate(modulus, {"e": fb.LogNormal(1.0, cv=0.5)}, fb.ImprovedPCCI(6, 1))
@@ -425,13 +427,13 @@ def test_values_of_the_other_sign_are_explained(response):
 def test_the_quantiles_of_a_scipy_distribution_are_computed_once():
     assert as_input(ss.gamma(2.5)) is as_input(ss.gamma(2.5, loc=0.0))
     assert as_input(ss.gamma(2.5)) is not as_input(ss.gamma(2.6))
-    with pytest.raises(fb.InputError, match="gamma a must be 1 number"):
+    with pytest.raises(fb.errors.InputError, match="gamma a must be 1 number"):
         as_input(ss.gamma([1.0, 2.0]))
 
 
 @pytest.mark.parametrize("kind", [fb.Normal, fb.LogNormal])
 def test_a_coefficient_of_variation_in_per_cent_is_remarked_on(kind):
-    with pytest.warns(fb.FlexbandWarning) as issued:
+    with pytest.warns(fb.errors.FlexbandWarning) as issued:
         kind(2.0, cv=5)
     assert f"{kind.__name__} cv is 5, a standard deviation of 5 times" in str(issued[0].message)
     assert "is it in per cent? A cv of 0.05 is 5 %" in str(issued[0].message)

@@ -11,7 +11,7 @@ from flexband.uncertainty.inputs.effects import all_have_effects
 from flexband.uncertainty.inputs.space import Space
 
 METHODS = [
-    fb.PCCI(2, 2), fb.ImprovedPCCI(1, 1), fb.PhaseResolvedPCCI(1, 2), fb.AdaptivePCCI(0.01),
+    fb.PCCI(2, 2), fb.ImprovedPCCI(1, 1), fb.methods.PhaseResolvedPCCI(1, 2), fb.AdaptivePCCI(0.01),
     fb.LHSScanning(20, 3), fb.MonteCarlo(20, 3),
 ]  # fmt: skip
 PAIRED = METHODS[:4]
@@ -137,7 +137,9 @@ def test_two_values_are_not_said_to_be_all():
         return over_time(c**2)
 
     inputs = {"c": fb.Normal(0.0, 1.0)}
-    with pytest.warns(fb.FlexbandWarning, match=r"'c' changes no output at the two values of it"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match=r"'c' changes no output at the two values of it"
+    ):
         fb.propagate(response, inputs, fb.PCCI(1, 1))
     assert not remarks(response, fb.PCCI(2, 1), inputs)[0]
 
@@ -159,7 +161,7 @@ def test_a_builder_that_does_not_read_its_argument():
 
 
 def test_the_remark_points_to_the_line_of_the_caller():
-    with pytest.warns(fb.FlexbandWarning, match="input 'b' changes no output") as caught:
+    with pytest.warns(fb.errors.FlexbandWarning, match="input 'b' changes no output") as caught:
         fb.expand(lambda a, b: a[:, None], {k: INPUTS[k] for k in "ab"}, fb.PCCI(1, 1))
     assert caught[0].filename == __file__
 

@@ -67,7 +67,7 @@ def test_batches_are_aligned_by_name(change):
     ],
 )
 def test_other_labels_in_a_later_batch_are_refused(change, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.propagate(in_later_batches(change), INPUTS, fb.PCCI(2, 2), batch=4)
 
 
@@ -158,13 +158,13 @@ def x_times(factor):
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 def test_what_is_not_an_array_of_real_numbers_is_refused(result, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.propagate(result, {"x": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 0))
 
 
 @pytest.mark.parametrize("response", [3.0, "sin", None])
 def test_a_response_has_named_arguments(response):
-    with pytest.raises(fb.InputError, match="response must be a function"):
+    with pytest.raises(fb.errors.InputError, match="response must be a function"):
         fb.propagate(response, INPUTS, fb.PCCI(1, 1))
 
 
@@ -197,7 +197,7 @@ def test_columns_of_a_table_are_aligned_by_name():
 METHODS = [
     fb.PCCI({"a": 1, "z": 2}, {"m": 1, "b": 2}),
     fb.ImprovedPCCI(2, 2),
-    fb.PhaseResolvedPCCI(1, 1),
+    fb.methods.PhaseResolvedPCCI(1, 1),
     fb.AdaptivePCCI(1e-3, max_runs=40),
     fb.AdaptivePCCI(1e-3, max_runs=40, phase_resolved=False),
     fb.LHSScanning(7, 3),
@@ -250,7 +250,9 @@ def test_numbers_of_any_precision_are_taken_without_a_warning(kind, digits):
 def test_claims_do_not_depend_on_the_unit_up_to_extreme_ones(size):
     inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(1.0, 0.1)}
     found, exact = (
-        fb.propagate(lambda a, b, s=s: s * np.tanh(3 * a * b), inputs, fb.PhaseResolvedPCCI(2, 3))
+        fb.propagate(
+            lambda a, b, s=s: s * np.tanh(3 * a * b), inputs, fb.methods.PhaseResolvedPCCI(2, 3)
+        )
         for s in (size, 1.0)
     )
     np.testing.assert_allclose(found["error_bar"] / size, exact["error_bar"], rtol=1e-9, atol=1e-12)

@@ -23,7 +23,7 @@ def trend(t):
 INPUTS = {
     "modulus": fb.RandomField(3.0, 0.3, 1.0, (0.0, 1.0), terms=2),
     "thickness": fb.IntervalField(0.9, limit, 1.0),
-    "wind": fb.RandomField(trend, 0.2, 2.0, terms=2, discretization=fb.karhunen_loeve),
+    "wind": fb.RandomField(trend, 0.2, 2.0, terms=2, discretization=fb.fields.karhunen_loeve),
     "road": fb.IntervalField(-0.2, 0.1, 2.0, smooth=True),
     "supplier": fb.Choice(1.0, 3.0),
 }
@@ -49,11 +49,11 @@ def exact():
 
 METHODS = {
     fb.ImprovedPCCI(1, 1): 1e-9,
-    fb.PhaseResolvedPCCI(1, 1): 1e-3,
+    fb.methods.PhaseResolvedPCCI(1, 1): 1e-3,
     fb.AdaptivePCCI(1e-3): 1e-3,
-    fb.RegressionPCCI(1): 1e-9,
-    fb.PerturbationChebyshev(1, improved=True): 1e-9,
-    fb.SobolScanning(64, 2): 0.03,
+    fb.methods.RegressionPCCI(1): 1e-9,
+    fb.methods.PerturbationChebyshev(1, improved=True): 1e-9,
+    fb.methods.SobolScanning(64, 2): 0.03,
     fb.LHSScanning(64, 2): 0.1,
 }
 
@@ -61,7 +61,7 @@ METHODS = {
 @pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
 def test_fields_and_a_choice(method, tmp_path, monkeypatch):
     for function in (limit, trend):
-        monkeypatch.setitem(fb.Field.functions, function.__name__, function)
+        monkeypatch.setitem(fb.fields.Field.functions, function.__name__, function)
     low, high, std = exact()
     if hasattr(method, "expand"):
         surrogate = fb.expand(response, INPUTS, method)
@@ -76,7 +76,9 @@ def test_fields_and_a_choice(method, tmp_path, monkeypatch):
     assert np.all(bands["mean_choice"] == np.array([["1.0"], ["3.0"]]))
 
 
-@pytest.mark.parametrize("expansion", [fb.eole, fb.karhunen_loeve, fb.orthogonal_series])
+@pytest.mark.parametrize(
+    "expansion", [fb.fields.eole, fb.fields.karhunen_loeve, fb.fields.orthogonal_series]
+)
 @pytest.mark.parametrize("method", METHODS, ids=lambda one: one.name)
 def test_every_discretization_in_every_method(method, expansion):
     """A field and an interval, of which the response is a linear function."""

@@ -79,11 +79,11 @@ def test_they_are_saved_with_a_surrogate(tmp_path, monkeypatch):
     points = {"a": [1.9, 2.2], "b": 3.0, "f": np.array([[0.0, 1.0]])}
     xr.testing.assert_identical(again.evaluate(**points), surrogate.evaluate(**points))
     monkeypatch.delitem(fb.RandomField.correlations, "triangle")
-    with pytest.raises(fb.InputError, match="the correlation 'triangle' must be"):
+    with pytest.raises(fb.errors.InputError, match="the correlation 'triangle' must be"):
         fb.load_surrogate(tmp_path / "s.npz")
     monkeypatch.delitem(fb.Input.kinds, "OfMedian")
     with pytest.raises(
-        fb.InputError, match=f"OfMedian must be defined.* import it from {__name__}"
+        fb.errors.InputError, match=f"OfMedian must be defined.* import it from {__name__}"
     ):
         fb.load_surrogate(tmp_path / "s.npz")
 
@@ -93,7 +93,11 @@ def triangle(distance):
 
 
 def test_bad_inputs_of_the_users_own_are_refused():
-    with pytest.raises(fb.InputError, match="OfMedian scatter must be finite numbers; got nan"):
+    with pytest.raises(
+        fb.errors.InputError, match="OfMedian scatter must be finite numbers; got nan"
+    ):
         OfMedian(1.0, np.nan)
-    with pytest.raises(fb.InputError, match="Normal is an input of flexband; give yours another"):
+    with pytest.raises(
+        fb.errors.InputError, match="Normal is an input of flexband; give yours another"
+    ):
         type("Normal", (fb.Input,), {"__module__": __name__})

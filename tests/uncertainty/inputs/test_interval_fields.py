@@ -70,19 +70,19 @@ def test_functions_are_saved_by_name(tmp_path):
         return 1 + x
 
     field = fb.RandomField(
-        middle, 0.1, 2.0, domain=(0.0, 1.0), terms=1, correlation=fb.Matern(1.5),
-        distribution="lognormal", discretization=fb.karhunen_loeve,
+        middle, 0.1, 2.0, domain=(0.0, 1.0), terms=1, correlation=fb.fields.Matern(1.5),
+        distribution="lognormal", discretization=fb.fields.karhunen_loeve,
     )  # fmt: skip
     surrogate = fb.expand(lambda f: f(X[:90])[:, 5], {"f": field}, fb.PCCI(2, 0))
-    with pytest.raises(fb.InputError, match=r"f: <function .*middle.* cannot be saved"):
+    with pytest.raises(fb.errors.InputError, match=r"f: <function .*middle.* cannot be saved"):
         fb.save_surrogate(surrogate, tmp_path / "s.npz")
-    fb.Field.functions["middle"] = middle
+    fb.fields.Field.functions["middle"] = middle
     try:
         fb.save_surrogate(surrogate, tmp_path / "s.npz")
         assert fb.load_surrogate(tmp_path / "s.npz").space.inputs["f"] == field
     finally:
-        del fb.Field.functions["middle"]
-    with pytest.raises(fb.InputError, match=r"'middle' must be in Field.functions first"):
+        del fb.fields.Field.functions["middle"]
+    with pytest.raises(fb.errors.InputError, match=r"'middle' must be in Field.functions first"):
         fb.load_surrogate(tmp_path / "s.npz")
 
 
@@ -102,7 +102,7 @@ def test_functions_are_saved_by_name(tmp_path):
 )
 def test_impossible_fields_are_refused(arguments, text):
     domain = {} if len(arguments) > 3 else {"domain": (0.0, 1.0)}
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.IntervalField(*arguments, **domain).dimension  # noqa: B018
 
 
@@ -113,9 +113,9 @@ def test_values_that_no_sample_has_are_refused():
         ([[0.5, 1.1]], "between its limits"),
         ([0.5, 0.5], r"shape \(n, 2\); got shape \(2,\)"),
     ):
-        with pytest.raises(fb.InputError, match=text):
+        with pytest.raises(fb.errors.InputError, match=text):
             field.standard(np.array(value))
     np.testing.assert_allclose(field.standard(np.array([[0.25, 0.75]])), [[-1.0, 1.0]], atol=1e-12)
     known = fb.IntervalField(lambda x: -x, lambda x: x, 1.0, domain=(0.0, 1.0))
-    with pytest.raises(fb.InputError, match="its limits are equal at 0"):
+    with pytest.raises(fb.errors.InputError, match="its limits are equal at 0"):
         known.standard(np.zeros((1, 2)))

@@ -55,7 +55,7 @@ INPUTS = {
 METHODS = [
     (fb.AdaptivePCCI(1e-3), 3e-3),
     (fb.AdaptivePCCI(1e-3, phase_resolved=False), 1e-2),
-    (fb.PhaseResolvedPCCI(2, 2), 3e-3),
+    (fb.methods.PhaseResolvedPCCI(2, 2), 3e-3),
     (fb.ImprovedPCCI(9, 8), 1e-2),
     (fb.PCCI(9, 8), 1e-2),
     (fb.LHSScanning(400, 60), 3e-2),
@@ -123,20 +123,22 @@ def test_a_field_of_many_terms():
 
 
 @pytest.mark.parametrize("order", [0, 1, 3])
-@pytest.mark.parametrize("method", [fb.PCCI, fb.ImprovedPCCI, fb.PhaseResolvedPCCI])
+@pytest.mark.parametrize("method", [fb.PCCI, fb.ImprovedPCCI, fb.methods.PhaseResolvedPCCI])
 def test_tensor_designs_of_many_inputs_are_refused_by_their_runs(method, order):
     inputs = {f"a{k:02d}": fb.Interval(-1, 1) for k in range(60)}
     one = method(order, order)
     if order == 0:
         assert fb.propagate(linear, inputs, one).attrs["runs"] <= 1 + 4 + 1
         return
-    with pytest.raises(fb.InputError, match=r"would take about 10\^\d+ runs, with 0 random and 60"):
+    with pytest.raises(
+        fb.errors.InputError, match=r"would take about 10\^\d+ runs, with 0 random and 60"
+    ):
         fb.propagate(linear, inputs, one)
 
 
 def test_scans_of_many_inputs_are_refused_by_their_runs():
     inputs = {f"a{k:03d}": fb.Interval(-1, 1) for k in range(8000)}
-    with pytest.raises(fb.InputError, match=r"would take about 10\^8000 runs"):
+    with pytest.raises(fb.errors.InputError, match=r"would take about 10\^8000 runs"):
         fb.propagate(linear, inputs, fb.LHSScanning(100, 10))
 
 

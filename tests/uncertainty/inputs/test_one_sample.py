@@ -55,9 +55,11 @@ SCALAR = [with_math, with_a_branch, with_float, one_number, with_a_solver, of_as
 @pytest.mark.parametrize("function", SCALAR, ids=lambda f: f.__name__)
 def test_the_message_shows_the_line_that_helps(function):
     for call in (fb.propagate, fb.expand):
-        with pytest.raises(fb.InputError, match=r"response = fb\.samplewise\(response\)$"):
+        with pytest.raises(
+            fb.errors.InputError, match=r"response = fb\.models\.samplewise\(response\)$"
+        ):
             call(function, INPUTS, fb.PCCI(2, 2))
-    study = fb.Study(fb.samplewise(function), INPUTS, fb.PCCI(4, 4))
+    study = fb.Study(fb.models.samplewise(function), INPUTS, fb.PCCI(4, 4))
     assert study.run()["mean"].notnull().all()
 
 
@@ -70,9 +72,9 @@ def test_a_function_of_one_field_is_recognized(domain):
     field = fb.RandomField(10.0, 1.0, correlation_length=2.0, domain=domain)
     inputs = {"flexibility": field, "load": fb.Interval(1.0, 2.0)}
     bands = fb.propagate(bar, inputs, fb.PCCI(2, 1))  # vectorized as it is
-    alone = fb.propagate(fb.samplewise(bar), inputs, fb.PCCI(2, 1))
+    alone = fb.propagate(fb.models.samplewise(bar), inputs, fb.PCCI(2, 1))
     np.testing.assert_allclose(alone["mean"], bands["mean"], rtol=1e-12)
-    with pytest.raises(fb.InputError, match=r"fb\.samplewise\(response\)"):
+    with pytest.raises(fb.errors.InputError, match=r"fb\.models\.samplewise\(response\)"):
         fb.propagate(lambda flexibility, load: float(bar(flexibility, load)), inputs,
                      fb.PCCI(2, 1))  # fmt: skip
 
@@ -87,17 +89,17 @@ def bad_for_one(x, e):
     ("response", "error"),
     [
         (bad_for_one, ArithmeticError),  # vectorized: samples fail, not arrays
-        (lambda x, e: x[:, None][0], fb.InputError),
+        (lambda x, e: x[:, None][0], fb.errors.InputError),
         (lambda x, e: undefined, NameError),  # noqa: F821
-        (lambda x, e: {"u": x}, fb.InputError),
+        (lambda x, e: {"u": x}, fb.errors.InputError),
     ],
 )
 def test_other_errors_are_told_with_the_inputs(response, error):
-    with pytest.raises((fb.RunError, fb.InputError)) as caught:
+    with pytest.raises((fb.errors.RunError, fb.errors.InputError)) as caught:
         fb.propagate(response, INPUTS, fb.PCCI(2, 2))
     told = str(caught.value)
     assert "samplewise" not in told
-    if error is not fb.InputError:
+    if error is not fb.errors.InputError:
         assert isinstance(caught.value.__cause__, error)
         assert f"the response raised {error.__name__}: " in told
         assert "inputs of the 9 runs of the call: e from 0.5" in told
@@ -112,10 +114,10 @@ def test_a_builder_of_one_mechanism_is_recognized(scalar):
 
     inputs = {"height": fb.Interval(1.0, 2.0), "mass": fb.Normal(1.0, 0.1)}
     response = fb.dynamic_response(falling, duration=0.1, step=0.01)
-    with pytest.raises(fb.InputError, match=r"fb\.samplewise\(response\)"):
+    with pytest.raises(fb.errors.InputError, match=r"fb\.models\.samplewise\(response\)"):
         fb.propagate(response, inputs, fb.PCCI(1, 1))
-    with pytest.warns(fb.FlexbandWarning, match="input 'mass' changes no output"):
-        bands = fb.propagate(fb.samplewise(response), inputs, fb.PCCI(1, 1))
+    with pytest.warns(fb.errors.FlexbandWarning, match="input 'mass' changes no output"):
+        bands = fb.propagate(fb.models.samplewise(response), inputs, fb.PCCI(1, 1))
     fallen = bands["mean"].sel(output="m_Y", time=0.1)
     np.testing.assert_allclose(fallen, [1 - 0.5 * 9.81 * 0.01, 2 - 0.5 * 9.81 * 0.01], rtol=1e-4)
 
@@ -132,7 +134,7 @@ def test_failing_runs_are_no_functions_of_one_sample(failed):
 
     method = fb.MonteCarlo(40, 2)
     if failed == "stop":
-        with pytest.raises(fb.RunError, match="raised ArithmeticError: too large"):
+        with pytest.raises(fb.errors.RunError, match="raised ArithmeticError: too large"):
             fb.propagate(failing, INPUTS, method)
     else:
         with warnings.catch_warnings():
@@ -148,7 +150,9 @@ def test_positions_outside_the_domain_of_a_field_are_not_taken_for_one_sample(me
 
     field = fb.RandomField(1.0, 0.1, correlation_length=1.0)
     inputs = {"E": field, "L": fb.Normal(0.9, 0.01), "e": fb.Interval(0.5, 1.0)}
-    with pytest.raises(fb.InputError, match=r"outside its domain \(0, 0\.9\); give a domain=") as e:
+    with pytest.raises(
+        fb.errors.InputError, match=r"outside its domain \(0, 0\.9\); give a domain="
+    ) as e:
         fb.propagate(bar, inputs, method)
     assert "samplewise" not in str(e.value)
 
@@ -166,6 +170,6 @@ def test_fields_without_a_domain_have_a_row_for_every_run():
 def test_a_field_that_is_taken_for_an_array_is_explained(domain):
     inputs = {"E": fb.RandomField(1.0, 0.1, correlation_length=1.0, domain=domain)}
     text = "E: a field is a function of the position. At positions x of shape"
-    with pytest.raises(fb.RunError, match=text) as error:
+    with pytest.raises(fb.errors.RunError, match=text) as error:
         fb.propagate(lambda E: 2.0 * E, inputs, fb.PCCI(2, 2))
     assert isinstance(error.value.__cause__, TypeError)

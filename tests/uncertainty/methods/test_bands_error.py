@@ -20,7 +20,7 @@ def rising(e, x):
 
 @pytest.fixture(scope="module")
 def surrogate():
-    return fb.expand(rising, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    return fb.expand(rising, INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
 
 
 def test_nothing_is_missed_of_bounds_at_nodes(surrogate):
@@ -38,7 +38,7 @@ def test_bounds_between_nodes_have_an_error(slope):
     bands = fb.propagate(
         lambda e: (slope * e - e**2)[:, None] * NUMBER,
         {"e": INPUTS["e"]},
-        fb.PhaseResolvedPCCI(1, 1),
+        fb.methods.PhaseResolvedPCCI(1, 1),
     )
     true = float(abs(bands["error_bar"][:, 0] - [-1 - slope, slope**2 / 4]).mean())
     assert true / 5 < float(bands["error_bar_expected_error"][0]) < 5 * true
@@ -49,7 +49,7 @@ def test_what_random_inputs_miss_is_orthogonal():
     bands = fb.propagate(
         lambda x: (x + 0.002 * (x**2 - 1))[:, None] * NUMBER,
         {"x": INPUTS["x"]},
-        fb.PhaseResolvedPCCI(1, 0),
+        fb.methods.PhaseResolvedPCCI(1, 0),
     )
     assert float(bands["error_bar_expected_error"][0]) < 0.6 * float(bands["pointwise_error"][0])
 
@@ -61,7 +61,7 @@ def test_answers_and_verification_have_the_error_at_any_point(surrogate):
         surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * told["pointwise_error"]
     )
     assert fb.verify(surrogate, rising, runs=64).attrs["confirmed"] == "yes"
-    found = fb.failure_probability(surrogate, fb.Limit(below=2.0))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0))
     assert found.attrs["error"] == "pointwise_error"
 
 
@@ -82,7 +82,7 @@ def test_many_variables_and_outputs_that_nothing_is_missed_of():
     bands = fb.propagate(
         lambda **e: np.stack([sum(e.values()), sum(e.values()) * 0 + 1], axis=1),
         inputs,
-        fb.PhaseResolvedPCCI(0, 1),
+        fb.methods.PhaseResolvedPCCI(0, 1),
     )
     assert np.all(np.isfinite(bands["error_bar_expected_error"]))
     assert bands["error_bar_expected_error"].max() < 1e-4
@@ -96,7 +96,7 @@ def test_one_run_of_four_tells_what_is_missed_at_one_time():
     def bumped(e, x):
         return (0.1 * (x + e) + np.exp(-(((e - alone) / 0.02) ** 2)))[:, None] * NUMBER
 
-    found = fb.expand(bumped, INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    found = fb.expand(bumped, INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     error = float(found.bands()["pointwise_error"][0])
     missed = np.abs(found.held_out.missed[:, 0, 0])
     assert np.sort(missed)[-2] < 0.01

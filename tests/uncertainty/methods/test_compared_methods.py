@@ -29,7 +29,7 @@ LINEAR_BAR = [2 - np.sqrt(0.09 + 4 / 3), 5 + np.sqrt(0.36 + 4 / 3)]
 
 @pytest.mark.parametrize(("step", "improved"), [(0.01, False), (1.0, True)])
 def test_perturbation_is_exact_where_the_response_is_linear_in_random_inputs(step, improved):
-    bands = fb.propagate(linear, LINEAR, fb.PerturbationChebyshev(2, step, improved))
+    bands = fb.propagate(linear, LINEAR, fb.methods.PerturbationChebyshev(2, step, improved))
     np.testing.assert_allclose(bands["mean"], [2, 5], atol=1e-12)
     np.testing.assert_allclose(bands["error_bar"], LINEAR_BAR, atol=1e-9)
     assert bands.attrs["runs"] == (1 + 2 * 2) * 3 + 1
@@ -40,13 +40,13 @@ def test_perturbation_does_not_see_curvature_but_tells_of_it():
     """Of u = x ξ²: the mean is x σ², which a linearization about 0 finds to be 0."""
     inputs = {"xi": fb.Normal(0.0, 0.5), "x": fb.Interval(1.0, 2.0)}
     bands = fb.propagate(
-        lambda xi, x: x * xi**2, inputs, fb.PerturbationChebyshev(1, improved=True)
+        lambda xi, x: x * xi**2, inputs, fb.methods.PerturbationChebyshev(1, improved=True)
     )
     np.testing.assert_allclose(bands["mean"], 0.0, atol=1e-12)
     assert float(bands["truncation"]) >= 2 * 0.25  # the largest error of the mean
     exact = fb.propagate(lambda xi, x: x * xi**2, inputs, fb.ImprovedPCCI(2, 1))
     np.testing.assert_allclose(exact["mean"], [0.25, 0.5])
-    off = fb.propagate(ishigami, ISHIGAMI, fb.PerturbationChebyshev(4))
+    off = fb.propagate(ishigami, ISHIGAMI, fb.methods.PerturbationChebyshev(4))
     np.testing.assert_allclose(off["mean"], 0.0, atol=1e-9)  # instead of 3.5
     slope = (1 + 0.1 * np.pi**4) * np.sin(0.1 * np.pi / 3**0.5) / (0.1 * np.pi / 3**0.5)
     np.testing.assert_allclose(off["error_bar"][1], slope * np.pi / 3**0.5, rtol=1e-9)
@@ -55,7 +55,7 @@ def test_perturbation_does_not_see_curvature_but_tells_of_it():
 def test_perturbation_without_random_inputs_is_the_chebyshev_interval_method():
     inputs = {"x": fb.Interval(-1, 1)}
     for improved, lower in ((False, -1.5503), (True, -1.0)):  # Eq. (20)
-        method = fb.PerturbationChebyshev(2, improved=improved)
+        method = fb.methods.PerturbationChebyshev(2, improved=improved)
         bands = fb.propagate(lambda x: np.cos(np.pi * x), inputs, method)
         np.testing.assert_allclose(bands["mean"], [lower, 1.0], atol=5e-5)
 
@@ -70,7 +70,7 @@ def test_terms_of_bounded_order(dimension, order, q):
 
 
 def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
-    method = fb.RegressionPCCI(2, oversampling=1.5)
+    method = fb.methods.RegressionPCCI(2, oversampling=1.5)
     surrogate = fb.expand(linear, LINEAR, method)
     bands = surrogate.bands()
     np.testing.assert_allclose(bands["mean"], [2, 5], atol=1e-10)
@@ -86,7 +86,7 @@ def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
     ("order", "q", "allowed"), [(6, 1.0, 3.0), (10, 1.0, 5e-3), (12, 0.75, 5e-3)]
 )
 def test_regression_converges_and_expects_no_less_than_its_error(order, q, allowed):
-    bands = fb.propagate(ishigami, ISHIGAMI, fb.RegressionPCCI(order, q))
+    bands = fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(order, q))
     off = np.abs(bands["mean"] - 3.5), np.abs(bands["error_bar"] - [-4.488026, 11.488026])
     assert float(np.max(off)) < allowed
     assert float(np.max(off)) < 5 * float(bands["error_bar_expected_error"])
@@ -94,14 +94,15 @@ def test_regression_converges_and_expects_no_less_than_its_error(order, q, allow
 
 
 def test_regression_that_misses_most_is_not_trusted():
-    bands = fb.propagate(ishigami, ISHIGAMI, fb.RegressionPCCI(3))
+    bands = fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(3))
     assert not bool(bands["trusted"])
     assert float(bands["error_bar_expected_error"]) > 1.0
 
 
 def test_seeds_of_regression_are_other_points():
     first, same, other = (
-        fb.propagate(ishigami, ISHIGAMI, fb.RegressionPCCI(3, seed=seed)) for seed in (1, 1, 2)
+        fb.propagate(ishigami, ISHIGAMI, fb.methods.RegressionPCCI(3, seed=seed))
+        for seed in (1, 1, 2)
     )
     assert first.equals(same)
     assert not np.allclose(first["mean"], other["mean"])
@@ -112,27 +113,33 @@ def test_sobol_points_are_more_accurate_than_a_latin_hypercube():
         bands = fb.propagate(ishigami, ISHIGAMI, method)
         return float(np.abs(bands["error_bar"] - [-4.488026, 11.488026]).max())
 
-    sobol = np.mean([error(fb.SobolScanning(512, 4, seed)) for seed in range(3)])
+    sobol = np.mean([error(fb.methods.SobolScanning(512, 4, seed)) for seed in range(3)])
     latin = np.mean([error(fb.LHSScanning(512, 4, seed)) for seed in range(3)])
     assert sobol < 2e-3
     assert latin > 10 * sobol
-    with pytest.raises(fb.InputError, match="at most 21201 variables"):
-        fb.SobolScanning(4).normals(30_000)
+    with pytest.raises(fb.errors.InputError, match="at most 21201 variables"):
+        fb.methods.SobolScanning(4).normals(30_000)
 
 
 @pytest.mark.parametrize(
     ("method", "message"),
     [
-        (lambda: fb.RegressionPCCI(oversampling=1.0), "oversampling must be above 1: .*; got 1"),
-        (lambda: fb.RegressionPCCI(q_norm=1.5), "q_norm must be above 0 and at most 1 .*; got 1.5"),
-        (lambda: fb.RegressionPCCI(order=-1), "order must be .*; got -1"),
-        (lambda: fb.PerturbationChebyshev(step=0.0), "step must be above 0 and at most 1"),
-        (lambda: fb.PerturbationChebyshev(improved=2), "improved must be True or False"),
-        (lambda: fb.PerturbationChebyshev({"x": -1}), "interval_order of 'x'"),
+        (
+            lambda: fb.methods.RegressionPCCI(oversampling=1.0),
+            "oversampling must be above 1: .*; got 1",
+        ),
+        (
+            lambda: fb.methods.RegressionPCCI(q_norm=1.5),
+            "q_norm must be above 0 and at most 1 .*; got 1.5",
+        ),
+        (lambda: fb.methods.RegressionPCCI(order=-1), "order must be .*; got -1"),
+        (lambda: fb.methods.PerturbationChebyshev(step=0.0), "step must be above 0 and at most 1"),
+        (lambda: fb.methods.PerturbationChebyshev(improved=2), "improved must be True or False"),
+        (lambda: fb.methods.PerturbationChebyshev({"x": -1}), "interval_order of 'x'"),
     ],
 )
 def test_bad_options(method, message):
-    with pytest.raises(fb.InputError, match=message):
+    with pytest.raises(fb.errors.InputError, match=message):
         method()
 
 
@@ -142,11 +149,13 @@ def test_too_many_terms_and_too_few_runs():
     def total(**x):
         return sum(x.values())
 
-    with pytest.raises(fb.InputError, match="more than 5000 terms in 40 variables; choose a lower"):
-        fb.propagate(total, many, fb.RegressionPCCI(4))
+    with pytest.raises(
+        fb.errors.InputError, match="more than 5000 terms in 40 variables; choose a lower"
+    ):
+        fb.propagate(total, many, fb.methods.RegressionPCCI(4))
     one = {"x": fb.Interval(0, 1)}  # a third of the points are at its two ends
-    with pytest.raises(fb.InputError, match="cannot determine 13 terms; choose a larger"):
-        fb.propagate(lambda x: x, one, fb.RegressionPCCI(12, oversampling=1.01))
+    with pytest.raises(fb.errors.InputError, match="cannot determine 13 terms; choose a larger"):
+        fb.propagate(lambda x: x, one, fb.methods.RegressionPCCI(12, oversampling=1.01))
 
 
 def many_inputs(random, intervals):
@@ -167,22 +176,22 @@ def many_inputs(random, intervals):
 def test_a_scan_that_is_too_large_says_which_would_fit(random, intervals, advice):
     space = Space(many_inputs(random, intervals))
     with pytest.raises(
-        fb.InputError, match=rf"would take .* runs.*most_runs is 1000000\. {advice}"
+        fb.errors.InputError, match=rf"would take .* runs.*most_runs is 1000000\. {advice}"
     ):
         fb.propagate(lambda **x: sum(x.values()), space.inputs, fb.LHSScanning())
 
 
 def test_compare_refuses_a_reference_and_leaves_out_methods_with_too_many_runs():
     study = fb.Study(lambda **x: sum(x.values()), many_inputs(2, 7), fb.AdaptivePCCI())
-    with pytest.raises(fb.InputError, match="--samples 100 --points 3"):
+    with pytest.raises(fb.errors.InputError, match="--samples 100 --points 3"):
         compare(study, fb.LHSScanning(), [fb.PCCI(1, 1)])
     reference = fb.LHSScanning(16, 2)
     assert [type(one).__name__ for one in usual_methods(study, reference, [(1, 4), (2, 4)])] == [
         *2 * ["PCCI"], *2 * ["ImprovedPCCI"], "PhaseResolvedPCCI", "AdaptivePCCI",
         "RegressionPCCI", "PerturbationChebyshev", "SobolScanning", "MonteCarlo",
     ]  # fmt: skip
-    methods = [fb.PCCI(1, 5), fb.RegressionPCCI(1), fb.PerturbationChebyshev(1)]
-    with pytest.warns(fb.FlexbandWarning, match=r"left out: PCCI.* would take 1119744 runs"):
+    methods = [fb.PCCI(1, 5), fb.methods.RegressionPCCI(1), fb.methods.PerturbationChebyshev(1)]
+    with pytest.warns(fb.errors.FlexbandWarning, match=r"left out: PCCI.* would take 1119744 runs"):
         results = compare(study, reference, methods)
     assert [one.runs for one in results] == [16 * 2**7, 20, 5 * 2**7]
     for one in results[1:]:

@@ -117,7 +117,7 @@ def test_an_expansion_that_fails_says_so():
 coefficient = st.floats(-2, 2).map(lambda x: round(x, 3))
 
 
-@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
 @given(st.lists(coefficient, min_size=9, max_size=9))
 def test_hybrid_polynomials_are_reproduced(c):
     """Moments and bounds of polynomials of the basis are exact, whatever they are."""
@@ -270,7 +270,7 @@ def test_bands_do_not_depend_on_the_batch():
 )
 @pytest.mark.filterwarnings("ignore:divide by zero")
 def test_bad_input_is_refused(call, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         call()
 
 
@@ -328,7 +328,7 @@ def test_orders_by_name_are_one_order_where_they_are_equal():
 )
 def test_orders_that_do_not_fit_the_inputs_are_refused(method, text):
     inputs = {"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0), "x": fb.Interval(0.0, 1.0)}
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         fb.propagate(lambda a, b, x: a + b + x, inputs, method())
 
 

@@ -191,5 +191,7 @@ def test_fewer_runs_than_variables_are_enough_but_not_fewer_than_eighteen():
     bands = fb.propagate(response, normals(60), fb.AdaptivePCCI(1e-6, max_runs=64))
     np.testing.assert_allclose(bands["error_bar"], [0.0, 2.0], atol=1e-9)
     assert bands.attrs["runs"] <= 40 + 1
-    with pytest.raises(fb.InputError, match="max_runs must be 18 or more for 60 variables; got 17"):
+    with pytest.raises(
+        fb.errors.InputError, match="max_runs must be 18 or more for 60 variables; got 17"
+    ):
         fb.propagate(response, normals(60), fb.AdaptivePCCI(1e-6, max_runs=17))

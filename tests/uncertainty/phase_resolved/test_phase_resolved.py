@@ -48,7 +48,7 @@ def errors(bands, reference):
 def test_five_runs_follow_twenty_periods(f):
     """1 % where the expansion at fixed times, with the same orders, is off by tenths."""
     reference = exact(f)
-    bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     assert bands.attrs["runs"] == 4 + 4 + 1
     found = errors(bands, reference)
     assert max(found) < 0.002
@@ -61,11 +61,13 @@ def test_five_runs_follow_twenty_periods(f):
 
 
 def test_a_carrier_that_fades_and_returns():
-    bands = fb.propagate(formula(fades).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(2, 1))
+    bands = fb.propagate(
+        formula(fades).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(2, 1)
+    )
     assert max(errors(bands, exact(fades))) < 0.005
 
 
-@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
 @pytest.mark.parametrize(
     ("f", "order"),
     [(f, k) for f in [wave, damped, fades, slow, *TRAPS] for k in (1, 2)],
@@ -73,7 +75,9 @@ def test_a_carrier_that_fades_and_returns():
 def test_the_error_expected_is_not_below_a_fifth_of_the_true_one(f, order):
     """Neither where the method works nor on what it is not made for."""
     reference = exact(f)
-    bands = fb.propagate(formula(f).response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(order, 1))
+    bands = fb.propagate(
+        formula(f).response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(order, 1)
+    )
     true, told = errors(bands, reference), []
     for k, name in enumerate(("mean", "error_bar")):
         size = float(np.abs(reference[name]).mean())
@@ -114,7 +118,7 @@ def test_few_runs_of_the_slider_crank_beat_ten_thousand():
     reference = fb.propagate(response, inputs, fb.ImprovedPCCI(*orders(39, 12, 3)))
     assert reference.attrs["runs"] == 2080 + 1
     for method, runs in (
-        (fb.PhaseResolvedPCCI(*orders(2, 1, 1)), 12 + 4),
+        (fb.methods.PhaseResolvedPCCI(*orders(2, 1, 1)), 12 + 4),
         (fb.AdaptivePCCI(), 32 + 10),
     ):
         bands = fb.propagate(response, inputs, method)
@@ -135,7 +139,7 @@ def test_an_output_that_does_not_ring_is_expanded_directly():
             coords={"output": ["ringing", "quiet"], "time": TIMES},
         )
 
-    bands = fb.propagate(response, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    bands = fb.propagate(response, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     assert bands["carriers"].sel(output="ringing") == 1
     quiet = bands.sel(output="quiet")
     assert quiet["carriers"] == 0
@@ -146,7 +150,7 @@ def test_an_output_that_does_not_ring_is_expanded_directly():
 
 
 def test_responses_without_time_and_with_uneven_times():
-    bands = fb.propagate(lambda x, e: 2 * x + e, FORMULA_INPUTS, fb.PhaseResolvedPCCI(1, 1))
+    bands = fb.propagate(lambda x, e: 2 * x + e, FORMULA_INPUTS, fb.methods.PhaseResolvedPCCI(1, 1))
     np.testing.assert_allclose(bands["mean"], [-1.0, 1.0], atol=1e-12)
     np.testing.assert_allclose(bands["error_bar"], [-3.0, 3.0], atol=1e-9)
 
@@ -155,13 +159,15 @@ def test_responses_without_time_and_with_uneven_times():
             x[:, None] * np.ones(3), dims=("sample", "time"), coords={"time": [0.0, 1.0, 3.0]}
         )
 
-    with pytest.raises(fb.InputError, match="equidistant values of 'time'"):
+    with pytest.raises(fb.errors.InputError, match="equidistant values of 'time'"):
         fb.propagate(
-            uneven, {"x": FORMULA_INPUTS["x"], "e": FORMULA_INPUTS["e"]}, fb.PhaseResolvedPCCI(1, 1)
+            uneven,
+            {"x": FORMULA_INPUTS["x"], "e": FORMULA_INPUTS["e"]},
+            fb.methods.PhaseResolvedPCCI(1, 1),
         )
 
 
-@pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
+@pytest.mark.parametrize("method", [fb.methods.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
 def test_a_ringing_response_may_have_interval_inputs_only(method):
     omega = 40 * np.pi * np.linspace(0.0, 1.0, 256)
     bands = fb.propagate(
@@ -173,7 +179,7 @@ def test_a_ringing_response_may_have_interval_inputs_only(method):
     np.testing.assert_allclose(bands["mean"][1], waves.max(axis=0), atol=1e-3)
 
 
-@pytest.mark.parametrize("method", [fb.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
+@pytest.mark.parametrize("method", [fb.methods.PhaseResolvedPCCI(2, 2), fb.AdaptivePCCI()])
 def test_a_ringing_response_may_have_random_inputs_only(method):
     omega = 40 * np.pi * np.linspace(0.0, 1.0, 256)
     bands = fb.propagate(
@@ -193,7 +199,7 @@ def test_two_points_of_a_skew_input_do_not_hide_its_tail(kind):
     bands = fb.propagate(
         lambda x, e: (x**2 + e)[:, None] * np.ones(40),
         {"x": kind, "e": fb.Interval(-0.1, 0.1)},
-        fb.PhaseResolvedPCCI(1, 1),
+        fb.methods.PhaseResolvedPCCI(1, 1),
     )
     true = np.abs(bands["error_bar"][1, 0] - (square + np.sqrt(fourth - square**2) + 0.1))
     assert true > 0.003

@@ -54,7 +54,7 @@ def test_what_is_between_the_times_is_that_of_the_closed_form(coarse):
     ("above", "verdict"), [(-0.95, "not kept"), (-1.015, "undecided"), (-1.1, "kept")]
 )
 def test_limits_hold_between_the_times_too(coarse, above, verdict):
-    checked = fb.check_limits(coarse, fb.Limit("m_X", above=above))
+    checked = fb.analysis.check_limits(coarse, fb.Limit("m_X", above=above))
     assert float(checked["least_margin"][0]) > 0.2  # at the times
     assert checked["verdict"].values.tolist() == [verdict]
     assert float(checked["margin_between"][0]) == pytest.approx(-1.02 - above, abs=0.02)
@@ -64,7 +64,7 @@ def test_limits_hold_between_the_times_too(coarse, above, verdict):
 
 def test_times_that_are_not_limited_are_left_out(coarse):
     limit = fb.Limit("m_X", above=-0.95, during=(0.0, 0.1))
-    assert fb.check_limits(coarse, limit)["verdict"].values.tolist() == ["kept"]
+    assert fb.analysis.check_limits(coarse, limit)["verdict"].values.tolist() == ["kept"]
 
 
 def test_saved_and_narrowed_surrogates_know_it_too(coarse, tmp_path):
@@ -72,7 +72,7 @@ def test_saved_and_narrowed_surrogates_know_it_too(coarse, tmp_path):
     fb.save_surrogate(coarse, file)
     limit = fb.Limit("m_X", above=-0.95)
     for one in (fb.load_surrogate(file), coarse.narrowed(stiffness=400.0)):
-        assert fb.check_limits(one, limit)["verdict"].values.tolist() == ["not kept"]
+        assert fb.analysis.check_limits(one, limit)["verdict"].values.tolist() == ["not kept"]
 
 
 def test_with_choices_it_is_that_of_all_options():
@@ -82,7 +82,7 @@ def test_with_choices_it_is_that_of_all_options():
     own = fb.dynamic_response(ballasted, duration=0.2, step=1e-3, output_step=0.1)
     inputs = {"amplitude": fb.Interval(0.98, 1.02), "ballast": fb.Choice("none", "some")}
     surrogate = fb.expand(own, inputs, METHOD)
-    checked = fb.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
+    checked = fb.analysis.check_limits(surrogate, fb.Limit("m_X", above=-0.95))
     assert checked["verdict"].values.tolist() != ["kept"]
     assert surrogate.bands().attrs["runs_between"] == 16
 
@@ -131,14 +131,14 @@ SCATTERED = {"amplitude": fb.Normal(1.0, 0.02), "stiffness": OMEGA**2}
 def test_the_probability_is_that_of_the_motion_between_its_times():
     """The oscillator leaves −1.03 if its amplitude does; at the output times it never does."""
     surrogate = fb.expand(response(0.1), SCATTERED, METHOD)
-    found = fb.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
+    found = fb.analysis.failure_probability(surrogate, fb.Limit("m_X", above=-1.03))
     assert float(found["probability"].max()) < 1e-9
     exact = norm.sf(1.5)
     low, high = (found[f"between_times_{end}"].values[0, 0] for end in ("low", "high"))
     assert low < exact < high
     assert "at the output times alone, below" in found.attrs["verdict"]
     fine = fb.expand(response(0.001), SCATTERED, METHOD)
-    found = fb.failure_probability(fine, fb.Limit("m_X", above=-1.03))
+    found = fb.analysis.failure_probability(fine, fb.Limit("m_X", above=-1.03))
     assert float(found["between_times"][0, 0]) == pytest.approx(exact, rel=0.1)
     assert "95 % confidence: 0.0" in found.attrs["verdict"]
     assert "alone" not in found.attrs["verdict"]

@@ -16,9 +16,9 @@ MOST, LEAST = 1 / 1.2, 2.0
     [
         (fb.PCCI(2, 2), 2, 2, False),
         (fb.ImprovedPCCI(1, 2), 3, 1, False),
-        (fb.RegressionPCCI(1), 20, 20, False),
-        (fb.RegressionPCCI(3), 2, 2, False),
-        (fb.PerturbationChebyshev(3), 2, 2, False),
+        (fb.methods.RegressionPCCI(1), 20, 20, False),
+        (fb.methods.RegressionPCCI(3), 2, 2, False),
+        (fb.methods.PerturbationChebyshev(3), 2, 2, False),
         (fb.LHSScanning(20, 3), 2, 1, False),
         (fb.MonteCarlo(50, 4), 1, 1, False),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, False),
@@ -26,13 +26,13 @@ MOST, LEAST = 1 / 1.2, 2.0
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, True),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, 2),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, 3),
-        (fb.PhaseResolvedPCCI(1, 2), 2, 2, True),
-        (fb.PhaseResolvedPCCI(1, 2), 2, 2, 3),
+        (fb.methods.PhaseResolvedPCCI(1, 2), 2, 2, True),
+        (fb.methods.PhaseResolvedPCCI(1, 2), 2, 2, 3),
     ],
 )
 def test_the_memory_announced_is_what_a_study_takes(method, intervals, random, ringing):
     inputs = inputs_of(intervals, random)
-    announced, peak = announced_and_peak(method, inputs, 3, 1500, ringing=ringing)
+    announced, peak = announced_and_peak(method, inputs, 3, 800, ringing=ringing)
     assert MOST <= announced / peak <= LEAST
 
 

@@ -21,7 +21,12 @@ def response(a, x):
 
 def test_all_variables_of_bands_are_known():
     """A method with a new one must name it."""
-    methods = (fb.PCCI(1, 1), fb.AdaptivePCCI(), fb.PhaseResolvedPCCI(1, 1), fb.MonteCarlo(8, 3))
+    methods = (
+        fb.PCCI(1, 1),
+        fb.AdaptivePCCI(),
+        fb.methods.PhaseResolvedPCCI(1, 1),
+        fb.MonteCarlo(8, 3),
+    )
     results = [fb.propagate(response, INPUTS, method) for method in methods]
     surrogates = [fb.expand(response, INPUTS, method) for method in methods[:3]]
     results += [one.diagnostics for one in surrogates if isinstance(one, fb.Surrogate)]
@@ -41,7 +46,7 @@ def test_coordinates_called_as_bands_are_refused_at_the_first_batch(name, method
         return response(a, x).assign_coords({name: 1.0})
 
     with pytest.raises(
-        fb.InputError, match=f"other names than the variables of bands; got '{name}'"
+        fb.errors.InputError, match=f"other names than the variables of bands; got '{name}'"
     ):
         fb.propagate(named, INPUTS, method)
     assert len(calls) <= 2  # one run is tried alone
@@ -49,7 +54,7 @@ def test_coordinates_called_as_bands_are_refused_at_the_first_batch(name, method
 
 @pytest.mark.parametrize("label", ["", " "])
 def test_empty_names_of_outputs_are_refused(label):
-    with pytest.raises(fb.InputError, match="outputs of the response must have names"):
+    with pytest.raises(fb.errors.InputError, match="outputs of the response must have names"):
         fb.propagate(
             lambda a, x: response(a, x).assign_coords(output=["u", label]), INPUTS, fb.PCCI(1, 1)
         )
@@ -63,13 +68,13 @@ def test_coordinates_called_as_answers_are_refused_by_name(name):
     limit = fb.Limit("u", below=2.0)
     texts = []
     for answer in (
-        lambda: fb.check_limits(surrogate, limit),
-        lambda: fb.failure_probability(surrogate, limit, accuracy=0.1),
-        lambda: fb.sobol_indices(surrogate),
+        lambda: fb.analysis.check_limits(surrogate, limit),
+        lambda: fb.analysis.failure_probability(surrogate, limit, accuracy=0.1),
+        lambda: fb.analysis.sobol_indices(surrogate),
     ):
         try:
             answer()
-        except fb.InputError as error:
+        except fb.errors.InputError as error:
             texts.append(str(error))
     assert texts
     assert all(f"no dimension or coordinate '{name}'" in text for text in texts)

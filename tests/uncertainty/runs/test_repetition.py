@@ -37,7 +37,9 @@ def logistic(x, e, turn=0):
     ],
 )
 def test_samples_that_change_each_other_are_refused(mixed, method):
-    with pytest.raises(fb.InputError, match="must not depend on the others of its batch; alone"):
+    with pytest.raises(
+        fb.errors.InputError, match="must not depend on the others of its batch; alone"
+    ):
         fb.propagate(lambda x, e: mixed(smooth(x, e)), INPUTS, method)
 
 
@@ -48,11 +50,15 @@ def noisy(size):
 
 def test_noise_is_refused_by_expansions_and_remarked_by_samples():
     for method in METHODS[:2]:
-        with pytest.raises(fb.InputError, match="other values if the same inputs are run again"):
+        with pytest.raises(
+            fb.errors.InputError, match="other values if the same inputs are run again"
+        ):
             fb.propagate(noisy(0.3), INPUTS, method)
-        with pytest.warns(fb.FlexbandWarning, match="are run again: the response differs by"):
+        with pytest.warns(
+            fb.errors.FlexbandWarning, match="are run again: the response differs by"
+        ):
             fb.propagate(noisy(1e-4), INPUTS, method)
-    with pytest.warns(fb.FlexbandWarning, match="the same inputs are run again"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="the same inputs are run again"):
         fb.propagate(noisy(0.3), INPUTS, METHODS[2])
 
 
@@ -63,20 +69,22 @@ def test_a_state_between_calls_is_noticed():
         calls.append(len(x))
         return smooth(x, e) * len(calls)
 
-    with pytest.raises(fb.InputError, match="does it keep a state between calls"):
+    with pytest.raises(fb.errors.InputError, match="does it keep a state between calls"):
         fb.propagate(response, INPUTS, fb.PCCI(1, 1))
 
 
 def test_rounding_is_not_taken_for_neighbours():
-    with pytest.raises(fb.InputError, match="or is it chaotic, so that rounding matters"):
+    with pytest.raises(fb.errors.InputError, match="or is it chaotic, so that rounding matters"):
         fb.propagate(lambda x, e: logistic(x, e, turn=1), INPUTS, fb.PCCI(1, 1))
-    with pytest.warns(fb.FlexbandWarning, match="the place of a sample in its batch changes"):
+    with pytest.warns(
+        fb.errors.FlexbandWarning, match="the place of a sample in its batch changes"
+    ):
         fb.propagate(lambda x, e: logistic(x, e, turn=1), INPUTS, fb.LHSScanning(5, 3))
 
 
 def test_samples_that_know_their_number_are_refused():
     for wrong in (lambda F: F + np.arange(len(F))[:, None], lambda F: F + 0.1 * len(F)):
-        with pytest.raises(fb.InputError, match="place of a sample in its batch"):
+        with pytest.raises(fb.errors.InputError, match="place of a sample in its batch"):
             fb.propagate(lambda x, e, w=wrong: w(smooth(x, e)), INPUTS, fb.AdaptivePCCI())
 
 
@@ -170,10 +178,10 @@ def beside_large(small):
 def test_an_output_beside_a_much_larger_one_is_still_judged():
     """By its own variation, down to 10⁻⁶ of the largest output of its unit."""
     rng = np.random.default_rng(0)
-    with pytest.raises(fb.InputError, match="alone, small of one of the samples"):
+    with pytest.raises(fb.errors.InputError, match="alone, small of one of the samples"):
         fb.propagate(beside_large(lambda F: F - F.mean(axis=0)), INPUTS, fb.PCCI(2, 2))
     noise = beside_large(lambda F: F + 1e-3 * F.std() * rng.standard_normal(F.shape))
-    with pytest.warns(fb.FlexbandWarning, match="are run again: small differs by 0.1"):
+    with pytest.warns(fb.errors.FlexbandWarning, match="are run again: small differs by 0.1"):
         fb.propagate(noise, INPUTS, fb.PCCI(2, 2))
     bands = fb.propagate(beside_large(lambda F: F.mean() < F), INPUTS, fb.AdaptivePCCI())
     assert constants(bands) == []

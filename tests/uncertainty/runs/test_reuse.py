@@ -32,9 +32,9 @@ def folder(tmp_path):
     return tmp_path / "study"
 
 
-@pytest.mark.parametrize("method", [fb.AdaptivePCCI(), fb.RegressionPCCI(3)])
+@pytest.mark.parametrize("method", [fb.AdaptivePCCI(), fb.methods.RegressionPCCI(3)])
 def test_narrower_intervals_use_runs_inside_them(folder, method):
-    exact = fb.propagate(Response(), NARROW, fb.SobolScanning(1024, 9))
+    exact = fb.propagate(Response(), NARROW, fb.methods.SobolScanning(1024, 9))
     bands, runs = study(folder, NARROW, method)
     reused = bands.attrs["runs_reused"]
     assert reused > 0
@@ -49,7 +49,7 @@ def test_reused_runs_are_generic_and_inside(folder):
     study(folder, WIDE, fb.LHSScanning(5, 3))  # a grid, none of whose points is generic
     seen = []
 
-    class Method(fb.RegressionPCCI):
+    class Method(fb.methods.RegressionPCCI):
         def expand(self, space, evaluate):
             seen.append(evaluate.earlier_runs(1000))
             return super().expand(space, evaluate)
@@ -93,7 +93,7 @@ def test_domains_of_fields_are_found_once(tmp_path):
     assert len(calls) == 1  # the two runs that are made again
     assert first.drop_attrs().identical(again.drop_attrs())
     before = (tmp_path / "domains.json").read_bytes()
-    with pytest.raises(fb.StoreError, match="another response"):
+    with pytest.raises(fb.errors.StoreError, match="another response"):
         fb.propagate(lambda k: 2 * k(np.linspace(0.0, 3.0, 5)).sum(axis=1), inputs, fb.PCCI(1, 0),
                      store=tmp_path)  # fmt: skip
     assert (tmp_path / "domains.json").read_bytes() == before

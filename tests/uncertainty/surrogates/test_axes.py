@@ -12,11 +12,11 @@ from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 INPUTS = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(1.0, 0.1)}
 METHODS = [
     fb.AdaptivePCCI(max_runs=40),
-    fb.PhaseResolvedPCCI(2, 2),
-    fb.RegressionPCCI(4),
+    fb.methods.PhaseResolvedPCCI(2, 2),
+    fb.methods.RegressionPCCI(4),
     fb.PCCI(2, 3),
     fb.ImprovedPCCI(2, 3),
-    fb.PerturbationChebyshev(2),
+    fb.methods.PerturbationChebyshev(2),
     fb.LHSScanning(20, 3),
 ]
 
@@ -84,22 +84,24 @@ def test_ringing_is_not_looked_for_along_outputs():
     def outputs(a, b):
         return xr.DataArray(waves(a, b), {"output": [f"F{n}" for n in k]}, ("sample", "output"))
 
-    method = fb.PhaseResolvedPCCI(1, 1)
+    method = fb.methods.PhaseResolvedPCCI(1, 1)
     assert fb.propagate(waves, INPUTS, method)["carriers"] == 1
     assert not fb.propagate(outputs, INPUTS, method)["carriers"].values.any()
 
 
 ANSWERS = {
-    "contributions": fb.contributions,
+    "contributions": fb.analysis.contributions,
     "narrowed": lambda s: s.narrowed(a=fb.Interval(0.2, 0.4)).bands(2.0),
-    "quantiles": fb.quantiles,
-    "range": fb.value_range,
-    "sobol": fb.sobol_indices,
-    "limits": lambda s: fb.check_limits(s, [fb.Limit("F", below=2e6), fb.Limit("x", above=-2.0)]),
-    "tolerance": lambda s: fb.tolerance_for(s, "a"),
-    "probability": lambda s: fb.failure_probability(s, fb.Limit("x", below=0.9)),
+    "quantiles": fb.analysis.quantiles,
+    "range": fb.analysis.value_range,
+    "sobol": fb.analysis.sobol_indices,
+    "limits": lambda s: fb.analysis.check_limits(
+        s, [fb.Limit("F", below=2e6), fb.Limit("x", above=-2.0)]
+    ),
+    "tolerance": lambda s: fb.analysis.tolerance_for(s, "a"),
+    "probability": lambda s: fb.analysis.failure_probability(s, fb.Limit("x", below=0.9)),
     "verify": lambda s: fb.verify(s, at_one_time if "time" in s.labels.dims else without_time),
-    "p-box": lambda s: fb.p_box(s, "x", *([0.0] * ("time" in s.labels.dims))),
+    "p-box": lambda s: fb.analysis.p_box(s, "x", *([0.0] * ("time" in s.labels.dims))),
 }
 
 
@@ -177,9 +179,9 @@ def test_answers_at_one_time_are_those_of_all_times_there(at, labelled):
         at = {{"output": "place"}.get(k, k): 1 if k == "output" else v for k, v in at.items()}
     surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI())
     for answer, name in (
-        (fb.quantiles, "quantiles"),
-        (fb.value_range, "range"),
-        (fb.contributions, "width"),
+        (fb.analysis.quantiles, "quantiles"),
+        (fb.analysis.value_range, "range"),
+        (fb.analysis.contributions, "width"),
     ):
         every, chosen = answer(surrogate)[name], answer(surrogate, at=at)[name]
         index = {"place": 1} if "place" in at else at

@@ -76,16 +76,18 @@ def test_a_constant_that_new_runs_leave_is_told():
 
 
 def test_contributions_and_narrowing_leave_constants_out(surrogate, tmp_path):
-    found = fb.contributions(surrogate)
+    found = fb.analysis.contributions(surrogate)
     assert found["varies"].values.tolist() == [True, False, False, False]
     assert not found["mean_share"].sel(output=MIN_SPEED).values.any()
     told = what_matters(found, None)
     assert told.startswith("What matters most is k: without its uncertainty")
-    limits = fb.check_limits(surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)])
+    limits = fb.analysis.check_limits(
+        surrogate, [fb.Limit("c", below=3.0), fb.Limit("y", below=2.0)]
+    )
     assert what_matters(found, limits).startswith("What matters most for the limit y below 2 is k")
-    only = fb.check_limits(surrogate, fb.Limit("c", below=3.0))
+    only = fb.analysis.check_limits(surrogate, fb.Limit("c", below=3.0))
     assert "No input matters" in what_matters(found, only)
-    assert not fb.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
+    assert not fb.analysis.sobol_indices(surrogate)["defined"].sel(output=MIN_SPEED).values.any()
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     for command in (["narrow", "k=1.05..1.1"], ["contributions"], ["tolerance", "k"]):
         arguments = [command[0], str(tmp_path), *command[1:]]

@@ -36,8 +36,8 @@ KINDS = {
     "choice": {"a": fb.Choice(1.0, 2.0), "b": fb.Interval.around(1.0, percent=5)},
     "random field": {
         "a": fb.RandomField(
-            1.0, 0.1, 1.0, (0.0, 1.0), 2, correlation=fb.Matern(1.5), distribution="lognormal",
-            discretization=fb.karhunen_loeve,
+            1.0, 0.1, 1.0, (0.0, 1.0), 2, correlation=fb.fields.Matern(1.5),
+            distribution="lognormal", discretization=fb.fields.karhunen_loeve,
         )
     },
     "interval field": {"a": fb.IntervalField(0.9, 1.1, 1.0, (0.0, 1.0), smooth=True)},
@@ -55,7 +55,7 @@ def saved(kind):
     """Return the bytes of the file of a surrogate."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "s.npz"
-        fb.save_surrogate(fb.expand(response, KINDS[kind], fb.RegressionPCCI(1)), file)
+        fb.save_surrogate(fb.expand(response, KINDS[kind], fb.methods.RegressionPCCI(1)), file)
         return file.read_bytes()
 
 
@@ -65,7 +65,7 @@ def loaded(content, folder):
     file.write_bytes(content)
     try:
         return fb.load_surrogate(file)
-    except fb.InputError:
+    except fb.errors.InputError:
         return None
 
 

@@ -73,9 +73,9 @@ def test_parameters_and_fields():
     inputs |= {"modulus": fb.Normal(5.0, 0.3), "field": field}
     expected = fb.propagate(bent, inputs, fb.PCCI(2, 2))
     np.testing.assert_allclose(at["error_bar"], expected["error_bar"], rtol=1e-10)
-    with pytest.raises(fb.InputError, match=r"narrowed by its parameters .* modulus\.mean"):
+    with pytest.raises(fb.errors.InputError, match=r"narrowed by its parameters .* modulus\.mean"):
         surrogate.narrowed(modulus=fb.Normal(5.0, 0.1))
-    with pytest.raises(fb.InputError, match="can be narrowed in its std"):
+    with pytest.raises(fb.errors.InputError, match="can be narrowed in its std"):
         surrogate.narrowed(field=fb.RandomField(2.1, 0.1, 0.5, terms=3))
 
 
@@ -101,7 +101,7 @@ def test_options_are_narrowed_together():
     surrogate = fb.expand(chosen, inputs, fb.PCCI(1, 1))
     found = surrogate.narrowed(a=fb.Interval(1.2, 1.4)).bands()["error_bar"]
     np.testing.assert_allclose(found, np.stack([1.2 * T, 2.8 * T]), atol=1e-14)
-    with pytest.raises(fb.InputError, match="kind is a Choice"):
+    with pytest.raises(fb.errors.InputError, match="kind is a Choice"):
         surrogate.narrowed(kind="one")
 
 
@@ -151,7 +151,7 @@ def test_runs_near_the_part_tell_its_error():
     ],
 )
 def test_what_is_not_within_the_inputs_is_refused(surrogate, changes, text):
-    with pytest.raises(fb.InputError, match=text):
+    with pytest.raises(fb.errors.InputError, match=text):
         surrogate.narrowed(**changes)
 
 

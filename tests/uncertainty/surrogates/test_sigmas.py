@@ -15,7 +15,9 @@ def moving(e, x):
     return (e + (1 + e / 2) * x)[:, None] * np.ones(2)
 
 
-@pytest.mark.parametrize("method", [fb.AdaptivePCCI(), fb.PCCI(1, 1), fb.PhaseResolvedPCCI(1, 1)])
+@pytest.mark.parametrize(
+    "method", [fb.AdaptivePCCI(), fb.PCCI(1, 1), fb.methods.PhaseResolvedPCCI(1, 1)]
+)
 @pytest.mark.parametrize(("sigmas", "lower"), [(0.5, -1.25), (1, -1.5), (3, -3.5), (10, -14.0)])
 def test_bounds_are_exact(method, sigmas, lower):
     bands = fb.propagate(moving, INPUTS, method, sigmas=sigmas)
@@ -56,7 +58,7 @@ def test_expected_errors_grow_and_stay_honest():
 
 @pytest.mark.parametrize("sigmas", [0, -1.0, np.nan, "three", None])
 def test_sigmas_must_be_positive(sigmas):
-    with pytest.raises(fb.InputError, match="sigmas must be"):
+    with pytest.raises(fb.errors.InputError, match="sigmas must be"):
         fb.propagate(moving, INPUTS, fb.PCCI(1, 1), sigmas=sigmas)
-    with pytest.raises(fb.InputError, match="sigmas must be"):
+    with pytest.raises(fb.errors.InputError, match="sigmas must be"):
         fb.Study(moving, INPUTS, fb.PCCI(), sigmas=sigmas)

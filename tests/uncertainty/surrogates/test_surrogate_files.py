@@ -16,7 +16,7 @@ from flexband.uncertainty.surrogates import archive
 TIMES = np.linspace(0.0, 1.0, 64)
 METHODS = {
     "plain": fb.ImprovedPCCI(2, 1),
-    "phases": fb.PhaseResolvedPCCI(1, 1),
+    "phases": fb.methods.PhaseResolvedPCCI(1, 1),
     "adaptive": fb.AdaptivePCCI(1e-3, max_runs=24),
 }
 
@@ -88,7 +88,7 @@ def npy(array):
 def refused(file, content, text=r"\.npz"):
     """Load a file that must be refused, by name."""
     file.write_bytes(content)
-    with pytest.raises(fb.InputError, match=text) as error:
+    with pytest.raises(fb.errors.InputError, match=text) as error:
         fb.load_surrogate(file)
     assert str(file) in str(error.value)
 
@@ -178,7 +178,7 @@ def test_every_entry_of_the_record_is_checked(kind, saved, tmp_path):
             file.write_bytes(sealed(parts | {"about.npy": npy(np.array(record))}))
             try:
                 surrogate = fb.load_surrogate(file)
-            except fb.InputError:
+            except fb.errors.InputError:
                 continue
             loaded += 1
             space = surrogate.space
@@ -239,7 +239,7 @@ def test_a_small_file_cannot_fill_the_memory(saved, tmp_path):
     assert most < 1e8
 
 
-@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.FlexbandWarning")
+@pytest.mark.filterwarnings("ignore:input .* changes no output:flexband.errors.FlexbandWarning")
 def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(archive, "SMALL_SIZE", 2**20)
     zeros = np.zeros(2**17)
@@ -252,5 +252,5 @@ def test_a_surrogate_that_compresses_well_is_saved_all_the_same(tmp_path, monkey
 def test_a_file_is_a_path(file):
     surrogate = fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.PCCI(0, 1))
     for use in (fb.load_surrogate, lambda own: fb.save_surrogate(surrogate, own)):
-        with pytest.raises(fb.InputError, match="file must be a path"):
+        with pytest.raises(fb.errors.InputError, match="file must be a path"):
             use(file)

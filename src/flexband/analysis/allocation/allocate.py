@@ -111,6 +111,14 @@ def allocate(
         `surrogate` is none or has choices, a limit does not fit its outputs, a name in `costs` has
         no tolerance, or a cost is no finite number; if a probability is stated, and no input is
         random, or there are `Grades` or a `Compensator`.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(9.0, 11.0), "b": fb.Interval(9.0, 11.0)}
+    >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
+    >>> plan = fb.analysis.allocate(surrogate, fb.Limit(below=20.6), costs={"a": 1.0, "b": 4.0})
+    >>> plan["name"].values.tolist(), plan["tolerance"].values.round(2)
+    (['a', 'b'], array([0.2, 0.4]))
     """
     check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)

@@ -117,6 +117,14 @@ def failure_probability(
         `accuracy` is not between 0.002 and 0.5; and as `propagate` does about the response.
     RunError
         If a run fails.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
+    >>> result = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.3))
+    >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
+    array([0.  , 0.02])
     """
     surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))

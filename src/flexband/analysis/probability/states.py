@@ -190,7 +190,10 @@ class LimitState:
             xi = of_normals(u[rows], self.families)
             results[number] = reduce(rows, [of(part, xi, eta[rows]) for part in self.parts])
 
-        in_threads(solve, list(range(len(blocks))))
+        if len(blocks) == 1:  # less work than starting a thread
+            solve(0)
+        else:
+            in_threads(solve, range(len(blocks)))
         return results
 
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:

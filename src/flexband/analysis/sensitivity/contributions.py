@@ -80,6 +80,14 @@ def contributions(
     InputError
         If the surrogate is none, `sigmas` is not positive, `at` does not fit the response, or
         there are more than eight inputs to share the width among.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "pivot": fb.Interval(-0.1, 0.1)}
+    >>> surrogate = fb.expand(lambda length, pivot: length + pivot, inputs, fb.PCCI(0, 1))
+    >>> result = fb.analysis.contributions(surrogate)
+    >>> result["name"].values.tolist(), result["contribution"].values.round(4)
+    (['length', 'pivot'], array([0.4, 0.2]))
     """
     check_surrogate(surrogate)
     k, shapley = checked_sigmas(sigmas), check_flag("shapley", shapley)

@@ -65,6 +65,14 @@ def sobol_indices(
     ------
     InputError
         If the surrogate is none or has no random input, or `at` does not fit the response.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Normal(0.0, 2.0), "b": fb.Normal(0.0, 1.0)}
+    >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(1, 0))
+    >>> indices = fb.analysis.sobol_indices(surrogate)
+    >>> indices["total"].sel(name="a").values.round(4)  # 4/(4 + 1)
+    array([0.8, 0.8])
     """
     surrogates, seed = surrogates_of(surrogate), check_integer("seed", seed, 0)
     if any(not case_surrogate.space.random_dimension for case_surrogate in surrogates.values()):

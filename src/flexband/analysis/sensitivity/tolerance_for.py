@@ -56,6 +56,13 @@ def tolerance_for(
     InputError
         If the surrogate is none or has choices, the name is none of these inputs, or `share` or
         `sigmas` are out of their ranges.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "pivot": fb.Interval(-0.1, 0.1)}
+    >>> surrogate = fb.expand(lambda length, pivot: length + pivot, inputs, fb.PCCI(0, 1))
+    >>> float(fb.analysis.tolerance_for(surrogate, "length", share=0.5)["tolerance"].round(3))
+    0.05
     """
     several, k = surrogates_of(surrogate), checked_sigmas(sigmas)
     if len(several) > 1:

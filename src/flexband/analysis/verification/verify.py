@@ -149,6 +149,16 @@ def verify(
     ------
     InputError
         As `propagate` does, and if the response has not the dims and coordinates of the surrogate.
+
+    Examples
+    --------
+    >>> def response(a, b):
+    ...     return a * (1 + b) ** 2
+    ...
+    >>> inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 0.1)}
+    >>> surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
+    >>> fb.verify(surrogate, response, runs=8).attrs["confirmed"]
+    'yes'
     """
     check_function("response", response)
     surrogates = surrogates_of(surrogate)

@@ -69,7 +69,7 @@ def allocate(
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
     options = result.response_and_store(purpose, trust=trust) if confirm else {}
-    allocation = fb.allocate(
+    allocation = fb.analysis.allocate(
         surrogate,  # pyright: ignore[reportArgumentType]  # one with choices is refused
         limits,
         costs,
@@ -104,5 +104,5 @@ def costs_of(texts: list[str]) -> dict[str, Any]:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
             raise UsageError(f"--cost must be {forms}; got {text!r}") from None
         with usage():
-            costs[name] = fb.Grades(cost) if isinstance(cost, dict) else cost
+            costs[name] = fb.analysis.Grades(cost) if isinstance(cost, dict) else cost
     return costs

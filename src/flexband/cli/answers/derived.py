@@ -61,14 +61,14 @@ def derived(
     surrogate = result.surrogate
     made_of = _output(output or [], labels_of(surrogate))
     kinds = {
-        Quantity.peak: fb.Peak,
-        Quantity.trough: fb.Trough,
-        Quantity.peak_time: fb.PeakTime,
-        Quantity.rms: fb.RootMeanSquare,
-        Quantity.spectrum: fb.Spectrum,
+        Quantity.peak: fb.analysis.Peak,
+        Quantity.trough: fb.analysis.Trough,
+        Quantity.peak_time: fb.analysis.PeakTime,
+        Quantity.rms: fb.analysis.RootMeanSquare,
+        Quantity.spectrum: fb.analysis.Spectrum,
     }
     with usage():
-        bounds = fb.derived(
+        bounds = fb.analysis.derived(
             surrogate, kinds[quantity](made_of), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
         )  # fmt: skip
@@ -93,7 +93,7 @@ def _output(names: list[str], labels: xr.DataArray) -> Any:
     if len(names) > 2:
         raise UsageError(f"derived takes one output, or two; got {', '.join(names)}")
     if len(names) == 2:
-        return fb.Magnitude(names[0], names[1])
+        return fb.analysis.Magnitude(names[0], names[1])
     if not names and math.prod(axes_of(labels).shape) > 1:
         allowed = ", ".join(names_of_outputs(labels))
         if "output" not in labels.coords:

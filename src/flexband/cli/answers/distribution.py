@@ -71,17 +71,19 @@ def distribution(
     sampling: dict[str, Any] = {"samples": count, "seed": seed or 0}
     with usage():
         if kind is Kind.quantiles:
-            bounds = fb.quantiles(result.surrogate, probability or [0.05, 0.5, 0.95], **sampling)
+            bounds = fb.analysis.quantiles(
+                result.surrogate, probability or [0.05, 0.5, 0.95], **sampling
+            )
             lowest = "lowest and highest over the interval inputs"
             title = f"Quantiles: {lowest}, {number_of(count, 'sample')}"
         elif kind is Kind.range:
             if probability and len(probability) > 1:
                 raise UsageError("--probability of a range must be given once")
             box = probability[0] if probability else 0.99
-            bounds = fb.value_range(result.surrogate, box)
+            bounds = fb.analysis.value_range(result.surrogate, box)
             title = f"Range of values, random inputs in a box of probability {box:g}"
         else:
-            bounds = fb.p_box(result.surrogate, output, time, **sampling)
+            bounds = fb.analysis.p_box(result.surrogate, output, time, **sampling)
             title = "Distribution function: lowest and highest probability of values up to"
     return answer_with(bounds, kind, title)
 

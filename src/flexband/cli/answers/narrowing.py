@@ -119,15 +119,15 @@ def limits_before_and_after(
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
     if not limits:
         return []
-    checked = [fb.check_limits(surrogate, limits) for surrogate in both]
+    checked = [fb.analysis.check_limits(surrogate, limits) for surrogate in both]
     rows = [
         {"limit": str(name), "least_margin": [float(check["least_margin"][k]) for check in checked],
          "verdict": [str(check["verdict"][k].values) for check in checked]}
         for k, name in enumerate(checked[0]["limit"].values)
     ]  # fmt: skip
     if likely:
-        risks = [fb.failure_probability(surrogate, limits) if has_probability(surrogate) else None
-                 for surrogate in both]  # fmt: skip
+        risk = fb.analysis.failure_probability
+        risks = [risk(each, limits) if has_probability(each) else None for each in both]
         rows += [{"limit": "any limit"}] * (len(limits) > 1)
         for k, row in enumerate(rows):
             for name in ("probability", "confidence_high"):
@@ -179,7 +179,7 @@ def tolerance(
     """
     surrogate = result.surrogate
     with usage():
-        tolerances = fb.tolerance_for(surrogate, name, share, sigmas=sigmas)
+        tolerances = fb.analysis.tolerance_for(surrogate, name, share, sigmas=sigmas)
     names = ("width", "least_width", "factor", "tolerance")
     if tolerances["width"].ndim > ("output" in tolerances.dims):
         raise InputError(

@@ -39,7 +39,7 @@ def path(
 
     k = one_of(sigmas, probability, 1.0)
     with usage():
-        regions = fb.path(
+        regions = fb.analysis.path(
             result.surrogate, x, y, sigmas=k, probability=probability, directions=directions
         )  # fmt: skip
     radius = regions["radius"]

@@ -33,7 +33,7 @@ def contributions(
     from flexband.report.plot.figures import contributions_figure  # noqa: PLC0415
 
     with usage():
-        data = fb.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
+        data = fb.analysis.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
     ranking = data
     kinds, drawn = ["mean_share", "share_at_widest"], "contribution"
     title = f"How much narrower μ ± {deviations(ranking)} is with the input at its nominal value"
@@ -121,7 +121,7 @@ def sobol(result: SavedResult) -> CommandOutput:
     from flexband.report.page.answers import only_one  # noqa: PLC0415
     from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
 
-    indices = fb.sobol_indices(result.surrogate)
+    indices = fb.analysis.sobol_indices(result.surrogate)
     outputs_to_draw = indices["defined"].ndim and drawable_outputs(indices["total"].isel(name=0))
     names = [str(name) for name in indices["name"].values]
     kinds = ("first_order", "total")

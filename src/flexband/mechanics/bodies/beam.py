@@ -101,6 +101,18 @@ class Beam(CentreLine):
     InputError
         If a number is out of its range. Functions of the position, and the rotary inertia of a beam
         with an `integration`, are checked when the mechanism is assembled.
+
+    Examples
+    --------
+    >>> steel = {"density": 7800.0, "youngs_modulus": 2e11, "poissons_ratio": 0.3}
+    >>> cantilever = fb.Mechanism(
+    ...     bodies={"beam": fb.Beam(length=1.0, height=0.01, width=0.01, elements=2, **steel)},
+    ...     joints={"clamp": fb.Weld("beam.start", (0.0, 0.0))},
+    ...     loads={"force": fb.Force("beam.end", y=-1.0)},
+    ...     sensors={"end": fb.Position("beam.end")},
+    ... )
+    >>> float(fb.equilibrium(cantilever).sel(output="end_Y").round(6))  # −Fl³/(3EI) [m]
+    -0.002
     """
 
     height: Property | None = None
@@ -126,12 +138,12 @@ class Beam(CentreLine):
             )
         if self.integration is None:
             return
-        allowed = "None, SelectiveIntegration() or FullIntegration()"
+        allowed = "None, sections.SelectiveIntegration() or sections.FullIntegration()"
         check_implements("Beam integration", self.integration, SectionIntegration, allowed)
         if self.shear_factor is not None:
             raise InputError(
                 "Beam shear_factor must be None if there is an integration; "
-                "use SelectiveIntegration(shear_factor=...)"
+                "use sections.SelectiveIntegration(shear_factor=...)"
             )
 
     @property

@@ -64,6 +64,20 @@ class Cable(CentreLine):
     InputError
         If a number is out of its range. Functions of the position are checked when the mechanism
         is assembled.
+
+    Examples
+    --------
+    >>> strip = fb.Cable(
+    ...     length=1.0, mass_per_length=0.1, axial_stiffness=1e5, bending_stiffness=2.0, elements=4
+    ... )
+    >>> bent = fb.Mechanism(
+    ...     bodies={"strip": strip},
+    ...     joints={"clamp": fb.Weld("strip.start", (0.0, 0.0))},
+    ...     loads={"moment": fb.Moment("strip.end", 2.0)},
+    ...     sensors={"end": fb.Angle("strip.end")},
+    ... )
+    >>> fb.equilibrium(bent, steps=4).values.round(3)  # Ml/(EI) [rad]
+    array([1.])
     """
 
     mass_per_length: Property

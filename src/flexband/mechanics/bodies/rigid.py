@@ -58,6 +58,12 @@ class RigidBody(Body):
     ------
     InputError
         If a number is not finite, or the mass or the inertia is negative.
+
+    Examples
+    --------
+    >>> bar = fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=7800.0)
+    >>> [round(float(number), 6) for number in (bar.mass, bar.inertia)]  # [kg], [kg m²]
+    [0.156, 0.000521]
     """
 
     mass: ArrayLike

@@ -46,6 +46,19 @@ class PrescribedRotation(Joint):
     ------
     InputError
         If the angle is not a function.
+
+    Examples
+    --------
+    >>> crank = fb.Mechanism(
+    ...     bodies={"crank": fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=7800.0)},
+    ...     joints={
+    ...         "pin": fb.Revolute("crank.start", (0.0, 0.0)),
+    ...         "motor": fb.PrescribedRotation("crank", lambda t: 2 * np.pi * t),
+    ...     },
+    ...     sensors={"end": fb.Position("crank.end")},
+    ... )
+    >>> fb.simulate(crank, duration=0.125, step=0.005).values[:, -1].round(4)  # 45°
+    array([0.1414, 0.1414])
     """
 
     first: PointName

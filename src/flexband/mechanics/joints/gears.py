@@ -44,6 +44,24 @@ class Gear(PairJoint):
     ------
     InputError
         If a radius is zero, or if their sum is: such gears turn together.
+
+    Examples
+    --------
+    >>> def disc(radius, x):
+    ...     return fb.RigidBody.disc(radius=radius, width=0.01, density=7800.0, position=(x, 0.0))
+    ...
+    >>> train = fb.Mechanism(
+    ...     bodies={"wheel": disc(0.2, 0.0), "pinion": disc(0.1, 0.3)},
+    ...     joints={
+    ...         "axle": fb.Revolute("wheel", (0.0, 0.0)),
+    ...         "shaft": fb.Revolute("pinion", (0.3, 0.0)),
+    ...         "mesh": fb.Gear("wheel", "pinion", first_radius=0.2, second_radius=0.1),
+    ...         "motor": fb.PrescribedRotation("wheel", lambda t: 3 * t),
+    ...     },
+    ...     sensors={"pinion": fb.Angle("pinion")},
+    ... )
+    >>> fb.simulate(train, duration=0.5, step=0.05).values[0, -1:].round(4)  # [rad]
+    array([-3.])
     """
 
     first: PointName

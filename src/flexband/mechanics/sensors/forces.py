@@ -28,6 +28,17 @@ class Reaction(Sensor):
     ------
     InputError
         If `axes` is neither of these, or the joint exerts no force.
+
+    Examples
+    --------
+    >>> weight = fb.Mechanism(
+    ...     bodies={"weight": fb.PointMass(mass=2.0, position=(0.0, 0.0))},
+    ...     joints={"hook": fb.Revolute("weight", (0.0, 0.0))},
+    ...     loads={"gravity": fb.Gravity()},
+    ...     sensors={"hook": fb.Reaction("hook")},
+    ... )
+    >>> float(fb.equilibrium(weight).sel(output="hook_Y").round(2))  # [N]
+    19.62
     """
 
     joint: str

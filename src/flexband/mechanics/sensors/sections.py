@@ -90,6 +90,18 @@ class SectionForces(_Local):
     ----------
     body : name of the beam or cable.
     place : a point of it: "start", "middle", "node 2", or the fraction of the length, "0.25".
+
+    Examples
+    --------
+    >>> steel = {"density": 7800.0, "youngs_modulus": 2e11, "poissons_ratio": 0.3}
+    >>> cantilever = fb.Mechanism(
+    ...     bodies={"beam": fb.Beam(length=2.0, height=0.01, width=0.01, elements=2, **steel)},
+    ...     joints={"clamp": fb.Weld("beam.start", (0.0, 0.0))},
+    ...     loads={"force": fb.Force("beam.end", y=0.1)},
+    ...     sensors={"beam": fb.SectionForces("beam", "start")},
+    ... )
+    >>> fb.equilibrium(cantilever).values[1:].round(3)  # Q [N] and M [N m]
+    array([0.1, 0.2])
     """
 
     body: str

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from flexband.errors import InputError, named, returned
@@ -15,8 +17,8 @@ class Evaluation:
     Attributes
     ----------
     columns : number of columns.
-    at_once : whether the function takes many times: it returns the values of single times, up to
-        `rounding` of the largest.
+    at_once : whether the function takes many times, one per row, or one per column as fields do: it
+        returns the values of single times, up to `rounding` of the largest.
     stated : times of kinks and jumps that the function states itself [s], or None.
     """
 
@@ -29,9 +31,15 @@ class Evaluation:
         probes = times[0] + (times[-1] - times[0]) * np.array([0.0, 0.11, 0.37, 0.83, 1.0])
         expected = self._one_by_one(probes)
         same = rounding * np.abs(expected).max()
-        self.at_once = self._agrees(lambda: self._at_once(probes), expected, same)
+        agreeing = [
+            layout
+            for layout in (self._in_rows, self._in_columns)
+            if self._agrees(partial(layout, probes), expected, same)
+        ]
+        self._many = agreeing[0] if agreeing else None
+        self.at_once = self._many is not None
         row = np.full(columns, probes[2])
-        self._by_sample = self.at_once and self._agrees(
+        self._by_sample = self._many == self._in_rows and self._agrees(
             lambda: np.asarray(function(row)),  # pyright: ignore
             expected[2],
             same,
@@ -39,7 +47,7 @@ class Evaluation:
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
         """Return the values at many times [s], shape (times, columns)."""
-        return self._at_once(times) if self.at_once else self._one_by_one(times)
+        return (self._many or self._one_by_one)(times)
 
     def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return the values of these columns, each at its time [s], shape (times,)."""
@@ -65,9 +73,13 @@ class Evaluation:
             values[chosen] = np.broadcast_to(result, self.columns)[columns[chosen]]
         return values
 
-    def _at_once(self, times: np.ndarray) -> np.ndarray:
+    def _in_rows(self, times: np.ndarray) -> np.ndarray:
         f = np.asarray(self.function(times[:, None]), dtype=float)  # pyright: ignore
         return np.broadcast_to(f, (len(times), self.columns))
+
+    def _in_columns(self, times: np.ndarray) -> np.ndarray:
+        f = np.asarray(self.function(times[None, :]), dtype=float)  # pyright: ignore
+        return np.broadcast_to(f, (self.columns, len(times))).T
 
     def _one_by_one(self, times: np.ndarray) -> np.ndarray:
         rows = [np.ravel(returned(self.function, time)) for time in times.tolist()]

@@ -46,6 +46,12 @@ def table(times: ArrayLike, values: ArrayLike) -> PiecewiseLinear:
     InputError
         If there are fewer than two times, they decrease, one is given three times, or the shapes do
         not fit.
+
+    Examples
+    --------
+    >>> torque = fb.table([0.0, 1.0, 2.0], [0.0, 5.0, 4.0])  # [N m]
+    >>> [float(torque(t)) for t in (0.5, 1.5, 9.0)]
+    [2.5, 4.5, 4.0]
     """
     moments, rows = (
         check_finite("times [s]", times, rank=None),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.p_box import VALUES, p_box
+from flexband.analysis.p_boxes import VALUES, p_box
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

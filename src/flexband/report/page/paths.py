@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.path import path
+from flexband.analysis.paths import path
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

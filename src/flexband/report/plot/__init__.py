@@ -1,6 +1,6 @@
 """Figures for papers: each function draws a result on axes, and returns the axes.
 
->>> with fb.plot.style():
+>>> with fb.plot.style():  # doctest: +SKIP
 ...     axes = fb.plot.bands(bands, "F_X")
 ...     axes.figure.savefig("bands.pdf")
 """

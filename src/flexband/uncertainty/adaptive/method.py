@@ -65,6 +65,13 @@ class AdaptivePCCI(ExpansionMethod):
         budget is too small or times are not equidistant. A budget is enough if it has 18 runs, or
         three runs more than there are variables. With random fields it must also be larger than
         the number of variables; the message tells what lowers this number.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    >>> bands = fb.propagate(lambda a, b: np.exp(a) + b, inputs, fb.AdaptivePCCI(tolerance=1e-3))
+    >>> bands["mean"].values.round(2), bool(bands.attrs["expected_error"] < 1e-3)
+    (array([1.  , 2.72]), True)
     """
 
     tolerance: float = 0.01

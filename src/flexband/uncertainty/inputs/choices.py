@@ -31,6 +31,15 @@ class Choice:
     ------
     InputError
         If there are fewer, two are equal, or one is neither text nor number.
+
+    Examples
+    --------
+    >>> inputs = {"gear": fb.Choice("short", "long"), "speed": fb.Interval(9.0, 11.0)}
+    >>> def force(gear, speed):
+    ...     return speed / (2.0 if gear[0] == "long" else 1.0)
+    ...
+    >>> fb.propagate(force, inputs, fb.PCCI(0, 1))["mean"].values.round(4)
+    array([ 4.5, 11. ])
     """
 
     options: tuple[Any, ...]

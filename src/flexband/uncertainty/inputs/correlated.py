@@ -75,6 +75,13 @@ class Correlated:
     InputError
         If an input is an interval, a field or no distribution, or if there are no variables with
         these correlations.
+
+    Examples
+    --------
+    >>> pair = fb.Correlated({"a": fb.Normal(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}, correlation=-0.5)
+    >>> bands = fb.propagate(lambda a, b: a + b, {"pair": pair}, fb.PCCI(1, 0))
+    >>> bands["error_bar"].values.round(4)
+    array([-1.,  1.])
     """
 
     inputs: Mapping[str, Any]

@@ -102,6 +102,13 @@ class Interval(Input):
     ------
     InputError
         If a bound is not finite or the lower bound is above the upper.
+
+    Examples
+    --------
+    >>> fb.Interval.around(10.0, percent=5)
+    Interval(lower=9.5, upper=10.5)
+    >>> fb.Interval.around(10.0, plus=0.1, minus=0.0)
+    Interval(lower=10.0, upper=10.1)
     """
 
     lower: float

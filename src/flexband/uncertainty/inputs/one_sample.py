@@ -44,7 +44,7 @@ def of_one_sample(
     input_error = InputError(
         "the response must take arrays of shape (n,), one value per sample. This one takes the "
         f"numbers of one sample only (with arrays: {reason}). To call it once per sample, write\n"
-        "    response = fb.samplewise(response)"
+        "    response = fb.models.samplewise(response)"
     )
     input_error.__cause__ = error
     return input_error

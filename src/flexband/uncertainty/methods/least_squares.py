@@ -48,6 +48,13 @@ class RegressionPCCI(ExpansionMethod):
     InputError
         If a number is not as stated, or the runs would not be more than the terms; in `propagate`,
         if there are more than 5000 terms, or the runs do not determine all of them.
+
+    Examples
+    --------
+    >>> inputs = {name: fb.Normal(1.0, 0.1) for name in "abcd"}
+    >>> bands = fb.propagate(lambda **x: sum(x.values()), inputs, fb.methods.RegressionPCCI(1))
+    >>> bands["error_bar"].values.round(4)  # 4 ± √4 · 0.1
+    array([3.8, 4.2])
     """
 
     order: int = 3

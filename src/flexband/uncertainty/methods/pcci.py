@@ -76,6 +76,13 @@ class PCCI(ExpansionMethod):
     InputError
         If an order is not a whole number from 0 to 100; in `propagate`, if a mapping does not name
         exactly the random or interval inputs.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    >>> bands = fb.propagate(lambda a, b: np.exp(a) + b, inputs, fb.PCCI({"b": 1}, {"a": 5}))
+    >>> bands["mean"].values.round(3)  # from 1 to e
+    array([1.   , 2.718])
     """
 
     random_order: Order = 3

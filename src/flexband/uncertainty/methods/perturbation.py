@@ -54,6 +54,13 @@ class PerturbationChebyshev(ExpansionMethod):
     InputError
         If an order is not a whole number from 0 to 100, or the step is not above 0 and at most 1;
         in `propagate`, if a mapping does not name exactly the interval inputs.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 0.1)}
+    >>> bands = fb.propagate(lambda a, b: a + 2 * b, inputs, fb.methods.PerturbationChebyshev(1))
+    >>> bands["error_bar"].values.round(4)
+    array([-0.2,  1.2])
     """
 
     interval_order: Order = 3

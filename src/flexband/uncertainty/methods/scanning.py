@@ -121,6 +121,13 @@ class LHSScanning(Scanning):
     ------
     InputError
         If samples or points are below 2 or the seed is negative.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(5.0, 1.0)}
+    >>> bands = fb.propagate(lambda a, b: a + b, inputs, fb.LHSScanning(samples=100, points=3))
+    >>> bands["mean"].values.round(2)
+    array([5., 6.])
     """
 
     name = "LHS–Scanning"

@@ -55,6 +55,17 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
     InputError
         If an input has a field that cannot be saved, such as a correlation function that is not in
         `RandomField.correlations`, or if the file is a folder.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> surrogate = fb.expand(lambda a: 2 * a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
+    >>> with TemporaryDirectory() as folder:
+    ...     fb.save_surrogate(surrogate, f"{folder}/doubled.npz")
+    ...     loaded = fb.load_surrogate(f"{folder}/doubled.npz")
+    ...
+    >>> loaded.bands()["mean"].values.round(4)
+    array([0., 2.])
     """
     check_instance("surrogate", surrogate, Surrogate | SurrogateOfChoices, "a Surrogate")
     if isinstance(surrogate, Surrogate):

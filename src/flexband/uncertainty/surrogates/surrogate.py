@@ -39,6 +39,15 @@ class Surrogate:
     held_out : what it misses in runs that were not fitted; None if the method has no such runs.
     correction : how much of each expansion corrects the error of step and elements, which runs
         have: expansions of the same outputs and parts; none if nothing is corrected.
+
+    Examples
+    --------
+    >>> inputs = {"force": fb.Interval(90.0, 110.0), "compliance": fb.Normal(2e-3, 1e-4)}
+    >>> surrogate = fb.expand(lambda force, compliance: force * compliance, inputs, fb.PCCI(1, 1))
+    >>> surrogate.evaluate(force=np.array([100.0]), compliance=np.array([2e-3])).values.round(4)
+    array([0.2])
+    >>> surrogate.narrowed(force=fb.Interval(99.0, 101.0)).bands()["mean"].values.round(4)
+    array([0.198, 0.202])
     """
 
     space: Space

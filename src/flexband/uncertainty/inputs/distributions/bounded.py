@@ -26,6 +26,12 @@ class Uniform(Distribution):
     ------
     InputError
         If a bound is not finite or the lower bound is not below the upper.
+
+    Examples
+    --------
+    >>> bands = fb.propagate(lambda x: 12**0.5 * x, {"x": fb.Uniform(-1.0, 1.0)}, fb.PCCI(1, 0))
+    >>> bands["error_bar"].values.round(4)  # the standard deviation is 2/√12
+    array([-2.,  2.])
     """
 
     lower: float

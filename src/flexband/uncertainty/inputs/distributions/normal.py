@@ -30,6 +30,13 @@ class Normal(Spread):
     ------
     InputError
         If a number is not finite, the spread is not positive, or both or none are given.
+
+    Examples
+    --------
+    >>> fb.Normal(200.0, cv=0.05)
+    Normal(mean=200.0, std=10.0)
+    >>> fb.Normal(mean=fb.Interval(190.0, 210.0), std=10.0)
+    Normal(mean=Interval(lower=190.0, upper=210.0), std=10.0)
     """
 
     usual_cv: ClassVar[float] = 1.0
@@ -75,6 +82,13 @@ class LogNormal(Spread):
     ------
     InputError
         If a number is not positive, or both or none of `std` and `cv` are given.
+
+    Examples
+    --------
+    >>> inputs = {"life": fb.LogNormal(log_mean=2.0, log_std=0.5)}
+    >>> bands = fb.propagate(lambda life: np.log(life), inputs, fb.PCCI(1, 0))
+    >>> bands["error_bar"].values.round(4)
+    array([1.5, 2.5])
     """
 
     mean: float | None = None  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -55,6 +55,14 @@ class Matern:
     ------
     InputError
         If ν is not above 0, or above 100.
+
+    Examples
+    --------
+    >>> matern = fb.fields.Matern(1.5)
+    >>> matern(np.array([0.0, 1.0])).round(4)
+    array([1.    , 0.4834])
+    >>> fb.RandomField(1.0, 0.1, 2.0, domain=(0.0, 1.0), correlation=matern).dimension
+    2
     """
 
     nu: float

@@ -37,6 +37,14 @@ class IntervalField(Field):
     ------
     InputError
         If a number is out of its range, or the lower limit is above the upper one anywhere.
+
+    Examples
+    --------
+    >>> height = fb.IntervalField(0.009, 0.011, length=0.5, domain=(0.0, 1.0))
+    >>> height.dimension
+    3
+    >>> height.realizations(np.linspace(0.0, 1.0, 9), count=3).shape
+    (3, 9)
     """
 
     lower: Profile

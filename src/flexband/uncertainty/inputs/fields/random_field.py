@@ -73,6 +73,16 @@ class RandomField(Field):
     ------
     InputError
         If a number is out of its range or the expansion is not possible.
+
+    Examples
+    --------
+    >>> modulus = fb.RandomField(210e9, 5e9, correlation_length=0.5, domain=(0.0, 1.0))
+    >>> modulus.dimension  # terms, as many as the tolerance of 5 % requires
+    4
+    >>> modulus.realizations(np.linspace(0.0, 1.0, 9), count=3).shape
+    (3, 9)
+    >>> bool(modulus.largest_variance_error() < 0.05)
+    True
     """
 
     mean: Profile | Interval
@@ -95,7 +105,7 @@ class RandomField(Field):
 
     _smoother = (
         "take a correlation function with a fourth derivative at distance 0, such as "
-        "squared_exponential or Matern(2.5)"
+        "fields.squared_exponential or fields.Matern(2.5)"
     )
 
     def __post_init__(self) -> None:

@@ -47,7 +47,7 @@ ENDS = height(np.array([1.5, 0.5]))
 
 
 def test_peak_of_a_decaying_oscillation(oscillation):
-    found = fb.derived(oscillation, fb.Peak("x"), sigmas=2, probability=0.9)
+    found = fb.analysis.derived(oscillation, fb.analysis.Peak("x"), sigmas=2, probability=0.9)
     z = norm.ppf(0.95)
     np.testing.assert_allclose(found["mean"], 3 * ENDS, rtol=1e-3)
     np.testing.assert_allclose(found["error_bar"], [2.6 * ENDS[0], 3.4 * ENDS[1]], rtol=2e-3)
@@ -62,7 +62,9 @@ def test_sampling_errors_hold(oscillation):
     exact = {"mean": 3 * ENDS, "error_bar": np.array([2.8, 3.2]) * ENDS}
     inside = 0
     for seed in range(10):
-        found = fb.derived(oscillation, fb.Peak("x"), probability=0.8, samples=256, seed=seed)
+        found = fb.analysis.derived(
+            oscillation, fb.analysis.Peak("x"), probability=0.8, samples=256, seed=seed
+        )
         for name, values in exact.items():
             beyond = np.abs(found[name].values - values) - 4e-4 * 3  # of the parabola
             inside += np.sum(beyond <= found[f"{name}_sampling_error"].values)
@@ -70,11 +72,11 @@ def test_sampling_errors_hold(oscillation):
 
 
 def test_time_of_the_peak_and_trough(oscillation):
-    found = fb.derived(oscillation, fb.PeakTime("x"))
+    found = fb.analysis.derived(oscillation, fb.analysis.PeakTime("x"))
     at = np.arctan(OMEGA / np.array([1.5, 0.5])) / OMEGA
     np.testing.assert_allclose(found["mean"], at, atol=2e-4)
     assert found["mean"].attrs["units"] == "s"
-    lowest = fb.derived(oscillation, fb.Trough("x"))["mean"]
+    lowest = fb.analysis.derived(oscillation, fb.analysis.Trough("x"))["mean"]
     after = -3 * height(np.array([0.5, 1.5])) * np.exp(-np.array([0.5, 1.5]) / 2)
     np.testing.assert_allclose(lowest, after, rtol=1e-3)
 
@@ -87,14 +89,14 @@ def sine(amplitude, offset):
 def test_root_mean_square_and_spectrum_of_a_sine():
     inputs = {"amplitude": AMPLITUDE, "offset": fb.Interval(-1.0, 0.5)}
     surrogate = fb.expand(sine, inputs, fb.PCCI(1, 1))
-    found = fb.derived(surrogate, fb.RootMeanSquare())
+    found = fb.analysis.derived(surrogate, fb.analysis.RootMeanSquare())
     exact = surrogate.standard(np.linspace(-4, 4, 2001)[:, None], np.array([[1 / 3]] * 2001))
     # the square is integrated over two periods less one step
     z = np.linspace(-4, 4, 2001)
     lowest = np.average(np.sqrt(np.trapezoid(exact**2, TIME[:-1]) / TIME[-2]), weights=norm.pdf(z))
     np.testing.assert_allclose(found["mean"].values[0], lowest, rtol=2e-3)
     np.testing.assert_allclose(found["mean_at"].values[0, 0], 0.0, atol=0.03)
-    lines = fb.derived(surrogate, fb.Spectrum(), probability=0.9, samples=512)
+    lines = fb.analysis.derived(surrogate, fb.analysis.Spectrum(), probability=0.9, samples=512)
     at = int(np.argmin(np.abs(lines["frequency"].values - 1.0)))
     np.testing.assert_allclose(lines["mean"].values[:, at], 3.0, rtol=1e-3)
     np.testing.assert_allclose(lines["error_bar"].values[:, at], [2.8, 3.2], rtol=2e-3)
@@ -104,22 +106,24 @@ def test_root_mean_square_and_spectrum_of_a_sine():
 
 
 def test_magnitude_of_a_vector(oscillation):
-    found = fb.derived(oscillation, fb.Magnitude("x", "y"), probability=0.9, samples=256)
+    found = fb.analysis.derived(
+        oscillation, fb.analysis.Magnitude("x", "y"), probability=0.9, samples=256
+    )
     exact = 3 * np.exp(-np.array([[1.5], [0.5]]) * TIME)
     np.testing.assert_allclose(found["mean"], exact, rtol=2e-3)
     assert found["mean"].dims == ("bound", "time")
-    peak = fb.derived(oscillation, fb.Peak(fb.Magnitude("x", "y")))
+    peak = fb.analysis.derived(oscillation, fb.analysis.Peak(fb.analysis.Magnitude("x", "y")))
     np.testing.assert_allclose(peak["mean"], 3.0, rtol=1e-3)
 
 
 def test_without_random_inputs_and_without_intervals():
     of_interval = fb.expand(lambda e: e, {"e": fb.Interval(-1.0, 2.0)}, fb.PCCI(1, 1))
-    found = fb.derived(of_interval, np.abs, samples=8)
+    found = fb.analysis.derived(of_interval, np.abs, samples=8)
     for name in ("mean", "error_bar", "range"):
         np.testing.assert_allclose(found[name], [0.0, 2.0], atol=0.02)
         assert float(found[f"{name}_sampling_error"].max()) == 0
     of_normal = fb.expand(lambda a: a, {"a": fb.Normal(0.0, 1.0)}, fb.PCCI(1, 1))
-    found = fb.derived(of_normal, np.abs, probability=0.9)
+    found = fb.analysis.derived(of_normal, np.abs, probability=0.9)
     np.testing.assert_allclose(found["mean"], np.sqrt(2 / np.pi), rtol=2e-3)
     np.testing.assert_allclose(found["range"], norm.ppf([0.525, 0.975]), atol=0.01)
     assert "mean_at" not in found
@@ -127,7 +131,7 @@ def test_without_random_inputs_and_without_intervals():
 
 def test_expected_errors_are_carried_over():
     surrogate = fb.expand(decaying, INPUTS, fb.AdaptivePCCI(tolerance=0.1, phase_resolved=False))
-    found = fb.derived(surrogate, fb.Peak("x"))
+    found = fb.analysis.derived(surrogate, fb.analysis.Peak("x"))
     claimed = found["mean_expected_error"].values
     assert (claimed > 0).all()
     largest = surrogate.diagnostics["error_bar_expected_error"].values.max()
@@ -137,7 +141,7 @@ def test_expected_errors_are_carried_over():
 @pytest.mark.parametrize(
     ("quantity", "message"),
     [
-        (fb.Peak("z"), "output must be one of x, y; got 'z'"),
+        (fb.analysis.Peak("z"), "output must be one of x, y; got 'z'"),
         (lambda F: F.isel(sample=0), "one number or array per sample"),
         (lambda F: F / 0, "finite numbers"),
         (None, "quantity must be a function"),
@@ -145,17 +149,17 @@ def test_expected_errors_are_carried_over():
 )
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_refused(oscillation, quantity, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
-        fb.derived(oscillation, quantity)
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
+        fb.analysis.derived(oscillation, quantity)
 
 
 def test_refused_quantities():
-    with pytest.raises(fb.InputError, match="two different names or more"):
-        fb.Magnitude("x")
-    with pytest.raises(fb.InputError, match="given by its name; got 3"):
-        fb.Peak(3)
+    with pytest.raises(fb.errors.InputError, match="two different names or more"):
+        fb.analysis.Magnitude("x")
+    with pytest.raises(fb.errors.InputError, match="given by its name; got 3"):
+        fb.analysis.Peak(3)
     uneven = xr.DataArray(np.ones((1, 3)), dims=("sample", "time"), coords={"time": [0.0, 1, 3]})
-    with pytest.raises(fb.InputError, match="equidistant times; got steps from 1 to 2"):
-        fb.Spectrum()(uneven)
-    with pytest.raises(fb.InputError, match="at least three times"):
-        fb.Peak()(uneven.isel(time=0))
+    with pytest.raises(fb.errors.InputError, match="equidistant times; got steps from 1 to 2"):
+        fb.analysis.Spectrum()(uneven)
+    with pytest.raises(fb.errors.InputError, match="at least three times"):
+        fb.analysis.Peak()(uneven.isel(time=0))

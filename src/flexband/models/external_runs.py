@@ -77,7 +77,7 @@ def elsewhere(
     Examples
     --------
     >>> import flexband as fb
-    >>> response = fb.elsewhere("speed", "load", outputs=["force", "wear"])
+    >>> response = fb.models.elsewhere("speed", "load", outputs=["force", "wear"])
     """
     for name in names:
         if not isinstance(name, str) or not name.isidentifier():

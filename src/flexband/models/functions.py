@@ -50,7 +50,7 @@ def samplewise(function_of_one: Callable[..., Any]) -> Samplewise:
     --------
     >>> import math
     >>> import flexband as fb
-    >>> response = fb.samplewise(lambda x: math.sin(x) if x > 0 else 0.0)
+    >>> response = fb.models.samplewise(lambda x: math.sin(x) if x > 0 else 0.0)
     >>> response(x=[0.0, math.pi / 2])
     array([0., 1.])
     """

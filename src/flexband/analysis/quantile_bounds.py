@@ -112,6 +112,14 @@ def quantiles(
     InputError
         If the surrogate is none, a probability is not between 0 and 1 or has too few samples, or
         `at` does not fit the response.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
+    >>> fb.analysis.quantiles(surrogate, 0.95)["quantiles"].values.round(2)  # + 1.645 σ
+    array([[0.88],
+           [1.28]])
     """
     check_surrogate(surrogate)
     p = checked_probabilities(probabilities)

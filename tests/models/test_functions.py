@@ -34,14 +34,16 @@ def vectorized(x, e):
 
 def test_samples_are_stacked():
     bands = fb.propagate(vectorized, INPUTS, fb.PCCI(3, 3))
-    alone = fb.propagate(fb.samplewise(of_as_many_times), INPUTS, fb.PCCI(3, 3))
+    alone = fb.propagate(fb.models.samplewise(of_as_many_times), INPUTS, fb.PCCI(3, 3))
     for name in ("mean", "error_bar"):
         np.testing.assert_allclose(alone[name], bands[name], rtol=1e-12)
-    result = fb.samplewise(labelled)(x=np.array([0.0, 1.0]), e=np.ones(2))
+    result = fb.models.samplewise(labelled)(x=np.array([0.0, 1.0]), e=np.ones(2))
     assert result.dims == ("sample", "output", "time")
     np.testing.assert_array_equal(result["time"], T)
     np.testing.assert_allclose(result[1, 0], np.exp(-T))
-    np.testing.assert_array_equal(fb.samplewise(with_math)(x=1.0, e=2.0), [2 * math.sin(1.0)])
+    np.testing.assert_array_equal(
+        fb.models.samplewise(with_math)(x=1.0, e=2.0), [2 * math.sin(1.0)]
+    )
 
 
 def test_arguments_are_plain_numbers_and_texts():
@@ -52,7 +54,7 @@ def test_arguments_are_plain_numbers_and_texts():
         return x if material == "steel" and turns == 3 else 2 * x
 
     inputs = {"x": fb.Interval(1.0, 2.0), "material": fb.Choice("steel", "brass"), "turns": 3}
-    bands = fb.propagate(fb.samplewise(looking), inputs, fb.PCCI(1, 1))
+    bands = fb.propagate(fb.models.samplewise(looking), inputs, fb.PCCI(1, 1))
     np.testing.assert_allclose(bands["mean"], [1.0, 4.0])
     assert {tuple(map(type, one)) for one in seen} == {(float, str, int)}
 
@@ -70,27 +72,29 @@ def bar(youngs_modulus, load):
 def test_fields_are_functions_of_positions(domain):
     field = fb.RandomField(10.0, 1.0, correlation_length=2.0, domain=domain)
     inputs = {"youngs_modulus": field, "load": fb.Interval(1.0, 2.0)}
-    bands = fb.propagate(fb.samplewise(bar), inputs, fb.PCCI(2, 1))
+    bands = fb.propagate(fb.models.samplewise(bar), inputs, fb.PCCI(2, 1))
     assert float(bands["mean"][0]) == pytest.approx(0.1 * (1 + 0.01), rel=2e-3)  # E[1/E] by Taylor
 
 
 def test_a_field_alone_tells_how_many_samples_there_are():
     field = fb.IntervalField(1.0, 2.0, length=1.0, domain=(0.0, 1.0))
-    response = fb.samplewise(lambda f: f(0.25) + f(np.array([0.5, 1.0])).sum())
+    response = fb.models.samplewise(lambda f: f(0.25) + f(np.array([0.5, 1.0])).sum())
     found = response(f=field.value(np.array([[-1.0] * 2, [0.0] * 2, [1.0] * 2])))
     np.testing.assert_allclose(found, [3.0, 4.5, 6.0])
 
 
 def test_signature_pickling_and_names():
-    response = fb.samplewise(with_math)
+    response = fb.models.samplewise(with_math)
     assert list(inspect.signature(response).parameters) == ["x", "e"]
     assert response.__wrapped__ is with_math
     assert response.one_by_one
     assert pickle.loads(pickle.dumps(response)) == response
-    with pytest.raises(fb.InputError, match="inputs name e, which the response does not take"):
-        fb.propagate(fb.samplewise(lambda x: x), INPUTS, fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match="function_of_one must be a function; got 3"):
-        fb.samplewise(3)
+    with pytest.raises(
+        fb.errors.InputError, match="inputs name e, which the response does not take"
+    ):
+        fb.propagate(fb.models.samplewise(lambda x: x), INPUTS, fb.PCCI(1, 1))
+    with pytest.raises(fb.errors.InputError, match="function_of_one must be a function; got 3"):
+        fb.models.samplewise(3)
 
 
 @pytest.mark.parametrize(
@@ -109,13 +113,13 @@ def test_signature_pickling_and_names():
     ],
 )
 def test_other_results_are_refused(result, text):
-    with pytest.raises(fb.InputError, match=text):
-        fb.samplewise(result)(x=[1.0, 2.0])
+    with pytest.raises(fb.errors.InputError, match=text):
+        fb.models.samplewise(result)(x=[1.0, 2.0])
 
 
 def test_an_error_tells_the_sample():
     with pytest.raises(ZeroDivisionError) as caught:
-        fb.samplewise(lambda x, y: 1 / x)(x=[1.0, 0.0], y=[5.0, 6.0])
+        fb.models.samplewise(lambda x, y: 1 / x)(x=[1.0, 0.0], y=[5.0, 6.0])
     assert caught.value.__notes__ == ["in sample 1: x = 0.0, y = 6.0"]
-    with pytest.raises(fb.InputError, match="y has 3 samples; others have 2"):
-        fb.samplewise(lambda x, y: x)(x=np.ones(2), y=np.ones(3))
+    with pytest.raises(fb.errors.InputError, match="y has 3 samples; others have 2"):
+        fb.models.samplewise(lambda x, y: x)(x=np.ones(2), y=np.ones(3))

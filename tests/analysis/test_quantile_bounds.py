@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2, lognorm, norm
 
 import flexband as fb
-from flexband.analysis.quantiles import sorted_quantiles
+from flexband.analysis.quantile_bounds import sorted_quantiles
 from flexband.analysis.sampled import SampledSeries, samples_of
 
 P = np.array([0.05, 0.5, 0.95])
@@ -36,7 +36,7 @@ def within(found, expected):
 
 
 def test_a_linear_response(of_linear):
-    found = fb.quantiles(of_linear, P, at={"dim_1": 0})
+    found = fb.analysis.quantiles(of_linear, P, at={"dim_1": 0})
     sigma = np.hypot(0.5, 2)
     assert within(found, np.stack([1 - 3 + Z * sigma, 1 + 6 + Z * sigma])) < 0.03 * sigma
     np.testing.assert_array_equal(found["quantiles_at"].sel(input="e"), [[-1] * 3, [2] * 3])
@@ -45,7 +45,7 @@ def test_a_linear_response(of_linear):
 
 def test_a_lognormal_number_times_an_interval():
     inputs = {"a": fb.LogNormal(mean=1.0, std=0.2), "e": fb.Interval(0.5, 2.0)}
-    found = fb.quantiles(fb.expand(lambda a, e: a * e, inputs, fb.PCCI(6, 1)), P)
+    found = fb.analysis.quantiles(fb.expand(lambda a, e: a * e, inputs, fb.PCCI(6, 1)), P)
     spread = np.sqrt(np.log(1.04))
     exact = lognorm(spread, scale=np.exp(-(spread**2) / 2)).ppf(P)
     assert within(found, np.stack([0.5 * exact, 2 * exact])) < 0.005
@@ -54,7 +54,9 @@ def test_a_lognormal_number_times_an_interval():
 
 def test_a_square_whose_median_is_lowest_inside_the_interval():
     inputs = {"a": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 2.0)}
-    found = fb.quantiles(fb.expand(lambda a, e: a**2 + (e - 0.3) ** 2, inputs, fb.PCCI(2, 2)), P)
+    found = fb.analysis.quantiles(
+        fb.expand(lambda a, e: a**2 + (e - 0.3) ** 2, inputs, fb.PCCI(2, 2)), P
+    )
     within(found, chi2(1).ppf(P) + np.array([[0.0], [1.7**2]]))
     assert found["quantiles_at"].values[0, 0] == pytest.approx(0.3, abs=0.02)
 
@@ -62,8 +64,8 @@ def test_a_square_whose_median_is_lowest_inside_the_interval():
 def test_an_interval_mean_is_a_parametric_p_box():
     inputs = {"a": fb.Normal(fb.Interval(-1.0, 1.0), 2.0)}
     surrogate = fb.expand(lambda a: a, inputs, fb.PCCI(1, 1))
-    assert within(fb.quantiles(surrogate, P), np.stack([2 * Z - 1, 2 * Z + 1])) < 0.02
-    box = fb.p_box(surrogate, values=np.linspace(-5, 5, 21))
+    assert within(fb.analysis.quantiles(surrogate, P), np.stack([2 * Z - 1, 2 * Z + 1])) < 0.02
+    box = fb.analysis.p_box(surrogate, values=np.linspace(-5, 5, 21))
     y = box["value"].values
     exact = norm.cdf(np.stack([(y - 1) / 2, (y + 1) / 2]))
     assert (np.abs(box["distribution"] - exact) <= box["sampling_error"]).all()
@@ -74,19 +76,19 @@ def test_an_interval_mean_is_a_parametric_p_box():
 
 def test_without_random_inputs_quantiles_are_bounds():
     surrogate = fb.expand(lambda e: (e - 0.3) ** 2, {"e": fb.Interval(-1.0, 2.0)}, fb.PCCI(1, 2))
-    found = fb.quantiles(surrogate, [1e-6, 0.5])
+    found = fb.analysis.quantiles(surrogate, [1e-6, 0.5])
     np.testing.assert_allclose(found["quantiles"], [[0.0, 0.0], [1.7**2, 1.7**2]], atol=1e-5)
     assert float(found["sampling_error"].max()) == 0
-    box = fb.p_box(surrogate, values=[-0.1, 0.1, 3.0])
+    box = fb.analysis.p_box(surrogate, values=[-0.1, 0.1, 3.0])
     np.testing.assert_array_equal(box["distribution"], [[0, 0, 1], [0, 1, 1]])
 
 
 def test_without_intervals_both_bounds_are_the_quantile():
     surrogate = fb.expand(lambda a: 2 * a, {"a": fb.Normal(1.0, 0.5)}, fb.PCCI(1, 1))
-    found = fb.quantiles(surrogate, P)
+    found = fb.analysis.quantiles(surrogate, P)
     within(found, np.stack([2 + Z, 2 + Z]))
     assert "quantiles_at" not in found
-    box = fb.p_box(surrogate)
+    box = fb.analysis.p_box(surrogate)
     np.testing.assert_array_equal(*box["distribution"])
 
 
@@ -100,7 +102,7 @@ def test_no_place_of_a_brute_force_search_is_beyond_the_bounds():
     inputs = {name: fb.Normal(0.0, 0.5) for name in "ab"}
     inputs |= {name: fb.Interval(-1.0, 1.0) for name in "de"}
     surrogate = fb.expand(ringing, inputs, fb.PCCI(3, 4))
-    found = fb.quantiles(surrogate, [0.05, 0.9], samples=512)
+    found = fb.analysis.quantiles(surrogate, [0.05, 0.9], samples=512)
     series = next(SampledSeries.of_outputs(surrogate.expansions[0]))
     psi = series.basis(samples_of(surrogate.space.families, 512, 0))
     grid = np.linspace(-1, 1, 21)
@@ -114,7 +116,7 @@ def test_no_place_of_a_brute_force_search_is_beyond_the_bounds():
         assert (upper >= tried.max(axis=1) - slack).all()
 
 
-@pytest.mark.parametrize("method", [fb.PCCI(2, 2), fb.PhaseResolvedPCCI(2, 2)])
+@pytest.mark.parametrize("method", [fb.PCCI(2, 2), fb.methods.PhaseResolvedPCCI(2, 2)])
 def test_samples_of_series_are_values_of_the_expansion(method):
     inputs = {name: fb.Normal(0.0, 0.1) for name in "ab"}
     inputs |= {name: fb.Interval(-1.0, 1.0) for name in "de"}
@@ -137,16 +139,16 @@ def test_many_inputs():
     inputs |= {k: fb.Interval(-1.0, 1.0) for k in names[1]}
     surrogate = fb.expand(
         lambda **v: sum((k % 3 - 1) * own for k, own in enumerate(v.values())),
-        inputs, fb.RegressionPCCI(order=1),
+        inputs, fb.methods.RegressionPCCI(order=1),
     )  # fmt: skip
-    within(fb.quantiles(surrogate, P), np.stack([np.sqrt(8) * Z - 8, np.sqrt(8) * Z + 8]))
+    within(fb.analysis.quantiles(surrogate, P), np.stack([np.sqrt(8) * Z - 8, np.sqrt(8) * Z + 8]))
     z = norm.ppf((1 + 0.9 ** (1 / 12)) / 2)
-    found = fb.value_range(surrogate, 0.9)
+    found = fb.analysis.value_range(surrogate, 0.9)
     np.testing.assert_allclose(found["range"], [-8 * z - 8, 8 * z + 8])
 
 
 def test_range_of_a_linear_response(of_linear):
-    found = fb.value_range(of_linear, 0.99)
+    found = fb.analysis.value_range(of_linear, 0.99)
     z = norm.ppf((1 + np.sqrt(0.99)) / 2)
     ends = np.array([1 - 2.5 * z - 3, 1 + 2.5 * z + 6])
     np.testing.assert_allclose(found["range"].values, np.stack([ends, -ends[::-1]], axis=1))
@@ -157,8 +159,12 @@ def test_range_of_a_linear_response(of_linear):
 def test_range_over_all_values_of_bounded_inputs():
     inputs = {"a": fb.Uniform(-1.0, 1.0), "e": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(lambda a, e: a**3 - 0.5 * a * e, inputs, fb.PCCI(3, 1))
-    np.testing.assert_allclose(fb.value_range(surrogate, 1)["range"], [-1.0, 1.0], atol=1e-9)
-    np.testing.assert_allclose(fb.value_range(surrogate, 1e-12)["range"], [0, 0], atol=1e-9)
+    np.testing.assert_allclose(
+        fb.analysis.value_range(surrogate, 1)["range"], [-1.0, 1.0], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        fb.analysis.value_range(surrogate, 1e-12)["range"], [0, 0], atol=1e-9
+    )
 
 
 def test_a_ringing_response_by_its_phases():
@@ -170,7 +176,7 @@ def test_a_ringing_response_by_its_phases():
 
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
     assert type(surrogate.expansions[0]).__name__ == "PhaseExpansion"
-    found = fb.quantiles(surrogate, [0.1, 0.9], at={"dim_1": [10, 30, 399]}, samples=1024)
+    found = fb.analysis.quantiles(surrogate, [0.1, 0.9], at={"dim_1": [10, 30, 399]}, samples=1024)
     z = norm.ppf(np.linspace(0, 1, 2001)[1:] - 1 / 4000)
     eta = np.linspace(-1, 1, 401)
     for k, number in enumerate(found["dim_1"].values if "dim_1" in found.coords else (10, 30, 399)):
@@ -184,12 +190,12 @@ def test_a_ringing_response_by_its_phases():
 def test_options_are_compared():
     inputs = {"c": fb.Choice(1.0, 3.0), "a": fb.Normal(0.0, 1.0), "e": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(lambda c, a, e: c * a + e, inputs, fb.PCCI(1, 1))
-    found = fb.quantiles(surrogate, [0.05, 0.95])
+    found = fb.analysis.quantiles(surrogate, [0.05, 0.95])
     z = norm.ppf(0.95)
     within(found, np.array([[-3 * z, z], [1 - z, 1 + 3 * z]]))
     assert found["quantiles_choice"].values.tolist() == [["3.0", "1.0"], ["1.0", "3.0"]]
     assert found["quantiles_at"].values[0].tolist() == [[0, 0], [1, 1]]
-    assert fb.value_range(surrogate, 0.9)["range_choice"].values.tolist() == ["3.0", "3.0"]
+    assert fb.analysis.value_range(surrogate, 0.9)["range_choice"].values.tolist() == ["3.0", "3.0"]
 
 
 @pytest.mark.parametrize(
@@ -206,22 +212,22 @@ def test_options_are_compared():
     ],
 )
 def test_refused(of_linear, arguments, message):
-    with pytest.raises(fb.InputError, match=re.escape(message)):
-        fb.quantiles(of_linear, **arguments)
+    with pytest.raises(fb.errors.InputError, match=re.escape(message)):
+        fb.analysis.quantiles(of_linear, **arguments)
 
 
 def test_refused_ranges_and_p_boxes(of_linear):
-    with pytest.raises(fb.InputError, match="not all random inputs are bounded"):
-        fb.value_range(of_linear, 1)
-    with pytest.raises(fb.InputError, match="must be above 0 and at most 1"):
-        fb.value_range(of_linear, 1.5)
-    with pytest.raises(fb.InputError, match=r"dimensions left: dim_1 \(2\)"):
-        fb.p_box(of_linear)
-    with pytest.raises(fb.InputError, match="must be one that"):
-        fb.quantiles(None)
+    with pytest.raises(fb.errors.InputError, match="not all random inputs are bounded"):
+        fb.analysis.value_range(of_linear, 1)
+    with pytest.raises(fb.errors.InputError, match="must be above 0 and at most 1"):
+        fb.analysis.value_range(of_linear, 1.5)
+    with pytest.raises(fb.errors.InputError, match=r"dimensions left: dim_1 \(2\)"):
+        fb.analysis.p_box(of_linear)
+    with pytest.raises(fb.errors.InputError, match="must be one that"):
+        fb.analysis.quantiles(None)
 
 
 def test_the_same_seed_gives_the_same_bits(of_linear):
-    one, other = (fb.quantiles(of_linear, P, seed=3) for _ in range(2))
+    one, other = (fb.analysis.quantiles(of_linear, P, seed=3) for _ in range(2))
     assert one.identical(other)
-    assert not one.identical(fb.quantiles(of_linear, P, seed=4))
+    assert not one.identical(fb.analysis.quantiles(of_linear, P, seed=4))

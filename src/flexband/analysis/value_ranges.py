@@ -48,6 +48,13 @@ def value_range(
     ------
     InputError
         If the surrogate is none, the probability is not in its range, or `at` does not fit.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Uniform(-0.1, 0.1)}
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
+    >>> fb.analysis.value_range(surrogate, probability=1.0)["range"].values.round(4)
+    array([0.7, 1.3])
     """
     check_surrogate(surrogate)
     part = checked_probability(probability)

@@ -24,7 +24,7 @@ def crank(length):
 def test_a_crank_with_an_uncertain_length():
     """The region is a segment along the crank."""
     surrogate = fb.expand(crank, {"length": fb.Interval(9.0, 11.0)}, fb.PCCI(1, 1))
-    found = fb.path(surrogate, "X", "Y")
+    found = fb.analysis.path(surrogate, "X", "Y")
     np.testing.assert_allclose(found["x_nominal"], 10 * np.cos(ANGLE), atol=1e-9)
     normals = np.cos(np.deg2rad(found["direction"].values)[:, None] - ANGLE)
     np.testing.assert_allclose(found["support"], np.maximum(9 * normals, 11 * normals), atol=1e-9)
@@ -49,7 +49,7 @@ def test_linear_responses_have_zonotopes():
         return point(x[:, None] * np.ones(2), 3 + y[:, None] * np.ones(2), [0.0, 1.0])
 
     inputs = dict.fromkeys("abcd", fb.Interval(-1, 1))
-    found = fb.path(fb.expand(response, inputs, fb.PCCI(1, 1)), "X", "Y", directions=16)
+    found = fb.analysis.path(fb.expand(response, inputs, fb.PCCI(1, 1)), "X", "Y", directions=16)
     angle = np.deg2rad(found["direction"].values)
     exact = np.abs(np.cos(angle[:, None] - turned)) @ sides + 3 * np.sin(angle)
     np.testing.assert_allclose(found["support"][:, 0], exact, rtol=1e-12)
@@ -71,11 +71,11 @@ def test_random_inputs_make_ellipses_or_boxes():
         return point(2 * x[:, None] * np.ones(2), (x + y)[:, None] * np.ones(2), [0.0, 1.0])
 
     surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
-    found = fb.path(surrogate, "X", "Y", sigmas=3)
+    found = fb.analysis.path(surrogate, "X", "Y", sigmas=3)
     angle = np.deg2rad(found["direction"].values)
     slopes = 2 * np.cos(angle) + np.sin(angle), np.sin(angle)
     np.testing.assert_allclose(found["support"][:, 0], 3 * np.hypot(*slopes), rtol=1e-12)
-    found = fb.path(surrogate, "X", "Y", probability=0.99)
+    found = fb.analysis.path(surrogate, "X", "Y", probability=0.99)
     z = norm.isf((1 - 0.99**0.5) / 2)
     np.testing.assert_allclose(
         found["support"][:, 0], z * np.sum(np.abs(slopes), axis=0), rtol=1e-9
@@ -93,7 +93,7 @@ def test_choices_and_phases():
 
     inputs = {"e": fb.Interval(-1, 1), "x": NORMAL, "kind": fb.Choice("short", "long")}
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(1e-3))
-    found = fb.path(surrogate, "X", "Y", directions=8)
+    found = fb.analysis.path(surrogate, "X", "Y", directions=8)
     bands = surrogate.bands()["error_bar"]
     for direction, output, bound, sign in ((0, "X", 1, 1), (2, "Y", 1, 1), (4, "X", 0, -1)):
         np.testing.assert_allclose(
@@ -122,5 +122,5 @@ def test_choices_and_phases():
 )
 def test_refused_by_name(options, message):
     surrogate = fb.expand(crank, {"length": fb.Interval(9.0, 11.0)}, fb.PCCI(1, 1))
-    with pytest.raises(fb.InputError, match=message):
-        fb.path(surrogate, **({"x": "X", "y": "Y"} | options))
+    with pytest.raises(fb.errors.InputError, match=message):
+        fb.analysis.path(surrogate, **({"x": "X", "y": "Y"} | options))

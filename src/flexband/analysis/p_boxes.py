@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from flexband.analysis.intervals import over_options
-from flexband.analysis.quantiles import (
+from flexband.analysis.quantile_bounds import (
     MAX_SAMPLES,
     probability_below,
     searched,
@@ -65,6 +65,14 @@ def p_box(
     ------
     InputError
         If the surrogate is none, an argument is out of its range, or not one number is left.
+
+    Examples
+    --------
+    >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.1)}
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(1, 1))
+    >>> fb.analysis.p_box(surrogate, values=[1.2])["distribution"].values.round(2)
+    array([[0.5],
+           [1. ]])
     """
     surrogates = surrogates_of(surrogate)
     samples = check_integer("samples", samples, 128, MAX_SAMPLES)

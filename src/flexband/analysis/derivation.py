@@ -106,6 +106,17 @@ def derived(
     InputError
         If the surrogate is none, a number is out of its range, or the quantity does not return
         finite numbers, one for each sample.
+
+    Examples
+    --------
+    >>> time = np.linspace(0.0, 1.0, 101)
+    >>> def stroke(size, offset):
+    ...     return offset[:, None] + size[:, None] * np.sin(np.pi * time)
+    ...
+    >>> inputs = {"size": fb.Interval(0.9, 1.1), "offset": fb.Normal(0.0, 0.01)}
+    >>> surrogate = fb.expand(stroke, inputs, fb.PCCI(1, 1))
+    >>> fb.analysis.derived(surrogate, fb.analysis.Peak())["error_bar"].values.round(3)
+    array([0.89, 1.11])
     """
     surrogates = surrogates_of(surrogate)
     check_function("quantity", quantity, ", such as Peak(), of a response")

@@ -16,7 +16,7 @@ from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import chosen
 from flexband.analysis.results import answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
-from flexband.analysis.value_range import checked_probability, range_of
+from flexband.analysis.value_ranges import checked_probability, range_of
 from flexband.errors import InputError, check_instance, check_integer
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.phases.combination import combined

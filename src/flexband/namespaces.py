@@ -1,0 +1,77 @@
+"""Public names, whose modules are imported when a name is first used.
+
+A package writes its names once, as the imports for type checkers below its ``if TYPE_CHECKING``. At
+run time they are read from its file, so that importing the package loads nothing heavy.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Any
+
+from flexband.deprecation import warn_renamed
+
+NAMESPACES = ("analysis", "errors", "execution", "fields", "methods", "models", "sections")
+"""Packages and modules of public names, beside those of the package itself."""
+
+
+def lazy_names(
+    package: str, file: str
+) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+    """Return `__all__`, `__getattr__` and `__dir__` of a package.
+
+    `__dir__` also has the modules that are imported from the package itself.
+    """
+    with open(file, "rb") as source:
+        block = next(node for node in ast.parse(source.read()).body if isinstance(node, ast.If))
+    origins = {
+        alias.name: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom) and node.module
+        for alias in node.names
+    }
+
+    def public_name(name: str) -> Any:
+        if name not in origins:
+            raise unknown_name(package, name)
+        if origins[name] == package:
+            return import_module(f"{package}.{name}")
+        value = getattr(import_module(origins[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    public = sorted(name for name, origin in origins.items() if origin != package)
+    return public, public_name, lambda: sorted(origins)
+
+
+def moved_name(package: str, name: str) -> Any:
+    """Return what was a name of the package and is one of a namespace, and warn; None if nothing.
+
+    Former names work for one release.
+    """
+    for namespace in (f"{package}.{part}" for part in NAMESPACES if not name.startswith("_")):
+        module = import_module(namespace)
+        if name in module.__all__:
+            warn_renamed(f"{package}.{name}", f"{namespace}.{name}")
+            return getattr(module, name)
+    return None
+
+
+def unknown_name(package: str, name: str) -> AttributeError:
+    """Return the error of a name that does not exist; it states the nearest one, wherever it is."""
+    near: list[str] = []
+    if not name.startswith("_"):
+        root = package.partition(".")[0]
+        others = [root, *(f"{root}.{part}" for part in NAMESPACES)]
+        places = {
+            public: f"{module}.{public}"
+            for module in [*others, package]
+            for public in dir(import_module(module))
+        }
+        near = [places[match] for match in get_close_matches(name, places, 1)]
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return AttributeError(f"module {package!r} has no attribute {name!r}{hint}")

@@ -11,19 +11,19 @@ import numpy as np
 
 from flexband.errors import InputError, RunError
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.changes import SECOND_ORDER
 from flexband.uncertainty.adaptive.choice import BestFits, released
-from flexband.uncertainty.adaptive.correction import (
-    DiscretizationCorrection,
-    ExtrapolationOptions,
-    corrections_of,
-)
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.refined_runs import (
+from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER
+from flexband.uncertainty.adaptive.refinement.correction import (
+    DiscretizationCorrection,
+    ExtrapolationOptions,
+    corrections_of,
+)
+from flexband.uncertainty.adaptive.refinement.refined_runs import (
     RefinedRuns,
     in_words,
     refined_runs,

@@ -15,8 +15,8 @@ from flexband.errors import (
     warn,
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
-from flexband.uncertainty.adaptive.correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
+from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD

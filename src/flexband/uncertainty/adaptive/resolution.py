@@ -16,8 +16,8 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.correction import CorrectedPart
-from flexband.uncertainty.adaptive.refined_runs import in_words
+from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
+from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT

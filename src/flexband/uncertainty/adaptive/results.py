@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.choice import in_place_of_runs
-from flexband.uncertainty.adaptive.correction import CorrectedPart, corrected
+from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart, corrected
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs

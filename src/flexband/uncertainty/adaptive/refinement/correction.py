@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.uncertainty.adaptive.changes import SECOND_ORDER, Extrapolation, RunChanges
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
-from flexband.uncertainty.adaptive.refined_runs import RefinedRuns
+from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER, Extrapolation, RunChanges
+from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import expansion_of

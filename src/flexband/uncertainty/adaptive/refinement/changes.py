@@ -12,7 +12,7 @@ import numpy as np
 
 from flexband.rounding import ROUNDING
 from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
-from flexband.uncertainty.adaptive.refined_runs import RefinedRuns
+from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage, follow
 from flexband.uncertainty.phases.layout import PartColumns

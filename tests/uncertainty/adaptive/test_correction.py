@@ -190,3 +190,29 @@ def test_parts_of_a_surrogate_and_files_have_its_correction(shifted, tmp_path):
         at = np.zeros((1, 1)), np.zeros((1, 1))
         change = surrogate.standard(*at) - surrogate.uncorrected.standard(*at)
         np.testing.assert_allclose(change, -0.8 * (1 + 0.1 * middle), atol=1e-9)
+
+
+@dataclass(frozen=True)
+class CancellingError(StepError):
+    """A response whose errors of step and elements cancel, and change each other."""
+
+    n: float = 1.0
+
+    def refinements(self, **values):
+        return {"step": replace(self, h=self.h / 2), "elements": replace(self, n=self.n / 2)}
+
+    def __call__(self, x, e):
+        h, n = self.h**2, self.n**2
+        shift = (0.5 * h - 0.5 * n - 0.1 * h * n) * np.cos(2 * TIMES)
+        return labelled((x[:, None] * (1 + TIMES) + e[:, None] * (1 + 0.2 * shift) + shift,))
+
+
+def test_errors_of_step_and_elements_that_cancel_are_not_underestimated():
+    exact = fb.propagate(CancellingError(None, 0.0, 0.0), INPUTS, PLAIN)
+    bands = fb.propagate(CancellingError(None), INPUTS, CORRECTED)
+    assert bands.attrs["corrected"] == "step of u0 by values; elements of u0 by values"
+    true = max(relative(bands, exact))
+    assert true > 0.01
+    assert true / 2 < bands.attrs["discretization_error"] < 5 * true
+    kinds = ("fitted", "checked", "refined", "coarser", "repeated")
+    assert bands.attrs["runs"] == sum(bands.attrs[f"runs_{kind}"] for kind in kinds)

@@ -19,6 +19,7 @@ from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_des
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER
 from flexband.uncertainty.adaptive.refinement.correction import (
+    CorrectedPart,
     DiscretizationCorrection,
     ExtrapolationOptions,
     corrections_of,
@@ -27,6 +28,7 @@ from flexband.uncertainty.adaptive.refinement.refined_runs import (
     RefinedRuns,
     in_words,
     refined_runs,
+    refined_together,
 )
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
@@ -90,6 +92,7 @@ class Adaptation:
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
+    together : a held-out run where all of this is finer at once; None until it is made.
     refined, corrections : first runs of the design on finer discretizations, by the name of what
         is finer, and what they tell of its error; None until they are made, or told.
     """
@@ -132,6 +135,7 @@ class Adaptation:
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
         self.refined: dict[str, RefinedRuns] | None = None
+        self.together: np.ndarray | None = None
         self.corrections: dict[str, DiscretizationCorrection] | None = None
         self.corrected_above, self.corrects = corrected_above, np.isfinite(corrected_above)
         self._judge(again=False)
@@ -186,7 +190,8 @@ class Adaptation:
     @property
     def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        return sum(runs.finer for runs in (self.refined or {}).values())
+        alone = sum(runs.finer for runs in (self.refined or {}).values())
+        return alone + (self.together is not None)
 
     @property
     def runs(self) -> int:
@@ -350,7 +355,15 @@ class Adaptation:
                 self.refined[name] = more.with_finest(options.finest, finer[name], name)
         large = {name: runs for name, runs in self.refined.items() if name not in small}
         m = self.places.shape[1]
-        corrections = small | corrections_of(self.choice, self.design, large, self.dt, m)
+        given = self.choice, self.design, large, self.dt, m
+        corrections = corrections_of(*given, self.together)
+        kinds = np.array([correction.kinds for correction in corrections.values()])
+        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
+        if self.together is None and several:
+            first = self.held.which(slice(1)).copy()
+            self.together = refined_together(self.evaluate, first, list(large))
+            corrections = corrections_of(*given, self.together)
+        corrections |= small
         self.corrections = {
             name: corrections[name]._replace(
                 error=running(corrections[name].error, self.error.window)

@@ -6,6 +6,7 @@ The difference is small and almost linear in the inputs. With an error of order 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -77,6 +78,11 @@ class RunChanges(NamedTuple):
         coarse, fine, finest = map(columns.pack, own)
         further = finest - fine[runs.third_level]
         return RunChanges(columns, coarse, fine - coarse, further, runs.fitted)
+
+    def first(self, changes: Sequence[RunChanges]) -> np.ndarray:
+        """Return the first held-out run with the sum of its changes, shape (outputs, times)."""
+        total = sum(change.change[self.fitted] for change in changes)
+        return self.columns.join((self.parts[self.fitted] + total)[None])[0]
 
     @property
     def held(self) -> slice:

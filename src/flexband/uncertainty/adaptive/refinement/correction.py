@@ -24,7 +24,13 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, share, stacked
+from flexband.uncertainty.surrogates.diagnostics import (
+    apart,
+    at_all_times,
+    rms,
+    share,
+    stacked,
+)
 
 
 class ExtrapolationOptions(NamedTuple):
@@ -97,6 +103,11 @@ class FitCorrection(NamedTuple):
     def none(fit: PartsFit) -> FitCorrection:
         """Return that nothing is corrected."""
         return FitCorrection(fit, np.full(len(fit.outputs), CorrectedPart.NOTHING), {})
+
+    @property
+    def corrects(self) -> np.ndarray:
+        """Which outputs are corrected."""
+        return self.kinds != CorrectedPart.NOTHING
 
     @property
     def before(self) -> np.ndarray:
@@ -212,6 +223,7 @@ def corrections_of(
     runs: Mapping[str, RefinedRuns],
     dt: float,
     m: int,
+    together: np.ndarray | None = None,
     *,
     options: ExtrapolationOptions = ExtrapolationOptions(),
 ) -> dict[str, DiscretizationCorrection]:
@@ -222,26 +234,62 @@ def corrections_of(
     choice : fits of coarse runs.
     runs : refined ones.
     m : number of interval variables.
+    together : the first run on three levels, where all is finer at once, (outputs, times).
     """
+    if not runs:
+        return {}
     outputs, times = choice.missed.shape[1:]
-    by_fit = [
-        _decided(
-            [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()], options
-        )
-        for fit in choice.fits
-    ]
+    missed, by_fit = np.zeros((outputs, times)), []
+    for fit in choice.fits:
+        parts = [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()]
+        own = np.zeros((len(fit.outputs), times))
+        if together is not None:
+            own = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
+        by_fit.append(_decided(parts, own, options))
+        missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], own, 0.0)
     corrections = {}
     for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
         error = np.empty((2, outputs, times))
         for fit in fits:
             error[:, fit.fit.outputs] = fit.error(m, times, options)
-        corrections[name] = DiscretizationCorrection(list(fits), error)
+        corrections[name] = DiscretizationCorrection(list(fits), np.hypot(error, missed))
+        missed = np.zeros_like(missed)  # it counts once
     return corrections
 
 
-def _decided(parts: list[FitCorrection], options: ExtrapolationOptions) -> list[FitCorrection]:
-    """Return corrections of a fit of those outputs only of which little error is left in all."""
-    before, left = sum(part.before for part in parts), sum(part.left for part in parts)
+def _missed_together(parts: list[FitCorrection], together: np.ndarray) -> np.ndarray:
+    """Return what the sum of the changes misses of a run where all is finer, (outputs, times).
+
+    It is zero for outputs of which not all is corrected.
+    """
+    missed = np.zeros_like(together)
+    kinds = np.array([part.kinds for part in parts])
+    for pattern in np.unique(kinds, axis=1).T:
+        outputs = np.flatnonzero(np.all(kinds == pattern[:, None], axis=0))
+        if CorrectedPart.NOTHING in pattern:
+            continue
+        pairs = list(zip(parts, map(CorrectedPart, pattern), strict=True))
+        own = [part.extrapolations[kind].changes for part, kind in pairs]
+        values = parts[0].extrapolations[CorrectedPart.VALUES].changes.first([])
+        for kind in CorrectedPart.VALUES, CorrectedPart.PHASES:
+            same = [change for change, which in zip(own, pattern, strict=True) if which == kind]
+            if same:
+                values = values + same[0].first(same) - same[0].first([])
+        missed[outputs] = together[outputs] - values[outputs]
+    return missed
+
+
+def _decided(
+    parts: list[FitCorrection], missed: np.ndarray, options: ExtrapolationOptions
+) -> list[FitCorrection]:
+    """Return corrections of a fit of those outputs only of which little error is left in all.
+
+    Parameters
+    ----------
+    missed : by the sum of the corrections, (outputs, times).
+    """
+    before = sum(part.before for part in parts)
+    left = sum(part.left for part in parts) + rms(missed[None])
     kept = left < options.most_left * before
     return [
         part._replace(kinds=np.where(kept, part.kinds, CorrectedPart.NOTHING)) for part in parts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -106,6 +107,18 @@ def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[
         warn(f"the discretization error is not estimated: {error}")
         return {}
     return runs
+
+
+def refined_together(
+    evaluate: Evaluate, run: ResponseRuns, names: Sequence[str]
+) -> np.ndarray | None:
+    """Return a run where all that is named is finer at once, (outputs, times); None if it fails."""
+    for name in names:
+        evaluate = evaluate.refinements()[name]
+    try:
+        return _made(evaluate, run, f"tell the error of {' and '.join(names)} together")[0]
+    except RunError:
+        return None
 
 
 def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:

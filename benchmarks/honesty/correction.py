@@ -178,8 +178,8 @@ def row(name: str, records: Sequence[Mapping]) -> list[str]:
         for record in applied
         if record["free"]
     ]
-    middle = [np.median([100 * one.true for one in own]) for own in (plain, done)]
-    ratios = [one.claim / max(one.true, 1e-300) for one in done]
+    middle = [np.median([100 * o.true for o in some]) for some in (plain, done)]
+    ratios = [o.claim / max(o.true, 1e-300) for o in done]
     return [
         name,
         str(len(records)),
@@ -187,8 +187,8 @@ def row(name: str, records: Sequence[Mapping]) -> list[str]:
         *(f"{v:.2g}" for v in middle),
         f"{100 * np.median([one.claim for one in done]):.2g}",
         f"{np.median(ratios):.2g}",
-        str(sum(right(one, TOLERANCE) for one in done)),
-        str(sum(right(one, TOLERANCE) for one in plain)),
+        str(sum(right(o, TOLERANCE) for o in done)),
+        str(sum(right(o, TOLERANCE) for o in plain)),
         str(sum(map(too_small, done))),
         str(sum(map(too_small, plain))),
         f"{np.median(given):.2g}" if given else "",
@@ -215,7 +215,9 @@ def show(folder: Path, lines: Sequence[str]) -> None:
         r for r in whole
         if r["reference"] <= max(UNSURE * max(r["corrected"]["true"], default=0.0), 1e-3)
     ]  # fmt: skip
-    rows = [row(kind, own) for kind in DRAWS if (own := [r for r in sure if r["kind"] == kind])]
+    rows = [
+        row(kind, of_kind) for kind in DRAWS if (of_kind := [r for r in sure if r["kind"] == kind])
+    ]
     rows.append(row("all", sure))
     applied = [r for r in sure if r["corrected"]["kinds"]]
     if applied:

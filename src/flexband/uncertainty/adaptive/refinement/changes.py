@@ -73,9 +73,9 @@ class RunChanges(NamedTuple):
     @staticmethod
     def _of(stages: list[Stage], fit: PartsFit, runs: RefinedRuns) -> RunChanges:
         """Return how a fit's outputs change, of all outputs on three levels."""
-        own = [stage.of(fit.outputs) for stage in stages]
-        columns = PartColumns.of_stage(own[0])
-        coarse, fine, finest = map(columns.pack, own)
+        of_fit = [stage.of(fit.outputs) for stage in stages]
+        columns = PartColumns.of_stage(of_fit[0])
+        coarse, fine, finest = map(columns.pack, of_fit)
         further = finest - fine[runs.third_level]
         return RunChanges(columns, coarse, fine - coarse, further, runs.fitted)
 
@@ -175,7 +175,7 @@ class Extrapolation(NamedTuple):
         return rms(finest - coarse) if len(coarse) else np.zeros(coarse.shape[1])
 
     @property
-    def left(self) -> np.ndarray:
+    def after(self) -> np.ndarray:
         """How far corrected runs are from those extrapolated by three levels, (outputs,)."""
         if not len(self.missed_order):
             return self.before
@@ -191,4 +191,4 @@ class Extrapolation(NamedTuple):
         coarse, fine, finest = self.levels
         before, further = self.before, rms(finest - fine)
         changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**MAX_HALVINGS * before)
-        return np.where(changes, self.left / np.where(changes, before, 1.0), np.inf)
+        return np.where(changes, self.after / np.where(changes, before, 1.0), np.inf)

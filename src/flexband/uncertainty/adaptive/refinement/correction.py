@@ -115,13 +115,13 @@ class FitCorrection(NamedTuple):
         return self.extrapolations[CorrectedPart.VALUES].before
 
     @property
-    def left(self) -> np.ndarray:
+    def after(self) -> np.ndarray:
         """What is left of it."""
-        left = self.before
+        after = self.before
         for kind, extrapolation in self.extrapolations.items():
             mask = self.kinds == kind
-            left = np.where(mask, extrapolation.left, left)
-        return left
+            after = np.where(mask, extrapolation.after, after)
+        return after
 
     def change(
         self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
@@ -242,11 +242,11 @@ def corrections_of(
     missed, by_fit = np.zeros((outputs, times)), []
     for fit in choice.fits:
         parts = [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()]
-        own = np.zeros((len(fit.outputs), times))
+        of_fit = np.zeros((len(fit.outputs), times))
         if together is not None:
-            own = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
-        by_fit.append(_decided(parts, own, options))
-        missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], own, 0.0)
+            of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
+        by_fit.append(_decided(parts, of_fit, options))
+        missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], of_fit, 0.0)
     corrections = {}
     for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
         error = np.empty((2, outputs, times))
@@ -269,10 +269,10 @@ def _missed_together(parts: list[FitCorrection], together: np.ndarray) -> np.nda
         if CorrectedPart.NOTHING in pattern:
             continue
         pairs = list(zip(parts, map(CorrectedPart, pattern), strict=True))
-        own = [part.extrapolations[kind].changes for part, kind in pairs]
+        changes = [part.extrapolations[kind].changes for part, kind in pairs]
         values = parts[0].extrapolations[CorrectedPart.VALUES].changes.first([])
         for kind in CorrectedPart.VALUES, CorrectedPart.PHASES:
-            same = [change for change, which in zip(own, pattern, strict=True) if which == kind]
+            same = [change for change, which in zip(changes, pattern, strict=True) if which == kind]
             if same:
                 values = values + same[0].first(same) - same[0].first([])
         missed[outputs] = together[outputs] - values[outputs]
@@ -289,8 +289,8 @@ def _decided(
     missed : by the sum of the corrections, (outputs, times).
     """
     before = sum(part.before for part in parts)
-    left = sum(part.left for part in parts) + rms(missed[None])
-    kept = left < options.most_left * before
+    after = sum(part.after for part in parts) + rms(missed[None])
+    kept = after < options.most_left * before
     return [
         part._replace(kinds=np.where(kept, part.kinds, CorrectedPart.NOTHING)) for part in parts
     ]
@@ -312,7 +312,7 @@ def corrected(
     divided, changes = [], []
     for k, fit in enumerate(fits):
         by_name = [correction.fits[k] for correction in corrections]
-        kinds = np.array([own.kinds for own in by_name]).reshape(-1, len(fit.outputs))
+        kinds = np.array([correction.kinds for correction in by_name]).reshape(-1, len(fit.outputs))
         patterns, group = np.unique(kinds == CorrectedPart.PHASES, axis=1, return_inverse=True)
         for number in range(patterns.shape[1]):
             outputs = np.flatnonzero(group.ravel() == number)

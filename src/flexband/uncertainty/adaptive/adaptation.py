@@ -351,7 +351,7 @@ class Adaptation:
                 if self.error.relative(error) <= self.corrected_above:
                     small[name] = DiscretizationCorrection.none(self.choice, error)
                     continue
-                more = runs.after(design, finer[name], name)
+                more = runs.with_design(design, finer[name], name)
                 self.refined[name] = more.with_finest(options.finest, finer[name], name)
         large = {name: runs for name, runs in self.refined.items() if name not in small}
         m = self.places.shape[1]

@@ -51,7 +51,7 @@ class RefinedRuns(NamedTuple):
         """Values of the coarse, the fine and the finest runs."""
         return self.coarse.values, self.fine, self.finest
 
-    def after(self, design: ResponseRuns, evaluate: Evaluate, name: str) -> RefinedRuns:
+    def with_design(self, design: ResponseRuns, evaluate: Evaluate, name: str) -> RefinedRuns:
         """Return these runs after others at points of the design, which are made here.
 
         Parameters
@@ -67,7 +67,7 @@ class RefinedRuns(NamedTuple):
         """Return these runs, the first held-out ones on a third level, too.
 
         Nothing is added if one of them fails, or the response has no third level. Parameters are
-        those of `after`.
+        those of `with_design`.
         """
         try:
             finer = evaluate.refinements().get(name)

@@ -15,6 +15,9 @@ from benchmarks.honesty.studies import KINDS, NOMINAL
 FREE = 0.25
 """Share of the cases that leave out the step, and the elements if there are any."""
 
+FIRST_ELEMENTS = 4
+"""Of members whose elements are left out, on the coarsest level."""
+
 UNIFORM = 0.3
 """Share of uniform inputs among the random ones."""
 
@@ -43,7 +46,8 @@ class CoarseMechanism:
         """Return the mechanism, with elements divided into so many, or left out where free."""
         if self.elements is None:
             return self.builder(**values)
-        elements = None if self.free and not finer else self.elements * max(finer, 1)
+        given = FIRST_ELEMENTS if self.free else self.elements
+        elements = None if self.free and not finer else given * max(finer, 1)
         return self.builder(**values, elements=elements)
 
 

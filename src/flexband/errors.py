@@ -313,7 +313,12 @@ def free_memory() -> float:
 
 def named(function: Callable) -> str:
     """Return how messages name a user's function."""
-    return f"the function {getattr(function, '__qualname__', type(function).__name__)!r}"
+    return f"the function {name_of(function)!r}"
+
+
+def name_of(function: Callable) -> str:
+    """Return the name of a function, or the class of an object that can be called."""
+    return getattr(function, "__qualname__", type(function).__name__)
 
 
 def returned(function: Callable, argument: Any, name: str = "") -> Any:

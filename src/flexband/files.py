@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,9 @@ from flexband.errors import InputError, StoreError, warn
 
 BEGIN = '{"checksum": "'
 """How a JSON file with a checksum begins."""
+
+Content = Sequence[bytes]
+"""Of a file: parts, one after another."""
 
 
 @contextmanager
@@ -43,7 +48,7 @@ def open_unlinked(file: str | os.PathLike[str], flags: int) -> int:
     """Open a file as `os.open` does; raise `OSError` if it is a symbolic link."""
     if os.path.islink(file):
         raise OSError(errno.ELOOP, "It is a symbolic link, which is not followed", str(file))
-    return os.open(file, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    return os.open(file, flags | (0 if sys.platform == "win32" else os.O_NOFOLLOW), 0o666)
 
 
 def read_unlinked(file: Path) -> bytes:
@@ -99,3 +104,46 @@ def try_write(write: Callable[[], object]) -> bool:
         warn(str(error))
         return False
     return True
+
+
+def write_synced(files: Mapping[Path, Content]) -> None:
+    """Write files, which are synced at the same time, since a disk does that at once.
+
+    Each is there as a whole, or as it was, whatever happens.
+    """
+    partials = {file: file.with_name(f"{file.name}-{uuid4().hex}.partial") for file in files}
+    try:
+        for file, content in files.items():
+            try:
+                _write_parts(partials[file], content)
+            except FileNotFoundError:
+                file.parent.mkdir(parents=True, exist_ok=True)
+                _write_parts(partials[file], content)
+        _together(partials.values())
+        for file, partial in partials.items():
+            partial.replace(file)
+        if os.name == "posix":
+            _together({file.parent for file in files})
+    except OSError:
+        for partial in partials.values():
+            partial.unlink(missing_ok=True)
+        raise
+
+
+def _write_parts(file: Path, content: Content) -> None:
+    with file.open("wb") as opened:
+        opened.writelines(content)
+
+
+def _together(paths: Iterable[Path]) -> None:
+    """Sync files or folders."""
+    with ThreadPoolExecutor(16) as threads:
+        list(threads.map(_sync, paths))
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

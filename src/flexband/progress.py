@@ -20,9 +20,11 @@ class Budget(int):
     Attributes
     ----------
     each : the most runs on one discretization; 0 if there is only one, so that it is the total.
+    exact : whether the total stays as it is.
     """
 
     each = 0
+    exact = False
 
     @classmethod
     def of(cls, total: int, each: int) -> Budget:
@@ -30,6 +32,15 @@ class Budget(int):
         made = cls(total)
         made.each = each
         return made
+
+    @classmethod
+    def from_total(cls, total: int) -> Budget:
+        """Return a total that may be a plain number, which is exact, as a budget."""
+        if isinstance(total, Budget):
+            return total
+        plain = cls(total)
+        plain.exact = True
+        return plain
 
 
 class ProgressListener:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
+import io
+import sys
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
-from typer.main import get_command
+from typer.main import get_group
 
 import flexband as fb
 from flexband.cli.commands import commands, load, renamed
 from flexband.cli.messages import Ending, print_remark, print_text
 from flexband.deprecation import renamed_text
-from flexband.report.terminal import print_anywhere
 
 
 class _Commands(TyperGroup):
@@ -29,7 +31,7 @@ class _Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         load(args[:1])
-        self.commands = get_command(app).commands  # pyright: ignore[reportAttributeAccessIssue]
+        self.commands = get_group(app).commands
         return super().resolve_command(ctx, args)
 
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
@@ -56,6 +58,25 @@ def _apart(args: Sequence[str]) -> list[str]:
         for part in parts:
             arguments += part.split(",") if arguments[-1:] == [during] else [part]
     return arguments
+
+
+def print_anywhere() -> None:
+    """Let standard output and error replace characters that they cannot encode."""
+    codecs.register_error("flexband", _replaced)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="flexband")
+
+
+def _replaced(error: UnicodeError) -> tuple[str, int]:
+    # What is printed in place of a character that a terminal does not know; otherwise "?"
+    plain = {
+        "…": "...", "–": "-", "−": "-", "×": "x", "μ": "mu", "σ": "sigma", "ξ": "xi", "η": "eta",
+    }  # fmt: skip
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    unknown = error.object[error.start : error.end]
+    return "".join(plain.get(character, "?") for character in unknown), error.end
 
 
 app = typer.Typer(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -54,14 +54,14 @@ def header(runs: xr.Dataset) -> list[str]:
     return different([*fixed_names, *map(str, runs["input"].values), *outputs])
 
 
-def blocks(runs: xr.Dataset, size: int = 1024) -> Iterator[list[Any]]:
+def blocks(runs: xr.Dataset, size: int = 1024) -> Iterator[list[list]]:
     """Yield the columns of so many runs after the other."""
     meanings = runs["status"].attrs["flag_meanings"].split()
     for first in range(0, runs.sizes["run"], size):
         block = runs.isel(run=slice(first, first + size)).load()
         count = block.sizes["run"]
         finished = np.datetime_as_string(block["finished"].values.astype("M8[ms]"), timezone="UTC")
-        columns: list[Any] = [
+        columns: list[list] = [
             list(range(first, first + count)),
             [meanings[k] for k in block["status"].values],
             block["reason"].values.tolist(),

@@ -12,13 +12,7 @@ import typer
 from flexband.analysis.verification.verify import RUNS
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output, check_folder
-from flexband.cli.messages import (
-    Ending,
-    ExitStatus,
-    print_text,
-    reported_errors,
-    usage,
-)
+from flexband.cli.messages import Ending, ExitStatus, print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
 from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
 from flexband.cli.result import print_result, write_report_of

@@ -93,7 +93,7 @@ class Array:
         places = [chunk, *(0 for _ in self.dims[1:])][: len(self.dims)]
         return self.separator.join(["c", *map(str, places)])
 
-    def encoded(self, values: np.ndarray) -> list[Any]:
+    def encoded(self, values: np.ndarray) -> list[bytes]:
         """Return a chunk with these first entries, the others the fill value: content, checksum."""
         if self.kind == "string":
             texts, count = values.ravel(), int(np.prod(self.chunk))
@@ -102,11 +102,12 @@ class Array:
             parts = [struct.pack("<I", count), *(framed[text] for text in texts)]
             content = b"".join(parts) + struct.pack("<I", 0) * (count - len(texts))
         else:
-            content = np.ascontiguousarray(values, CODES[self.kind])
-            if content.shape != self.chunk:
+            numbers = np.ascontiguousarray(values, CODES[self.kind])
+            if numbers.shape != self.chunk:
                 empty = np.nan if self.kind == "float64" else 0
-                content = np.full(self.chunk, empty, CODES[self.kind])
-                content[tuple(map(slice, values.shape))] = values
+                numbers = np.full(self.chunk, empty, CODES[self.kind])
+                numbers[tuple(map(slice, values.shape))] = values
+            content = numbers.tobytes()
         return [content, struct.pack("<I", google_crc32c.value(content))]
 
     def decoded(self, data: bytes) -> np.ndarray:

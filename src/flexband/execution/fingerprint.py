@@ -11,15 +11,15 @@ A store makes two of its runs again, which tells of changes there.
 from __future__ import annotations
 
 import dis
-import functools
 import hashlib
+import inspect
 import sys
 import sysconfig
 import types
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, partial, singledispatchmethod
 from pathlib import Path
 from typing import Any
 
@@ -46,13 +46,14 @@ def fingerprint(response: object) -> str:
 class _Walk:
     """One walk over all objects that a response consists of."""
 
-    def __init__(self, response: object):
+    def __init__(self, response: Any):
         self.hash = hashlib.sha256()
         self.seen: dict[int, int] = {}
         self.kept: list[object] = []  # an object that was freed could give its number to another
-        while isinstance(response, functools.partial) or hasattr(response, "__wrapped__"):
-            partial = isinstance(response, functools.partial)
-            response = getattr(response, "func" if partial else "__wrapped__")
+        while isinstance(
+            response := inspect.unwrap(response, stop=lambda f: isinstance(f, partial)), partial
+        ):
+            response = response.func
         self.package = str(getattr(response, "__module__", "")).partition(".")[0]
 
     def text(self, *words: object) -> None:
@@ -66,62 +67,14 @@ class _Walk:
         else:
             self.seen[id(value)] = len(self.seen)
             self.kept.append(value)
-            if not (self.data(value) or self.calling(value) or self.program(value)):
-                self.instance(value)
+            self.content(value)
 
-    def data(self, value: Any) -> bool:
-        """Visit arrays and containers; return whether it is one."""
-        if isinstance(value, np.ndarray):
-            self.text("array", value.dtype, value.shape)
-            if value.dtype.kind != "O":
-                self.hash.update(np.ascontiguousarray(value).tobytes())
-        elif isinstance(value, xr.DataArray):
-            self.visit((value.dims, value.values, *(c.values for c in value.coords.values())))
-        elif isinstance(value, tuple | frozenset):
-            self.text("sequence", len(value))
-            for part in sorted(value, key=repr) if isinstance(value, frozenset) else value:
-                self.visit(part)
-        elif isinstance(value, Enum):
-            self.text("enum", type(value).__qualname__, value.name)
-            self.visit(value.value)
-        elif isinstance(value, list | Mapping | set):
-            self.text(type(value).__name__)
-        else:
-            return False
-        return True
-
-    def program(self, value: Any) -> bool:
-        """Visit functions, classes and what wraps them; return whether it is one."""
-        if isinstance(value, types.FunctionType):
-            self.function(value)
-        elif isinstance(value, type):
-            self.type(value)
-        elif isinstance(value, types.CodeType):
-            self.code(value)
-        elif isinstance(value, types.ModuleType):
-            self.text("module", value.__name__)
-        else:
-            return False
-        return True
-
-    def calling(self, value: Any) -> bool:
-        """Visit what calls functions in another way than by code; return whether it is that."""
-        if isinstance(value, types.MethodType):
-            self.visit((value.__func__, value.__self__))
-        elif isinstance(value, functools.partial):
-            self.visit((value.func, value.args, *sorted(value.keywords.items())))
-        elif isinstance(value, property):
-            self.visit((value.fget, value.fset))
-        elif isinstance(value, staticmethod | classmethod):
-            self.visit(value.__func__)
-        elif not isinstance(value, type) and callable(getattr(value, "py_func", None)):
-            self.visit(value.py_func)  # compiled by Numba
-        else:
-            return False
-        return True
-
-    def instance(self, instance: Any) -> None:
+    @singledispatchmethod
+    def content(self, instance: Any) -> None:
         """Visit the class of an object, and what does not change of its attributes."""
+        if callable(function := getattr(instance, "py_func", None)):  # compiled by Numba
+            self.visit(function)
+            return
         self.text("object", getattr(instance, "__module__", ""), getattr(instance, "__name__", ""))
         self.visit(type(instance))
         if hasattr(instance, "identity"):
@@ -132,6 +85,56 @@ class _Walk:
             if isinstance(function := getattr(instance, name, None), types.FunctionType):
                 self.visit(function)
 
+    @content.register
+    def _(self, array: np.ndarray) -> None:
+        self.text("array", array.dtype, array.shape)
+        if array.dtype.kind != "O":
+            self.hash.update(np.ascontiguousarray(array).tobytes())
+
+    @content.register
+    def _(self, array: xr.DataArray) -> None:
+        self.visit((array.dims, array.values, *(c.values for c in array.coords.values())))
+
+    @content.register(tuple)
+    def sequence(self, parts: Collection[Any]) -> None:
+        self.text("sequence", len(parts))
+        for part in parts:
+            self.visit(part)
+
+    @content.register
+    def _(self, parts: frozenset) -> None:
+        self.sequence(sorted(parts, key=repr))
+
+    @content.register
+    def _(self, member: Enum) -> None:
+        self.text("enum", type(member).__qualname__, member.name)
+        self.visit(member.value)
+
+    @content.register
+    def _(self, changeable: list | Mapping | set) -> None:
+        self.text(type(changeable).__name__)
+
+    @content.register
+    def _(self, module: types.ModuleType) -> None:
+        self.text("module", module.__name__)
+
+    @content.register
+    def _(self, method: types.MethodType) -> None:
+        self.visit((method.__func__, method.__self__))
+
+    @content.register
+    def _(self, call: partial) -> None:
+        self.visit((call.func, call.args, *sorted(call.keywords.items())))
+
+    @content.register
+    def _(self, attribute: property) -> None:
+        self.visit((attribute.fget, attribute.fset))
+
+    @content.register
+    def _(self, method: staticmethod | classmethod) -> None:
+        self.visit(method.__func__)
+
+    @content.register
     def function(self, function: types.FunctionType) -> None:
         if not self.own(function.__module__, function.__code__.co_filename):
             self.text("function", function.__module__, function.__qualname__)
@@ -165,6 +168,7 @@ class _Walk:
             if module and self.own(value.__name__, _file(value)):
                 self.variables(vars(value), names, _assigned_in(vars(value)), (*path, id(value)))
 
+    @content.register
     def code(self, code: types.CodeType) -> None:
         """Visit the instructions; texts that none of them loads are docstrings."""
         self.text(code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], code.co_freevars)
@@ -178,6 +182,7 @@ class _Walk:
             else:
                 self.text(step.opname, step.arg)
 
+    @content.register
     def type(self, kind: type) -> None:
         self.text("class", kind.__module__, kind.__qualname__)
         if not self.own(kind.__module__, _file(sys.modules.get(kind.__module__))):

@@ -23,8 +23,7 @@ import numpy as np
 
 from flexband.errors import StoreError
 from flexband.execution.chunks import CODES, Array
-from flexband.execution.synced import write_synced
-from flexband.files import refuse_links
+from flexband.files import Content, refuse_links, write_synced
 
 FORMAT = 1
 """Of the store; a program refuses stores with a larger number."""
@@ -49,7 +48,7 @@ class GrowingArrays:
             try:
                 self._read_metadata(folder / name)
                 return
-            except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            except (OSError, ValueError, KeyError, TypeError) as error:
                 reason = reason or error
         if any(file.suffix != ".partial" for file in folder.glob("*")):
             raise StoreError(
@@ -68,7 +67,7 @@ class GrowingArrays:
             )
         if _checksum(metadata) != attrs["checksum"]:
             raise ValueError("the checksum is wrong")
-        arrays = {name: Array.of(member) for name, member in members.items()}
+        arrays = {name: Array.of(member) for name, member in dict(members).items()}
         grown = [members[name]["shape"][0] for name, array in arrays.items() if array.grows]
         self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
 
@@ -78,7 +77,7 @@ class GrowingArrays:
         Runs that there are get the fill value of one that grows.
         """
         file, folder = self._file(name, 0, array), self.folder / name
-        files: dict[Path, list[Any]] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
+        files: dict[Path, Content] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
         if values is not None and values.size:
             content = array.encoded(np.asarray(values))
             files |= {file: content, folder / "copy": content}
@@ -92,7 +91,7 @@ class GrowingArrays:
     def append(self, columns: Mapping[str, np.ndarray]) -> None:
         """Append runs; arrays that are not named get their fill value."""
         count = len(next(iter(columns.values())))
-        files: dict[Path, list[Any]] = {}
+        files: dict[Path, Content] = {}
         last, blank = dict(self._last), set[Path]()
         for name, values in columns.items():
             array, done = self.arrays[name], 0
@@ -159,7 +158,7 @@ class GrowingArrays:
             values[mask] = self._stored(name, int(chunk))[chosen[mask] - chunk * array.rows]
         return values
 
-    def replace(self, name: str, runs: np.ndarray, value: Any) -> None:
+    def replace(self, name: str, runs: np.ndarray, value: float) -> None:
         """Give some runs another value."""
         array = self.arrays[name]
         for chunk in np.unique(runs // array.rows):
@@ -215,5 +214,5 @@ def _checksum(metadata: Mapping[str, Any]) -> int:
     return google_crc32c.value(_json({**metadata, "attributes": attrs}))
 
 
-def _json(content: Any) -> bytes:
+def _json(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content, sort_keys=True).encode()

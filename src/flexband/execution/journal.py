@@ -56,20 +56,24 @@ class Journal:
                         records.append(record)
         return records
 
-    def append(self, first: int, finished: Finished, *, sync: bool) -> None:
-        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file."""
+    def append(self, first: int, finished: Finished, *, sync: bool, large: int = 1_000_000) -> None:
+        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file.
+
+        One of less than so many `large` bytes is copied, and written at once.
+        """
         body = _encoded(first, finished)
         checksum = 0
         for part in body:
             checksum = google_crc32c.extend(checksum, part)
         if self._file is None:
             self.number += 1
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-            handle = os.open(self.folder / f"journal-{self.number:06d}", flags, 0o666)
-            self._file = os.fdopen(handle, "ab", buffering=0)
+            file = self.folder / f"journal-{self.number:06d}"
+            self._file = open(file, "ab", buffering=0, opener=_open_new)  # noqa: SIM115
         end = os.fstat(self._file.fileno()).st_size
+        size = sum(part.nbytes for part in body)
+        parts = [FRAME.pack(size, checksum), *body]
         try:
-            for part in [FRAME.pack(sum(part.nbytes for part in body), checksum), *body]:
+            for part in parts if size > large else [b"".join(parts)]:
                 whole = memoryview(part).cast("B")
                 while whole:
                     whole = whole[self._file.write(whole) :]
@@ -88,6 +92,10 @@ class Journal:
 
     def _files(self) -> list[Path]:
         return sorted(self.folder.glob("journal-*"), key=_number)
+
+
+def _open_new(file: str, flags: int) -> int:
+    return os.open(file, flags | os.O_EXCL, 0o666)
 
 
 def _number(file: Path) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,16 +15,8 @@ from flexband.execution.journal import Finished
 from flexband.execution.names import RunStatus
 
 OWN = (
-    "setting",
-    "inputs",
-    "input",
-    "outputs",
-    "status",
-    "reason",
-    "seconds",
-    "finished",
-    "session",
-)
+    "setting", "inputs", "input", "outputs", "status", "reason", "seconds", "finished", "session",
+)  # fmt: skip
 """Names of the arrays."""
 
 
@@ -99,11 +91,13 @@ def stored_labels(arrays: GrowingArrays) -> xr.DataArray | None:
     return xr.DataArray(empty, coords, dims, attrs["name of outputs"], attrs["attrs of outputs"])
 
 
-def columns(batch: Sequence[Finished], session: int, shape: Sequence[int] | None) -> dict[str, Any]:
+def columns(
+    batch: Sequence[Finished], session: int, shape: Sequence[int] | None
+) -> dict[str, np.ndarray]:
     """Return the entries of finished runs; `shape` is that of one run's outputs, if known."""
     counts = [len(record.inputs) for record in batch]
 
-    def repeated(values: Sequence[Any], dtype: Any) -> np.ndarray:
+    def repeated(values: Sequence[str | float], dtype: type) -> np.ndarray:
         return np.repeat(np.array(values, dtype=dtype), counts)
 
     entries = {
@@ -128,7 +122,7 @@ def columns(batch: Sequence[Finished], session: int, shape: Sequence[int] | None
     return entries
 
 
-def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
+def _plain(attrs: Mapping[Hashable, Any]) -> dict[str, Any]:
     """Return attributes that JSON can hold; others as text."""
     plain = (str, bool, int, float, type(None))
     values = {k: v.item() if isinstance(v, np.generic) else v for k, v in attrs.items()}

@@ -13,10 +13,10 @@ from flexband.errors import StoreError
 from flexband.execution.names import FileName
 from flexband.files import open_unlinked, read_unlinked, replaced
 
-if os.name == "posix":
-    import fcntl
-else:
+if sys.platform == "win32":
     import msvcrt
+else:
+    import fcntl
 
 
 class Lock:
@@ -89,10 +89,10 @@ _locks: WeakSet[Lock] = WeakSet()
 def _locked(handle: int) -> bool:
     """Lock an open file; return whether that succeeded."""
     try:
-        if os.name == "posix":
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if sys.platform == "win32":
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
         else:
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # pyright: ignore
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         return False
     return True

@@ -13,17 +13,17 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, Listener
 from multiprocessing.connection import wait as wait_for
-from typing import Any
 
 import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import check_integer, check_numbers, check_positive
-from flexband.execution.executors import Arguments, Outcome, Performing, Workers, dumped, received
+from flexband.execution.calls import Outcome, Performing, Tasks, Workers, dumped, received
+from flexband.response import ResponseFunction
 
 
 @frozen()
@@ -153,7 +153,7 @@ class _Pool:
         self.workers = []
 
     def perform(
-        self, response: Callable[..., Any], tasks: list[Callable[[], Arguments]]
+        self, response: ResponseFunction, tasks: Tasks
     ) -> Generator[tuple[int, Outcome], None, None]:
         """Perform tasks; tasks that are left when the caller stops are ended."""
         pickled = dumped(response)
@@ -166,12 +166,11 @@ class _Pool:
                     number = worker.task
                     assert number is not None
                     outcome = self._heard(worker)
-                    if isinstance(outcome, str):
-                        if attempts[number] < self.attempts:
-                            waiting.appendleft(number)
-                            continue
-                        outcome = Outcome(None, RuntimeError(outcome), 0.0)
-                    if outcome is not None:
+                    if outcome is None:
+                        continue
+                    if outcome.lost and attempts[number] < self.attempts:
+                        waiting.appendleft(number)
+                    else:
                         done += 1
                         yield number, outcome
         finally:
@@ -182,7 +181,7 @@ class _Pool:
     def _give(
         self,
         waiting: deque[int],
-        tasks: list[Callable[[], Arguments]],
+        tasks: Tasks,
         attempts: list[int],
         pickled: bytes,
     ) -> None:
@@ -214,8 +213,8 @@ class _Pool:
         now = time.monotonic()
         return [w for w in busy if w.connection in ready_connections or w.deadline <= now]
 
-    def _heard(self, worker: _Worker) -> Outcome | str | None:
-        """Return the outcome of a task, or how its process ended; None if it only began."""
+    def _heard(self, worker: _Worker) -> Outcome | None:
+        """Return the outcome of a task, lost if its process ended; None if it only began."""
         if not worker.connection.poll():
             worker.process.kill()
             self._replace(worker)
@@ -224,7 +223,7 @@ class _Pool:
         try:
             data = worker.connection.recv_bytes()
         except (EOFError, OSError):
-            return self._replace(worker)
+            return Outcome(None, RuntimeError(self._replace(worker)), 0.0, lost=True)
         if not data:
             worker.deadline = time.monotonic() + (self.limit or float("inf"))
             return None

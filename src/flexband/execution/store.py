@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import xarray as xr
 
@@ -15,6 +15,7 @@ from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.files import refuse_links
+from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
@@ -86,7 +87,11 @@ class Store:
         return Path(self.folder) / FileName.RUNS
 
 
-def as_store(store: Any) -> Store | None:
+StoreLike = Store | str | os.PathLike[str] | None
+"""Where runs are recorded, as users give it."""
+
+
+def as_store(store: StoreLike) -> Store | None:
     """Return a store, or that of a folder; None for None."""
     if store is None or isinstance(store, Store):
         return store
@@ -105,7 +110,9 @@ class Owner(NamedTuple):
     fields: str
 
     @classmethod
-    def of(cls, response: object, version: str, inputs: Sequence[str], fields: str) -> Owner:
+    def of(
+        cls, response: ResponseFunction, version: str, inputs: Sequence[str], fields: str
+    ) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""
         hashes = fingerprint(response), source_hash("mechanics")[:16]
         return cls(*hashes, version, ", ".join(inputs), fields)
@@ -170,4 +177,4 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     if not present:
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)
-    return xr.open_zarr(path, chunks=None, consolidated=True)  # pyright: ignore[reportArgumentType]
+    return xr.open_zarr(path, chunks=None, consolidated=True)

@@ -10,7 +10,7 @@ from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,11 @@ from flexband.errors import (
 )
 from flexband.models.fmu_variables import access, assigned, differs, recorded, unit
 from flexband.models.one_by_one import OneByOne
+
+if TYPE_CHECKING:
+    from fmpy import model_description as fmi  # pyright: ignore[reportMissingImports]
+
+    from flexband.models.fmu_variables import Assignments
 
 
 @frozen()
@@ -138,7 +143,7 @@ class FMU(OneByOne):
     def _ends(self) -> tuple[float, ...]:
         return self.times  # pyright: ignore[reportReturnType]
 
-    def _description(self, *, validate: bool = False) -> Any:
+    def _description(self, *, validate: bool = False) -> fmi.ModelDescription:
         """Return what FMPy reads of the FMU; raise `InputError` if it cannot be simulated."""
         fmpy = _fmpy("fmpy")
         try:
@@ -157,11 +162,11 @@ class FMU(OneByOne):
             )
         return description
 
-    def _start(self, description: Any) -> float:
+    def _start(self, description: fmi.ModelDescription) -> float:
         experiment = description.defaultExperiment
         return float((experiment and experiment.startTime) or 0.0)
 
-    def _communication(self, description: Any) -> list[tuple[float, float, int]]:
+    def _communication(self, description: fmi.ModelDescription) -> list[tuple[float, float, int]]:
         """Return begin, communication step and number of steps between all times."""
         start, ends = self._start(description), self._ends
         if ends[0] < start:
@@ -186,12 +191,12 @@ class FMU(OneByOne):
 class _Run:
     """An FMU that is instantiated, through FMPy."""
 
-    def __init__(self, folder: str, description: Any, messages: list[str]):
+    def __init__(self, folder: str, description: fmi.ModelDescription, messages: list[str]):
         self.description, self.fatal = description, False
         simulation = _fmpy("fmpy.simulation")
         self.failure: type[Exception] = _fmpy("fmpy.fmi1").FMICallException
 
-        def logged(*parts: Any) -> None:
+        def logged(*parts: bytes) -> None:
             messages.append(parts[-1].decode(errors="replace"))
 
         try:
@@ -201,7 +206,7 @@ class _Run:
         except Exception as error:
             raise ModelError(f"the FMU cannot be loaded: {error}{_shown(messages)}") from error
 
-    def start(self, begin: float, end: float, given: dict[str, tuple[Any, Any]]) -> None:
+    def start(self, begin: float, end: float, given: Assignments) -> None:
         """Set the values and initialize; raise `InputError` if a value is then another."""
         if self.description.fmiVersion == "2.0":
             self.fmu.setupExperiment(startTime=begin, stopTime=end)
@@ -228,7 +233,7 @@ class _Run:
             if ended and (ended[1] or ended[2]):  # FMI 3.0: terminated, returned early
                 raise ModelError(f"the FMU ends at {begin + k * step:g} s")
 
-    def read(self, variables: list[Any]) -> np.ndarray:
+    def read(self, variables: list[fmi.ScalarVariable]) -> np.ndarray:
         """Return the values of variables now."""
         values = np.empty(len(variables))
         kinds = [access(self.description, v) for v in variables]
@@ -242,7 +247,7 @@ class _Run:
         if not self.fatal:
             self.fmu.freeInstance()
 
-    def _get(self, kind: str, variables: list[Any]) -> list[Any]:
+    def _get(self, kind: str, variables: list[fmi.ScalarVariable]) -> list[Any]:
         return getattr(self.fmu, f"get{kind}")([v.valueReference for v in variables])
 
 

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexband.errors import InputError, shown
 
+if TYPE_CHECKING:
+    from fmpy import model_description as fmi  # pyright: ignore[reportMissingImports]
+
+    Assignments = dict[str, tuple[fmi.ScalarVariable, float | str]]
+
 NOT_SCALAR = ("Binary", "Clock")
 """Types of variables that are neither numbers nor texts."""
 
 
-def recorded(description: Any, names: list[str] | None) -> list[Any]:
+def recorded(
+    description: fmi.ModelDescription, names: list[str] | None
+) -> list[fmi.ScalarVariable]:
     """Return the variables of these names, or all outputs; they are scalar numbers.
 
     Raises
@@ -29,7 +36,7 @@ def recorded(description: Any, names: list[str] | None) -> list[Any]:
     return [_named(possible, name, "outputs must be numbers of the FMU") for name in names]
 
 
-def assigned(description: Any, values: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+def assigned(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
     """Return the variables that are to be set and their values, by name.
 
     Raises
@@ -39,7 +46,7 @@ def assigned(description: Any, values: dict[str, Any]) -> dict[str, tuple[Any, A
     """
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
     every = {v.name: v for v in description.modelVariables}
-    assignments: dict[str, tuple[Any, Any]] = {}
+    assignments: Assignments = {}
     for name, value in values.items():
         if name in every and name not in possible:
             raise InputError(f"{name} cannot be set in this FMU: it is {_refusal(every[name])}")
@@ -54,20 +61,20 @@ def assigned(description: Any, values: dict[str, Any]) -> dict[str, tuple[Any, A
     return assignments
 
 
-def access(description: Any, variable: Any) -> str:
+def access(description: fmi.ModelDescription, variable: fmi.ScalarVariable) -> str:
     """Return the name of the type in FMPy's functions that get and set a variable."""
     if variable.type == "Enumeration":
         return "Integer" if description.fmiVersion == "2.0" else "Int64"
     return variable.type
 
 
-def unit(variable: Any) -> str:
+def unit(variable: fmi.ScalarVariable) -> str:
     """Return the unit of a variable; "" if it has none."""
     declared = getattr(variable.declaredType, "unit", None)
     return variable.unit or declared or ""
 
 
-def differs(value: Any, actual_value: Any, rounding: float = 1e-6) -> bool:
+def differs(value: float | str, actual_value: Any, rounding: float = 1e-6) -> bool:
     """Return whether an FMU has another value than it was given.
 
     `rounding` is the relative difference that single precision may make.
@@ -77,7 +84,9 @@ def differs(value: Any, actual_value: Any, rounding: float = 1e-6) -> bool:
     return abs(actual_value - value) > rounding * abs(value)
 
 
-def _named(possible: dict[str, Any], name: str, rule: str, most: int = 20) -> Any:
+def _named(
+    possible: dict[str, fmi.ScalarVariable], name: str, rule: str, most: int = 20
+) -> fmi.ScalarVariable:
     if name in possible:
         return possible[name]
     close = get_close_matches(str(name), possible, n=3)
@@ -87,11 +96,11 @@ def _named(possible: dict[str, Any], name: str, rule: str, most: int = 20) -> An
     raise InputError(f"{rule}: {listed}{more}; got {name!r}")
 
 
-def _is_number(variable: Any) -> bool:
+def _is_number(variable: fmi.ScalarVariable) -> bool:
     return not variable.shape and variable.type not in ("String", *NOT_SCALAR)
 
 
-def _refusal(variable: Any) -> str:
+def _refusal(variable: fmi.ScalarVariable) -> str:
     """Return why a variable cannot be set before the simulation; "" if it can."""
     if variable.shape or variable.type in NOT_SCALAR:
         return "an array" if variable.shape else f"a {variable.type}"
@@ -104,7 +113,7 @@ def _refusal(variable: Any) -> str:
     return ""
 
 
-def _converted(variable: Any, value: Any) -> Any:
+def _converted(variable: fmi.ScalarVariable, value: Any) -> float | str:
     """Return a value as a variable's type needs it."""
     name = variable.name
     if callable(value):

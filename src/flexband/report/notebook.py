@@ -10,8 +10,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, name_of, shown
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.response import MechanismResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.page.inputs import statistics
 from flexband.report.text.numbers import percent
@@ -65,9 +66,9 @@ def input_html(input_: Any) -> str:
 def study_html(study: Study) -> str:
     """Return a table of a study: its response, method, error bar and inputs."""
     response = study.response
-    name = getattr(response, "__qualname__", type(response).__name__)
-    if builder := getattr(response, "builder", None):
-        name += f" of {_name(builder)}"
+    name = name_of(response)
+    if isinstance(response, MechanismResponse):
+        name += f" of {name_of(response.builder)}"
     bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
     rows = [("response", name), ("method", _given(study.method)), ("error bar", bar)]
     return _table(("study", ""), rows) + _inputs(study.inputs)
@@ -87,29 +88,21 @@ def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
     attrs = [alternative.diagnostics.attrs for alternative in several]
     rows += [(name, str(attrs[0][name])) for name in ("method",) if name in attrs[0]]
     rows.append(("runs", str(sum(int(diagnostics.get("runs", 0)) for diagnostics in attrs))))
-    errors = [
-        diagnostics["expected_error"] for diagnostics in attrs if "expected_error" in diagnostics
-    ]
-    if errors:
+    if errors := [about["expected_error"] for about in attrs if "expected_error" in about]:
         averaged = "" if several[0].time is None else f", mean over {several[0].time}"
-        rows.append(
-            ("expected error", f"{percent(max(errors))} of the error bar's width{averaged}")
-        )
-    rows += [
-        ("not reliable", diagnostics["not_trusted"])
-        for diagnostics in attrs
-        if "not_trusted" in diagnostics
-    ]
+        width = f"{percent(max(errors))} of the error bar's width{averaged}"
+        rows.append(("expected error", width))
+    rows += [("not reliable", about["not_trusted"]) for about in attrs if "not_trusted" in about]
     return _table(("surrogate", ""), rows) + _inputs(given)
 
 
 def _inputs(given: Mapping[str, Any]) -> str:
     """Return a table of inputs: what each is, and its nominal value and range."""
-    rows = [(name, *_about(name, input_)) for name, input_ in given.items()]
+    rows = [(name, *_about(input_)) for name, input_ in given.items()]
     return _table(("input", "", "from", "to", "mean", "std"), rows)
 
 
-def _about(name: str, input_: Any) -> tuple[str, ...]:
+def _about(input_: Any) -> tuple[str, ...]:
     if isinstance(input_, Interval | Sizing | Compensator):
         kind = type(input_).__name__.lower()
         kind += f" ± {input_.tolerance:g}" if isinstance(input_, Sizing) else ""
@@ -120,7 +113,7 @@ def _about(name: str, input_: Any) -> tuple[str, ...]:
         return _given(input_), "", "", *words
     if isinstance(input_, Choice | Correlated):
         return repr(input_), "", "", "", ""
-    summary = statistics(name, input_)
+    summary = statistics(input_)
     if summary is None:
         return repr(input_), "", "", "", ""
     low, high, mean, std = summary
@@ -132,17 +125,9 @@ def _given(input_: Any) -> str:
     """Return an object as it would be written: without what is left out, and functions by name."""
     if not is_dataclass(input_):
         return repr(input_)
-    chosen = [
-        (attribute.name, getattr(input_, attribute.name))
-        for attribute in fields(input_)
-        if attribute.repr
-    ]
-    usual = {attribute.name: attribute.default for attribute in fields(input_)}
-    arguments = [
-        f"{name}={_name(value)}"
-        for name, value in chosen
-        if value is not usual[name] and value != usual[name]
-    ]
+    chosen = [(f, getattr(input_, f.name)) for f in fields(input_) if f.repr]
+    changed = [(f, value) for f, value in chosen if value is not f.default and value != f.default]
+    arguments = [f"{f.name}={_name(value)}" for f, value in changed]
     return f"{type(input_).__name__}({', '.join(arguments)})"
 
 

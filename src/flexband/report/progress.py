@@ -93,10 +93,11 @@ def _told(done: int, total: int, *, most: bool = False) -> str:
     `most` is whether to tell how many there are at most with the same step and elements, if only
     that is known.
     """
-    if isinstance(total, Budget) and total.each:
-        limit = f", at most {total.each} with the same step and elements"
+    budget = Budget.from_total(total)
+    if budget.each:
+        limit = f", at most {budget.each} with the same step and elements"
         return f"{number_of(done, 'run')} so far{limit * most}"
-    return f"{done} of {'at most ' * isinstance(total, Budget)}{number_of(total, 'run')}"
+    return f"{done} of {'at most ' * (not budget.exact)}{number_of(total, 'run')}"
 
 
 class _Bar(ProgressListener):
@@ -107,7 +108,7 @@ class _Bar(ProgressListener):
         self.task = bars.add_task(name, total=None, told="")
 
     def __call__(self, done: int, total: int) -> None:
-        known = None if isinstance(total, Budget) and total.each else total
+        known = None if Budget.from_total(total).each else total
         self.text = _told(done, total)
         if done >= total and total is known:
             self.now = ""
@@ -139,7 +140,7 @@ class _Lines(ProgressListener):
             self.first = done
         if self.measured is None and done > self.first:
             self.measured = now, done
-        ended = done >= total and not isinstance(total, Budget)
+        ended = done >= total and Budget.from_total(total).exact
         text = _told(done, total, most=not done) + (
             "" if ended else self.left(now, done, total) + self.now
         )
@@ -159,8 +160,8 @@ class _Lines(ProgressListener):
         # is told
         measured = 5.0
         begin, before = self.measured or (now, done)
-        several = isinstance(total, Budget) and total.each
-        if several or done == before or now < begin + measured:
+        budget = Budget.from_total(total)
+        if budget.each or done == before or now < begin + measured:
             return ""
         seconds = (now - begin) / (done - before) * (total - done)
-        return f", {'at most' if isinstance(total, Budget) else 'about'} {duration(seconds)} left"
+        return f", {'about' if budget.exact else 'at most'} {duration(seconds)} left"

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
+from typing import NamedTuple
 
+from matplotlib.figure import Figure
+
+from flexband.errors import warn
 from flexband.execution.names import FileName
-from flexband.report.page.figures import Drawing, write_figures
 from flexband.report.page.given import field_axes
+from flexband.report.page.template import picture, write_page
 from flexband.report.plot import figures
 from flexband.report.text import tables
 from flexband.study.comparison import Comparison
@@ -18,6 +22,13 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
+
+
+class Drawing(NamedTuple):
+    """A figure that is still to be drawn."""
+
+    caption: str
+    draw: Callable[[], Figure]
 
 
 def write_comparison_report(
@@ -88,3 +99,29 @@ def file_name(name: str, taken: Collection[str] = ()) -> str:
 def data_file(folder: Path, result: Comparison) -> Path:
     """Return the file for the bands of one of several methods."""
     return folder / f"{file_name(result.method.label.lower())}.nc"
+
+
+def write_figures(
+    file: Path,
+    title: str,
+    about: str,
+    table: tables.Table,
+    drawings: Sequence[Drawing],
+    remarks: Sequence[str] = (),
+) -> Path:
+    """Write a page with a table, remarks and figures; return its path.
+
+    A figure that cannot be drawn is a remark.
+    """
+    pictures, remarks = [], list(remarks)
+    for caption, draw in drawings:
+        try:
+            pictures.append((caption, picture(draw(), "png", dpi=120)))
+        except Exception as error:  # whatever Matplotlib raises
+            remarks.append(f"The figure {caption!r} could not be drawn: {error}")
+            warn(remarks[-1])
+    write_page(
+        file, "figures.html.j2", title=title, about=about, rows=table, remarks=remarks,
+        pictures=pictures,
+    )  # fmt: skip
+    return file

@@ -10,11 +10,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_function, check_instance, warn
+from flexband.progress import Progress
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import cases, first_case
 from flexband.uncertainty.methods.least_squares import RegressionPCCI
 from flexband.uncertainty.methods.method import Evaluate, Method, as_method, check_runs
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
@@ -65,7 +66,7 @@ def compare(
     reference: Method,
     methods: Sequence[Method],
     *,
-    progress: Callable[[Method], Callable[[int, int], object]] | None = None,
+    progress: Callable[[Method], Progress] | None = None,
     finished: Callable[[Comparison], object] | None = None,
 ) -> list[Comparison]:
     """Run the study with the reference and with every method; the reference comes first.

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,7 +34,9 @@ from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.propagate import propagate
 
 if TYPE_CHECKING:
+    from flexband.response import ResponseFunction
     from flexband.study.study import Study
+    from flexband.uncertainty.methods.method import Method
 
 
 def _engine() -> None:
@@ -53,11 +55,11 @@ def _phases() -> None:
     _propagate(lambda a, b: np.sin((a * b)[:, None] * t), PhaseResolvedPCCI(2, 2))
 
 
-def _propagate(response: Any, method: Any) -> None:
+def _propagate(response: ResponseFunction, method: Method) -> None:
     propagate(response, {"a": Interval(60.0, 66.0), "b": Normal(1.0, 0.01)}, method)
 
 
-PARTS: dict[str, tuple[Any, Callable[[], None]]] = {
+PARTS: dict[str, tuple[Callable, Callable[[], None]]] = {
     "engine": (dynamics, _engine),
     "bounds": (descents, _bounds),
     "phases": (search, _phases),
@@ -78,19 +80,13 @@ def compile_ahead(study: Study) -> None:
     listener().stage("compiling")
     listener().warn("compiling (once per machine, up to a minute) ...")
     command = [sys.executable, "-m", __name__]
+    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     running: list[subprocess.Popen] = []
     try:
         while missing or running:
             running = [process for process in running if process.poll() is None]
             while missing and len(running) < available_cores():
-                running.append(
-                    subprocess.Popen(
-                        [*command, missing.pop(0)],
-                        stdin=subprocess.DEVNULL,
-                        stdout=subprocess.DEVNULL,
-                        stderr=subprocess.DEVNULL,
-                    )
-                )
+                running.append(subprocess.Popen([*command, missing.pop(0)], **silent))
             time.sleep(0.05)
     finally:
         for process in running:

@@ -2,62 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
-from flexband.response import Response, ResponseFunction, as_response
+from flexband.response import FunctionResponse, ResponseFunction, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.propagate import expand
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
-class Discretized(Response):
+class Discretized(FunctionResponse):
     """A response whose discretization is taken as given.
 
     Attributes
     ----------
-    response : the response on this discretization.
+    function : the response on this discretization.
     """
 
-    response: ResponseFunction
+    function: ResponseFunction
 
     refines = True
 
     def __call__(self, **values: Any) -> Any:
         with without_warnings(ResolutionWarning):
-            return self.response(**values)
+            return self.function(**values)
 
     @property
     def __wrapped__(self) -> ResponseFunction:
         """What has the arguments."""
-        return self.response
+        return self.function
 
-    def refinements(self, **values: Any) -> Mapping[str, Response]:
-        """Return the response on finer discretizations, by the name of what is finer."""
-        return as_response(self.response).refinements(**values)
+    @property
+    def original(self) -> ResponseFunction:
+        """The response with its discretization: it is made here, not by a user."""
+        return self
 
-    def at_more_times(self) -> Response | None:
-        """Return the response at more times, or None if it has none."""
-        return as_response(self.response).at_more_times()
-
-    def discretization(self, **values: Any) -> dict[str, float]:
-        """Return the numbers of the discretization, by name."""
-        return as_response(self.response).discretization(**values)
-
-    def quantities(self, **values: Any) -> list[str]:
-        """Return of which vector or tensor each output is a component, by name."""
-        return as_response(self.response).quantities(**values)
-
-    def tensors(self, **values: Any) -> list[str]:
-        """Return which of the quantities are tensors, by name."""
-        return as_response(self.response).tensors(**values)
+    def left_out(self, **values: Any) -> list[str]:
+        """Return nothing: all is given."""
+        return []
 
 
 def discretized(study: Study) -> Study:

@@ -21,9 +21,10 @@ from flexband.errors import StoreError, shown
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
-from flexband.execution.names import FileName, RunStatus  # fmt: skip
+from flexband.execution.names import FileName, RunStatus
 from flexband.files import read_unlinked, replaced, try_write
 from flexband.progress import listener
+from flexband.response import ResponseFunction
 
 FORMAT = 2
 """Of study.json; a program refuses larger numbers. Results of format 1 are computed again."""
@@ -149,8 +150,8 @@ class StudyFolder:
         )
 
     def claimed(
-        self, file: str, response: Any, *, replace: bool, allow_mismatch: bool
-    ) -> Callable[[], object]:
+        self, file: str, response: ResponseFunction, *, replace: bool, allow_mismatch: bool
+    ) -> Callable[[], bool]:
         """Refuse to have the folder for a study, or return what claims it once its store is open.
 
         Parameters
@@ -216,7 +217,7 @@ class StudyFolder:
             with replaced(self.path / FileName.OWNER) as partial:
                 partial.write_text(json.dumps(claim), encoding="utf-8")
 
-    def _claimed(self) -> dict[str, Any]:
+    def _claimed(self) -> dict[str, str | None]:
         """Return whose results are here; nothing if there are none."""
         with suppress(OSError, ValueError, TypeError):
             return dict(json.loads(read_unlinked(self.path / FileName.OWNER)))
@@ -229,14 +230,8 @@ class StudyFolder:
 
     def delete_runs(self) -> None:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
-        for name in (
-            FileName.STUDY,
-            FileName.OWNER,
-            FileName.DOMAINS,
-            FileName.LEDGER,
-            FileName.POINTS,
-        ):
-            (self.path / name).unlink(missing_ok=True)
+        for name in ("STUDY", "OWNER", "DOMAINS", "LEDGER", "POINTS"):
+            (self.path / FileName[name]).unlink(missing_ok=True)
         if self.runs.is_symlink():
             self.runs.unlink()
         elif self.runs.exists():
@@ -253,9 +248,9 @@ class StudyFolder:
         except OSError:
             return False
 
-    def is_result(self, result: Any) -> bool:
+    def is_result(self, result: Mapping[str, Any]) -> bool:
         """Return whether a result in study.json, and the files that it names, are as written."""
-        known = isinstance(result, dict) and result.get("checksum") == checksum_of(result)
+        known = result.get("checksum") == checksum_of(result)
         return known and self.has(result["checksums"])
 
 

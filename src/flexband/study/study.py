@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
@@ -16,11 +16,12 @@ import xarray as xr
 from flexband.analysis.limits import Limit, several
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
+from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
@@ -95,7 +96,7 @@ class Study:
         store: Store | str | PathLike[str] | None = None,
         executor: ExecutorLike = None,
         failed: str = "stop",
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> xr.Dataset:
         """Return the bands; parameters and errors are those of `propagate`."""
         return propagate(
@@ -116,7 +117,7 @@ class Study:
         folder: str | Path,
         options: RunOptions | None = None,
         *,
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> StudyResult:
         """Run the study into a folder, as ``flexband run`` does, without its report.
 
@@ -153,7 +154,7 @@ class Study:
         store: Store | str | PathLike[str] | None = None,
         executor: ExecutorLike = None,
         failed: str = "stop",
-        progress: Callable[[int, int], object] | None = None,
+        progress: Progress | None = None,
     ) -> Surrogate | SurrogateOfChoices:
         """Return the surrogate; parameters and errors are those of `flexband.expand`."""
         return expand(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,6 +12,7 @@ from flexband.errors import ResolutionWarning, StrainWarning, check_function, wi
 from flexband.progress import Advance
 from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import check_names
+from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -26,7 +27,7 @@ RunsOf = Callable[[Surrogate, str, Advance], Runs]
 
 @contextmanager
 def runs_as_expanded(
-    response: ResponseFunction, inputs: Mapping[str, Any], **options: Any
+    response: ResponseFunction, inputs: GivenInputs, **options: Any
 ) -> Iterator[RunsOf]:
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
 

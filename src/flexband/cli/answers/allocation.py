@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -68,14 +68,15 @@ def allocate(
             if probability is not None:
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"
-    options = result.response_and_store(purpose, trust=trust) if confirm else {}
+    response, store = result.response_and_store(purpose, trust=trust) if confirm else (None, None)
     allocation = fb.analysis.allocate(
         surrogate,  # pyright: ignore[reportArgumentType]  # one with choices is refused
         limits,
         costs,
         sigmas=k,
         probability=probability,
-        **options,
+        response=response,
+        store=store,
     )
     dims = {"name", "sizing", "limit", "binding", "input"}
     plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}
@@ -89,20 +90,22 @@ def allocate(
     )
 
 
-def costs_of(texts: list[str]) -> dict[str, Any]:
+def costs_of(texts: list[str]) -> dict[str, float | fb.analysis.Grades]:
     """Return the cost of each tolerance; raise `UsageError` if a text is none of the forms."""
-    costs: dict[str, Any] = {}
+    costs: dict[str, float | fb.analysis.Grades] = {}
     for text in texts:
         name, _, value = text.partition("=")
         pairs = [tuple(grade.split(":")) for grade in value.split(",")]
         if name in costs:
             raise UsageError(f"--cost must be given once for {name}")
-        is_number = len(pairs) == 1 and len(pairs[0]) == 1
         try:
-            cost = float(value) if is_number else {t: (float(t), float(c)) for t, c in pairs}
+            if len(pairs) == 1 and len(pairs[0]) == 1:
+                costs[name] = float(value)
+                continue
+            grades = {t: (float(t), float(c)) for t, c in pairs}
         except ValueError:
             forms = "NAME=NUMBER or NAME=TOLERANCE:COST,TOLERANCE:COST"
             raise UsageError(f"--cost must be {forms}; got {text!r}") from None
         with usage():
-            costs[name] = fb.analysis.Grades(cost) if isinstance(cost, dict) else cost
+            costs[name] = fb.analysis.Grades(grades)
     return costs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 import xarray as xr
@@ -88,7 +88,7 @@ def derived(
     )
 
 
-def _output(names: list[str], labels: xr.DataArray) -> Any:
+def _output(names: list[str], labels: xr.DataArray) -> str | fb.analysis.Magnitude | None:
     """Return what a quantity is made of: an output, the magnitude of two, None for the only one."""
     if len(names) > 2:
         raise UsageError(f"derived takes one output, or two; got {', '.join(names)}")

@@ -138,7 +138,7 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
     for output in outputs_of(bounds[name]):
         selection = select(bounds, output)
         unit = f" [{selection['unit'].values}]" if "unit" in selection.coords else ""
-        several: Sequence[Any] = [None]
+        several: Sequence[float | None] = [None]
         if "probability" in selection[name].dims:
             several = selection["probability"].values.tolist()
         for p in several:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from flexband.response import ResponseFunction
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -74,15 +75,17 @@ class SavedResult(NamedTuple):
             print_remark(f"limits of the study are left out: {error_text(error)}")
             return []
 
-    def response_and_store(self, purpose: str, *, trust: bool) -> dict[str, object]:
-        """Return the response of the study, and the folder of its runs if there are any, by name.
+    def response_and_store(
+        self, purpose: str, *, trust: bool
+    ) -> tuple[ResponseFunction, Path | None]:
+        """Return the response of the study, and the folder of its runs if there are any.
 
         Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
         """
         if not (self.folder / FileName.STUDY).is_file():
             raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
         store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
-        return {"response": plan_in(self.folder, trust=trust).study().response, "store": store}
+        return plan_in(self.folder, trust=trust).study().response, store
 
 
 @dataclass(frozen=True)

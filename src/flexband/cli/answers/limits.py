@@ -80,7 +80,8 @@ def limits(
         with usage():
             check_integer("--runs", runs, MIN_RUNS, MAX_RUNS, or_zero=True)
         purpose = "corrects probabilities; --runs 0 does without"
-        options |= {**result.response_and_store(purpose, trust=trust), "runs": runs}
+        response, store = result.response_and_store(purpose, trust=trust)
+        options |= {"response": response, "store": store, "runs": runs}
     check_folder(place)
     with progress_bars() as task:
         if runs:
@@ -150,7 +151,7 @@ def selected(limits: Sequence[fb.Limit], only: list[str]) -> list[fb.Limit]:
     return [limit for limit in limits if not only or (limit.output or "response") in only]
 
 
-def as_rows(result: xr.Dataset | None) -> Any:
+def as_rows(result: xr.Dataset | None) -> dict[str, Any] | None:
     """Return attributes and the variables that do not depend on time, as plain data."""
     if result is None:
         return None

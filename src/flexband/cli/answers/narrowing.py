@@ -29,8 +29,7 @@ from flexband.report.text.tables import (
     select,
 )
 from flexband.study.results.limits import has_probability
-from flexband.uncertainty.inputs.correlated import Score
-from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.pbox import PBox, Score
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import with_article
 
@@ -69,7 +68,7 @@ def narrow(
         before, after = (expansion.bands(sigmas) for expansion in both)
     limits = limits_before_and_after(both, result.limits(trust=trust), likely=probability)
     changed = "; ".join(
-        f"{name}: {known_of(name, new_input)[1]}" for name, new_input in new_inputs.items()
+        f"{name}: {known_of(new_input)[1]}" for name, new_input in new_inputs.items()
     )
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
-from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws
@@ -30,6 +29,9 @@ from flexband.mechanics.kernels.lane_type import WIDTH, address
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
+
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.system import System
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""

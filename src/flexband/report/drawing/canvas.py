@@ -14,14 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from flexband.report.shapes.shapes import (
-    FieldArrow,
-    Line,
-    Mark,
-    Name,
-    Shape,
-    Stroke,
-)
+from flexband.report.shapes.shapes import FieldArrow, Line, Mark, Name, Shape, Stroke
 from flexband.report.shapes.sketch import Sketch, arrow
 
 COLORS = {

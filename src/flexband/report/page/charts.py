@@ -150,13 +150,9 @@ def nominal_of(surrogate: Surrogate | SurrogateOfChoices | None) -> xr.DataArray
     if not isinstance(surrogate, Surrogate):
         return None
     values = surrogate.standard(*surrogate.space.nominal())
-    return (
-        xr.DataArray(values, dims=surrogate.labels.dims)
-        .isel(sample=0)
-        .assign_coords(
-            {k: c.variable for k, c in surrogate.labels.coords.items() if "sample" not in c.dims}
-        )
-    )
+    labels = surrogate.labels
+    coords = {k: c.variable for k, c in labels.coords.items() if "sample" not in c.dims}
+    return xr.DataArray(values, dims=labels.dims).isel(sample=0).assign_coords(coords)
 
 
 def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]:

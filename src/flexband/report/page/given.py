@@ -10,12 +10,11 @@ import ast
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flexband.errors import warn, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.response import DynamicResponse
-from flexband.mechanics.static_response import StaticResponse
+from flexband.mechanics.response import SensorResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.inputs import inputs_table
@@ -24,15 +23,20 @@ from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.report.plot.figures import fields_figure
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
+
+if TYPE_CHECKING:
+    from flexband.response import ResponseFunction
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def given_by(
     study: Study,
     inputs: Mapping[str, Any],
-    surrogate: Any,
+    surrogate: Surrogate | SurrogateOfChoices | None,
     file: Path | None,
     *,
     seconds: float = 0.0,
@@ -67,7 +71,7 @@ def given_by(
     if fields:
         along = field_axes(response, inputs)
         _add(data, "fields", "The fields", lambda: picture(fields_figure(fields, along)))
-    if not isinstance(response, DynamicResponse | StaticResponse):
+    if not isinstance(response, SensorResponse):
         return data
 
     @cache
@@ -88,7 +92,7 @@ def given_by(
     return data
 
 
-def _add(data: JsonRecord, name: str, what: str, make: Callable[[], Any]) -> None:
+def _add(data: JsonRecord, name: str, what: str, make: Callable[[], str]) -> None:
     """Add a part of the report, or a remark that it cannot be shown."""
     try:
         data[name] = make()
@@ -97,18 +101,18 @@ def _add(data: JsonRecord, name: str, what: str, make: Callable[[], Any]) -> Non
         warn(data["hidden"][-1])
 
 
-def nominal_mechanism(response: Any, inputs: Mapping[str, Any]) -> Mechanism:
+def nominal_mechanism(response: SensorResponse, inputs: Mapping[str, Any]) -> Mechanism:
     """Return the mechanism of one sample at the nominal values."""
     space = Space(first_case(inputs))
     return response.builder(**space.arguments_at(*space.nominal()))
 
 
-def field_axes(response: Any, inputs: Mapping[str, Any]) -> dict[str, str]:
+def field_axes(response: ResponseFunction, inputs: Mapping[str, Any]) -> dict[str, str]:
     """Return what each field is a function of, "position" or "time", as far as that is known.
 
     A property of a body varies with the position, what a drive prescribes with the time.
     """
-    if not isinstance(response, DynamicResponse | StaticResponse):
+    if not isinstance(response, SensorResponse):
         return {}
     space, axes = Space(first_case(inputs)), {}
     arguments = space.arguments_at(*space.nominal())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,12 @@ from scipy.special import ndtri
 
 from flexband.report.text.numbers import number, percent
 from flexband.report.text.tables import Table, outputs_of, select
-from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing, first_case
+from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
@@ -27,7 +28,7 @@ NODES = 32
 def inputs_table(given: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
     header = ["input", "kind", "what is known of it", *["unit"] * bool(units)]
-    rows = [[name, *known_of(name, input_)] for name, input_ in given.items()]
+    rows = [[name, *known_of(input_)] for name, input_ in given.items()]
     if units:
         rows = [[*row, _unit(row[0], given[row[0]], units)] for row in rows]
     return header, rows
@@ -76,41 +77,66 @@ def _matters(share: xr.DataArray) -> str:
     return ", ".join(t for t, k in zip(texts, largest, strict=True) if shares[k] > 5e-4) or "0 %"
 
 
-def known_of(name: str, input_: Any) -> tuple[str, str]:  # noqa: PLR0911
+@singledispatch
+def known_of(input_: Any) -> tuple[str, str]:
     """Return the kind of an input and what is known of it, in words."""
-    if isinstance(input_, Constant) or is_number(input_):
-        return "constant", number(getattr(input_, "constant", input_), 6)
-    if isinstance(input_, Interval):
-        middle, half = (input_.lower + input_.upper) / 2, (input_.upper - input_.lower) / 2
-        return "interval", f"{_range(input_)} ({number(middle, 6, half)} ± {number(half)})"
-    if isinstance(input_, Sizing):
-        return "size", f"free in {_range(input_)}, tolerance ± {number(input_.tolerance, 6)}"
-    if isinstance(input_, Compensator):
-        return "compensator", f"adjusted in {_range(input_)}"
-    if isinstance(input_, Choice):
-        return "choice", " or ".join(map(str, input_.options))
-    if isinstance(input_, Correlated):
-        members = "; ".join(
-            f"{k}: {known_of(k, member)[1]}" for k, member in input_.members.items()
-        )
-        return "correlated", members
-    if isinstance(input_, RandomField) and is_number(input_.mean) and is_number(input_.std):
-        moments = f"mean {number(input_.mean, 6)}, standard deviation {number(input_.std, 6)}"  # pyright: ignore
-        return "random field", f"{moments}, correlation length {input_.correlation_length:g}"
-    if isinstance(input_, Field):
-        return f"{'random' if input_.random else 'interval'} field", input_.summary
-    return _of_distribution(name, input_)
+    return ("constant", number(input_, 6)) if is_number(input_) else _of_distribution(input_)
 
 
-def _range(interval: Any) -> str:
+@known_of.register
+def _(constant: Constant) -> tuple[str, str]:
+    return "constant", number(constant.constant, 6)
+
+
+@known_of.register
+def _(interval: Interval) -> tuple[str, str]:
+    middle, half = (interval.lower + interval.upper) / 2, (interval.upper - interval.lower) / 2
+    return "interval", f"{_range(interval)} ({number(middle, 6, half)} ± {number(half)})"
+
+
+@known_of.register
+def _(sizing: Sizing) -> tuple[str, str]:
+    return "size", f"free in {_range(sizing)}, tolerance ± {number(sizing.tolerance, 6)}"
+
+
+@known_of.register
+def _(compensator: Compensator) -> tuple[str, str]:
+    return "compensator", f"adjusted in {_range(compensator)}"
+
+
+@known_of.register
+def _(choice: Choice) -> tuple[str, str]:
+    return "choice", " or ".join(map(str, choice.options))
+
+
+@known_of.register
+def _(correlated: Correlated) -> tuple[str, str]:
+    members = correlated.members.items()
+    return "correlated", "; ".join(f"{k}: {known_of(member)[1]}" for k, member in members)
+
+
+@known_of.register
+def _(field: Field) -> tuple[str, str]:
+    return f"{'random' if field.random else 'interval'} field", field.summary
+
+
+@known_of.register
+def _(field: RandomField) -> tuple[str, str]:
+    if not (is_number(field.mean) and is_number(field.std)):
+        return "random field", field.summary
+    moments = f"mean {number(field.mean, 6)}, standard deviation {number(field.std, 6)}"
+    return "random field", f"{moments}, correlation length {field.correlation_length:g}"
+
+
+def _range(interval: Interval | Sizing | Compensator) -> str:
     """Return the ends of an interval."""
     return f"{number(interval.lower, 6)} … {number(interval.upper, 6)}"
 
 
-def _of_distribution(name: str, distribution: Any) -> tuple[str, str]:
+def _of_distribution(distribution: Input) -> tuple[str, str]:
     """Return the kind of a distribution, and its mean, standard deviation and usual range."""
     kind = type(distribution).__name__
-    numbers = statistics(name, distribution)
+    numbers = statistics(distribution)
     if numbers is None:
         return kind, repr(distribution)
     low, high, mean, std = numbers
@@ -123,18 +149,18 @@ def _of_distribution(name: str, distribution: Any) -> tuple[str, str]:
     return kind, "; ".join([summary, *intervals])
 
 
-def statistics(name: str, input_: Any) -> tuple[float, float, float, float] | None:
+def statistics(input_: Input) -> tuple[float, float, float, float] | None:
     """Return the 5 % and 95 % quantiles, the mean and the standard deviation of a random number.
 
     None of what is not one random number. Parameters that are intervals are at their midpoints.
     """
-    space = Space(first_case({name or "input": input_}))
+    space = Space({"input": input_})
     if space.random_dimension != 1:
         return None
 
     def at(xi: np.ndarray) -> np.ndarray:
         eta = np.zeros((len(xi), space.interval_dimension))
-        return np.asarray(space.values(xi, eta)[name or "input"])
+        return np.asarray(space.values(xi, eta)["input"])
 
     low, high = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
     nodes, weights = space.families[0].gauss(NODES)

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_boxes import VALUES, p_box
+from flexband.analysis.selection import surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -30,7 +31,7 @@ def p_boxes(
     """
     # Of the random inputs
     samples = 1024
-    first_surrogate = next(iter(getattr(surrogate, "surrogates", {"": surrogate}).values()))
+    first_surrogate = next(iter(surrogates_of(surrogate).values()))
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if not first_surrogate.space.random_dimension or len(free) != 1:
         return None

@@ -15,6 +15,7 @@ from typing import Any
 
 import jinja2
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from flexband.files import replaced
 
@@ -63,7 +64,7 @@ def _plotly() -> Markup:
     return Markup(file.read_text(encoding="utf-8").replace("</script", "<\\/script"))
 
 
-def picture(figure: Any, kind: str = "svg", **options: Any) -> str:
+def picture(figure: Figure, kind: str = "svg", **options: Any) -> str:
     """Return a figure of Matplotlib as the address of an image in a page.
 
     Parameters

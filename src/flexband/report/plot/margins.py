@@ -85,7 +85,7 @@ def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
     return f"{margin['limit'].values[limit]}: {least} at {last} {at}"
 
 
-def _with_unit(text: str, unit: Any) -> str:
+def _with_unit(text: str, unit: str | None) -> str:
     """Return a number with its unit."""
     return f"{text} {unit}" if unit else text
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.typing import ColorType
 
 from flexband.errors import InputError, check_instance, shown
 from flexband.report.text.tables import deviations, outputs_of, select
@@ -102,7 +103,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
 
 
 def fill(
-    axes: Axes, x: np.ndarray, bounds: np.ndarray, color: Any, edge: Any, name: str = ""
+    axes: Axes, x: np.ndarray, bounds: np.ndarray, color: ColorType, edge: ColorType, name: str = ""
 ) -> None:
     """Fill between a lower and an upper bound; a single pair is a bar.
 

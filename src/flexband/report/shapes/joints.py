@@ -16,14 +16,7 @@ from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.shapes.scene import body_of
 from flexband.report.shapes.shapes import Length, LocalFrame, Stroke, at, in_points
-from flexband.report.shapes.sketch import (
-    TOOTH,
-    TOOTH_SPACING,
-    Sketch,
-    arrow,
-    circle,
-    in_metres,
-)
+from flexband.report.shapes.sketch import TOOTH, TOOTH_SPACING, Sketch, arrow, circle, in_metres
 from flexband.report.shapes.tracks import Tracks
 
 

@@ -11,13 +11,7 @@ from flexband.mechanics.loads.load import InTime, Load
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
 from flexband.report.shapes.scene import Scene, body_of
-from flexband.report.shapes.shapes import (
-    FieldArrow,
-    LocalFrame,
-    Stroke,
-    at,
-    in_points,
-)
+from flexband.report.shapes.shapes import FieldArrow, LocalFrame, Stroke, at, in_points
 from flexband.report.shapes.sketch import Sketch, arrow, circle, spring, torsion
 
 ARROW = 36.0

@@ -16,11 +16,7 @@ from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
-from flexband.uncertainty.surrogates.sigmas import (
-    bars_vary,
-    relative_errors,
-    with_relative_errors,
-)
+from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
 from flexband.uncertainty.surrogates.verdicts import of_doubtful
 from flexband.words import number_of
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
@@ -46,7 +47,7 @@ class Doubt:
         return asdict(self)
 
     @classmethod
-    def from_json(cls, content: Any) -> Doubt:
+    def from_json(cls, content: Mapping[str, Any]) -> Doubt:
         """Return what `as_json` has made; raise `ValueError` if it is of another version."""
         try:
             return cls(DoubtKind(content["kind"]), content["error"])

@@ -73,7 +73,6 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
 
 
 def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
-    """Check the shapes of held-out runs, and that they are numbers."""
     runs = len(held.missed)
     shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
     for name, shape in (shapes | {"overshoot": (outputs, times)}).items():
@@ -102,7 +101,6 @@ def _check_index(index: np.ndarray, dimension: int) -> None:
 
 
 def _check_attributes(attributes: Mapping[Any, Any]) -> None:
-    """Check that attributes are numbers, texts, or lists of these."""
     for name, value in attributes.items():
         values = value if isinstance(value, list) else [value]
         if not isinstance(name, str) or not all(isinstance(v, str | int | float) for v in values):

@@ -7,20 +7,19 @@ registered ones. Nothing in a file is executed, and all of it is checked.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_instance, shown, without_warnings
-from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.choices import Choice, cases
+from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -28,11 +27,15 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, choices_of
 from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.expansions.expansion import Expansion
 
 FORMAT = 8
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
@@ -42,6 +45,11 @@ held-out runs are kept, since 8 the error of the discretization may be corrected
 
 READABLE_FORMATS = (7, FORMAT)
 """Formats that are read: what is in a later one may be absent."""
+
+Entry = TypeVar("Entry")
+
+Record = str | float | None | Sequence["Record"] | Mapping[str, "Record"]
+"""What JSON has."""
 
 _FUNCTIONS = {"correlation": RandomField.correlations, "function": Field.functions}
 """Functions by name, by what they are in a record."""
@@ -84,7 +92,6 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
 
 
 def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the record of a surrogate, and its arrays."""
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
@@ -110,8 +117,7 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
     return about, arrays
 
 
-def _recorded_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the records of inputs by name."""
+def _recorded_inputs(inputs: GivenInputs) -> dict[str, Record]:
     records = {}
     for name, input_ in inputs.items():
         try:
@@ -150,8 +156,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
 
 
-def _path(file: Any) -> Path:
-    """Return the path of a file that could be there; raise `InputError` if none can."""
+def _path(file: str | PathLike[str]) -> Path:
     check_instance("file", file, str | PathLike, "a path")
     try:
         path = Path(file)
@@ -165,16 +170,12 @@ def _path(file: Any) -> Path:
 
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
-    """Return the surrogates of all combinations of options."""
     given = {name: _restored(input_record) for name, input_record in about["given"].items()}
     labels, surrogates = cases(given), {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
         surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
-        if any(
-            surrogate.space.given.get(name) != labels[label][name]
-            for name, choice in given.items()
-            if isinstance(choice, Choice)
-        ):
+        kept = surrogate.space.given
+        if any(kept.get(name) != labels[label][name] for name in choices_of(given)):
             raise InputError(f"the choices of {label} must be those of its surrogate")
     if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(surrogates))):
         raise ValueError("arrays without a use")
@@ -211,7 +212,6 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
 
 
 def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Expansion:
-    """Return an expansion of one of the registered kinds."""
     # the module of each kind of expansion that a file may hold, imported only if one holds it
     expansions = {
         "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -220,15 +220,14 @@ def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Exp
     return getattr(import_module(expansions[kind]), kind).of_arrays(space.families, **arrays)
 
 
-def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries whose names start so, without the start."""
+def _under(start: str, named: Mapping[str, Entry]) -> dict[str, Entry]:
     return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
 
 
-def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def _attributes(attributes: Mapping[Hashable, object]) -> dict[str, Record]:
     """Return attributes as finite numbers, texts, and lists of these."""
 
-    def plain(value: Any) -> Any:
+    def plain(value: object) -> Record:
         if isinstance(value, np.ndarray | np.generic):
             value = value.tolist()
         if isinstance(value, list | tuple):
@@ -240,10 +239,10 @@ def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     return {str(name): plain(value) for name, value in attributes.items()}
 
 
-def _recorded(value: Any) -> Any:
+def _recorded(value: object) -> Record:
     """Return an input, or the value of one of its fields, as a record."""
     if isinstance(value, Input | Correlated | Choice):
-        named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
+        named = {f.name: getattr(value, f.name) for f in fields(value)}
         kind, module = type(value).__name__, type(value).__module__
         return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
     if isinstance(value, np.ndarray | np.generic):
@@ -282,9 +281,12 @@ def _restored(record: Any) -> Any:
             if isinstance(registered[name], type):
                 return registered[name](**dict(_restored(record["fields"])))
             return registered[name]
-    if record["input"] == "Choice":
-        return Choice(*dict(_restored(record["fields"]))["options"])
-    return _kind(record["input"], record["module"])(**dict(_restored(record["fields"])))
+    values, kind = dict(_restored(record["fields"])), record["input"]
+    if kind == "Choice":
+        return Choice(*values["options"])
+    if kind == "Correlated":
+        values["inputs"] = dict(values["inputs"])
+    return _kind(kind, record["module"])(**values)
 
 
 def _kind(name: str, module: str) -> type:

@@ -26,13 +26,14 @@ from flexband.words import are
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.mechanism import Mechanism
+    from flexband.response import ResponseFunction
 
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
 
 
 def motion_data(
-    response: object, space: Space, *, samples: int = SAMPLES
+    response: ResponseFunction, space: Space, *, samples: int = SAMPLES
 ) -> tuple[JsonRecord | None, list[str]]:
     """Simulate a mechanism and return what an animation of it draws.
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
-from flexband.mechanics.response import DynamicResponse
-from flexband.mechanics.static_response import StaticResponse
+from flexband.mechanics.response import SensorResponse
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.motion.motion import SAMPLES, motion_data
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -29,7 +30,7 @@ def study_motion(
     samples : as in `motion_data`.
     """
     response, inputs, remarks = study.response, study.inputs, []
-    if not isinstance(response, DynamicResponse | StaticResponse):
+    if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))
     chosen = {
         name: choice.options[0] for name, choice in inputs.items() if isinstance(choice, Choice)
@@ -37,11 +38,10 @@ def study_motion(
     if chosen:
         options = ", ".join(f"{name} = {option}" for name, option in chosen.items())
         remarks = [f"The animation is that of {options}."]
-    if isinstance(surrogate, SurrogateOfChoices):
-        surrogate = next(iter(surrogate.surrogates.values()))
     if surrogate is None:
         space = Space(first_case(study.located().inputs))
     else:
-        space, (response, _) = surrogate.space, as_expanded(surrogate, response)
+        first_surrogate = next(iter(surrogates_of(surrogate).values()))
+        space, (response, _) = first_surrogate.space, as_expanded(first_surrogate, response)
     motion, more = motion_data(response, space, samples=samples)
     return motion, [*remarks, *more]

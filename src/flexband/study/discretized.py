@@ -52,8 +52,9 @@ def discretized(study: Study) -> Study:
     """Return a study that any method can be used for.
 
     If the response leaves out its step or elements, these are chosen as the study's own method
-    would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. With choices,
-    they are those of the first option.
+    would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. Their error is
+    not corrected, since other methods do not correct it. With choices, they are those of the first
+    option.
     """
     response, inputs = as_response(study.response), first_case(study.inputs)
     space = Space(inputs)
@@ -62,6 +63,7 @@ def discretized(study: Study) -> Study:
     if not (missing := response.left_out(**space.arguments_at(*space.nominal()))):
         return study
     method = study.method if isinstance(study.method, AdaptivePCCI) else AdaptivePCCI()
+    method = replace(method, correct=False)
     surrogate = expand(study.response, inputs, method)
     assert isinstance(surrogate, Surrogate)
     response, _ = as_expanded(surrogate, response)

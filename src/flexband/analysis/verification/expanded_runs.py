@@ -31,6 +31,9 @@ def runs_as_expanded(
 ) -> Iterator[RunsOf]:
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
 
+    Where a surrogate corrects the error of step and elements, its runs are corrected likewise
+    (`Surrogate.corrected`): what it misses of them is what its expansion misses.
+
     Parameters
     ----------
     inputs : as they were given for the surrogates.
@@ -52,7 +55,11 @@ def runs_as_expanded(
 
             def run(points: Points) -> Evaluated:
                 with without_warnings(ResolutionWarning, StrainWarning):
-                    return evaluate(expanded_response, space, known, points, labels, advance)
+                    made = evaluate(expanded_response, space, known, points, labels, advance)
+                if made.values is not None:
+                    corrected = surrogate.corrected(made.values.values, *points)
+                    made.values = made.values.copy(data=corrected)
+                return made
 
             return run
 

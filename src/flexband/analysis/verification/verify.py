@@ -241,7 +241,17 @@ def _verified(
     if made.failed:
         attrs["runs_failed"] = len(made.failed)
     checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
-    return checked.assign_attrs(verdict(checked, labels, good, sampled, _held_out(surrogate)))
+    judgement = verdict(checked, labels, good, sampled, _held_out(surrogate))
+    return checked.assign_attrs(judgement | _corrected(surrogate, str(judgement["verdict"])))
+
+
+def _corrected(surrogate: Surrogate, text: str) -> dict[str, Any]:
+    """Return the verdict with what is corrected in runs and surrogate, if something is."""
+    corrected = surrogate.diagnostics.attrs.get("corrected", "")
+    if not surrogate.correction:
+        return {}
+    runs = f"The runs are corrected as the surrogate is: {corrected}"
+    return {"corrected": corrected, "verdict": f"{text}. {runs}"}
 
 
 def _held_out(surrogate: Surrogate) -> int:

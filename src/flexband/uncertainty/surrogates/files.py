@@ -37,11 +37,14 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 if TYPE_CHECKING:
     from flexband.uncertainty.expansions.expansion import Expansion
 
-FORMAT = 7
+FORMAT = 8
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
-held-out runs are kept."""
+held-out runs are kept, since 8 the error of the discretization may be corrected."""
+
+READABLE_FORMATS = (7, FORMAT)
+"""Formats that are read: what is in a later one may be absent."""
 
 Entry = TypeVar("Entry")
 
@@ -97,8 +100,9 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
     }
-    for k, expansion in enumerate(surrogate.expansions):
-        arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
+    for group in ("expansions", "correction"):
+        for k, expansion in enumerate(getattr(surrogate, group)):
+            arrays |= {f"{group}/{k}/{name}": v for name, v in expansion.arrays().items()}
     held = surrogate.held_out
     if held is not None:
         arrays |= {f"held_out/{name}": np.asarray(v) for name, v in vars(held).items()}
@@ -137,7 +141,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
         raise InputError(f"there is no file {file}")
     try:
         about, arrays, intact = read_archive(file)
-        if about["format"] != FORMAT:
+        if about["format"] not in READABLE_FORMATS:
             raise InputError(
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"
@@ -183,18 +187,26 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
     coords, variables = _under("coords/", named), _under("diagnostics/", named)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
-    expansion_arrays = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
     held = _under("held_out/", arrays)
-    if len(arrays) != len(named) + len(held) + sum(map(len, expansion_arrays)):
+    corrected = any(name.startswith("correction/") for name in arrays)
+    groups = {
+        group: [_under(f"{group}/{k}/", arrays) for k in range(len(about["expansions"]))]
+        for group in ("expansions", "correction")[: 1 + corrected]
+    }
+    counts = (len(part) for parts in groups.values() for part in parts)
+    if len(arrays) != len(named) + len(held) + sum(counts):
         raise ValueError("arrays without a use")
     space = Space({name: _restored(record) for name, record in about["inputs"].items()})
-    expansions = tuple(
-        _expansion(kind, part_arrays, space)
-        for kind, part_arrays in zip(about["expansions"], expansion_arrays, strict=True)
-    )
+    expansions = {
+        group: tuple(
+            _expansion(kind, part_arrays, space)
+            for kind, part_arrays in zip(about["expansions"], parts, strict=True)
+        )
+        for group, parts in groups.items()
+    }
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
     held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
-    surrogate = Surrogate(space, labels, expansions, diagnostics, held_out)
+    surrogate = Surrogate(space, labels, diagnostics=diagnostics, held_out=held_out, **expansions)
     check(surrogate)
     return surrogate
 

@@ -227,6 +227,9 @@ def _add_memory(module: ir.Module) -> None:
         for place, value in enumerate((number(1), number(0), number(0), address, size, number(0))):
             builder.store(value, builder.gep(fields, [number(place)]))
     builder.ret(memory)
+    any_alignment = ir.Function(module, malloc.function_type, "NRT_MemInfo_alloc")
+    builder = ir.IRBuilder(any_alignment.append_basic_block())
+    builder.ret(builder.call(new, [any_alignment.args[0], ir.Constant(ir.IntType(32), 16)]))
     for name in ("NRT_MemInfo_call_dtor", "NRT_Free"):
         end = ir.Function(module, free.function_type, name)
         builder = ir.IRBuilder(end.append_basic_block())

@@ -44,7 +44,7 @@ inputs = {
     "poissons_ratio": fb.RandomField(0.34, 0.0034, correlation_length=2.0, domain=(0.0, LINK)),
 }
 units = {"crank_length": "m", "spring_stiffness": "N/m", "youngs_modulus": "Pa"}
-response = fb.dynamic_response(slider_crank, duration=0.6, step=5e-5, output_step=5e-4)
+response = fb.dynamic_response(slider_crank, duration=0.6, step=1e-4, output_step=5e-4)
 strength = fb.Limit("F_X", above=-1600.0, below=1600.0)  # N, of the pin
 study = fb.Study(response, inputs, fb.AdaptivePCCI(tolerance=0.01), limits=strength, units=units)
 

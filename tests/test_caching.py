@@ -2,22 +2,32 @@
 
 import importlib
 import os
+import struct
 import subprocess
 import sys
 import time
+from collections import namedtuple
 from pathlib import Path
 
+import numpy as np
 import pytest
+from llvmlite import binding
 
-from flexband import caching
+from flexband.compilation import caching, machine_code
+from flexband.compilation.machine_code import ENTRY, compiled
+from flexband.mechanics.engine.entries import dynamics
+from flexband.study import compiling
+from flexband.uncertainty.expansions.bounds.search import descents, starts
+from flexband.uncertainty.phases.moments import by_points
+from flexband.uncertainty.phases.search import search
 
 KERNEL = """
-from flexband.caching import cached_on_disk
+from flexband.compilation.caching import cached_on_disk
 from springs import law
 
 @cached_on_disk
-def force(x):
-    return law.stiffness(x) * x
+def force(x, result):
+    result[0] = law.stiffness(x) * x
 """
 LAW = """
 from numba import njit
@@ -51,38 +61,38 @@ def package(tmp_path, monkeypatch):
     forget()
 
 
-def test_code_is_kept_until_something_changes(package):
+def test_code_is_kept_until_something_changes(package, monkeypatch):
     """Whether there is code does not depend on the signature."""
-    force = importlib.import_module("springs.kernel").force
-    assert not caching.kept(force)
-    force(2.0)
-    assert caching.kept(force)
+    entry = importlib.import_module("springs.kernel").force
+    assert not caching.kept(entry)
+    entry(2.0, np.zeros(1))
+    assert caching.kept(entry)
     forget()
     write(package.parent, stiffness=3.0)
-    force = importlib.import_module("springs.kernel").force
-    assert not caching.kept(force)
-    (package.parent / "file").write_text("", encoding="utf-8")
-    force._cache.folders = [package.parent / "file" / "folder"]  # where none can be written
-    assert caching.kept(force)
+    entry = importlib.import_module("springs.kernel").force
+    assert not caching.kept(entry)
+    monkeypatch.setattr(caching, "_may_write", lambda folder: False)
+    assert caching.kept(entry)
 
 
 def forget():
     for name in [name for name in sys.modules if name.split(".")[0] == "springs"]:
         del sys.modules[name]
     importlib.invalidate_caches()
-    for cached in (caching._basis, caching._read, caching._version):
+    for cached in (caching._basis, caching._version, caching._file):
         cached.cache_clear()
 
 
-def force():
-    """Return the force at 3 as a new process would, and whether its code came from the disk."""
+def force(x=3.0):
+    """Return the force as a new process would, and whether its code came from the disk."""
     forget()
-    function = importlib.import_module("springs.kernel").force
-    return function(3.0), bool(function.stats.cache_hits)
+    function, result = importlib.import_module("springs.kernel").force, np.zeros(1)
+    function(x, result)
+    return result[0], not function.dispatcher.overloads
 
 
 def files(folder):
-    return sorted(folder.rglob("*.nbc"))
+    return sorted(folder.rglob("*.o"))
 
 
 def test_code_is_compiled_once(package):
@@ -115,7 +125,6 @@ def test_versions_and_settings_are_a_part_of_the_key(package, monkeypatch, name)
         lambda code: code[:-1],
         lambda code: code[:100] + bytes([code[100] ^ 1]) + code[101:],
         lambda code: b"\0" * len(code),
-        lambda code: caching.hashlib.sha256(b"no pickle").digest() + b"no pickle",
     ],
 )
 def test_a_damaged_file_is_dropped_and_made_again(package, damage):
@@ -165,7 +174,10 @@ def test_code_is_not_kept_if_a_file_changed_since_the_start(package, monkeypatch
 
 def test_processes_share_the_code(tmp_path):
     package = write(tmp_path)
-    code = "from springs.kernel import force; print(force(3.0), len(force.stats.cache_hits))"
+    code = (
+        "import numpy; from springs.kernel import force; x = numpy.zeros(1); force(3.0, x);"
+        "print(x[0], int(not force.dispatcher.overloads))"
+    )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     environment.pop("NUMBA_CACHE_DIR", None)
 
@@ -182,14 +194,77 @@ def test_processes_share_the_code(tmp_path):
 def test_the_engine_depends_on_every_kernel():
     basis = caching._basis("flexband.mechanics.engine.entries")
     assert basis is not None
-    kernels = Path(caching.__file__).parent / "mechanics" / "kernels"
-    assert {file.name for file in kernels.glob("*.py")} < {entry[0] for entry in basis[:-7]}
+    kernels = Path(caching.__file__).parents[1] / "mechanics" / "kernels"
+    assert {file.name for file in kernels.glob("*.py")} < {entry[0] for entry in basis}
 
 
 def test_code_of_others_depends_on_the_kernels_it_calls():
     basis = caching._basis("tests.mechanics.models")
     assert basis is not None
-    assert {"models.py", "equations.py"} <= {entry[0] for entry in basis[:-7]}
+    assert {"models.py", "equations.py"} <= {entry[0] for entry in basis}
+
+
+def test_code_that_the_package_comes_with(package, tmp_path, monkeypatch):
+    """It runs as it is, with all versions, and never for other sources or settings."""
+    force()
+    (file,) = files(package)
+    entry = importlib.import_module("springs.kernel").force
+    shipped = entry.files(file.stem.rpartition("-")[2])[0]
+    monkeypatch.setattr(caching, "SHIPPED", tmp_path / "objects")
+    (tmp_path / "objects").mkdir()
+    file.rename(tmp_path / "objects" / shipped.name)
+    monkeypatch.setattr(caching, "version", lambda package: "9.9")
+    assert force() == (6.0, True)
+    assert not files(package)
+    with monkeypatch.context() as patch:
+        patch.setattr(caching.SETTINGS, "BOUNDSCHECK", 1)
+        assert force() == (6.0, False)
+        patch.setattr(caching.SETTINGS, "BOUNDSCHECK", None)
+        patch.setattr(caching, "instruction_set", lambda: ("x86-64", ""))
+        assert force() == (6.0, False)
+    write(package.parent, 3.0)
+    assert force() == (9.0, False)
+    number = package / "numbers.py"
+    number.write_text("K = 2.0  # N/m\n", encoding="utf-8")
+    assert force() == (6.0, True)
+
+
+def symbols(content):
+    """Return the symbols that an object needs, and those that others may use."""
+    sections = {s.name(): s.data() for s in binding.ObjectFileRef.from_data(content).sections()}
+    names = sections[b".strtab"]
+    entries = list(struct.iter_unpack("<IBBHQQ", sections[b".symtab"]))
+    name = {entry[0]: names[entry[0] :].partition(b"\0")[0].decode() for entry in entries}
+    needed = {name[entry[0]] for entry in entries if entry[3] == 0} - {""}
+    return needed, {name[entry[0]] for entry in entries if entry[3] and entry[1] >> 4}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the objects are not in ELF")
+def test_objects_need_the_c_library_alone():
+    for part in compiling.PARTS.values():
+        part[1]()
+    entries = [dynamics, starts, descents, search, by_points]
+    for entry in entries:
+        assert entry.codes
+        for kind in entry.codes:
+            paths = entry.files(caching._hash(kind))
+            content = next(path.read_bytes() for path in paths if path.exists())
+            needed, defined = symbols(content[32:])
+            assert defined == {ENTRY}
+            assert needed <= {"malloc", "free", "memset", "memcpy", "memmove", "atan2", "sincos"}
+
+
+def test_code_that_needs_more_is_refused():
+    def printed(x):
+        print(x)
+
+    def returned(x):
+        return x
+
+    with pytest.raises(TypeError, match=r"printed needs numba_gil_ensure, which"):
+        caching.cached_on_disk(printed)(1.0)
+    with pytest.raises(TypeError, match=r"returned returns float64; entries return nothing"):
+        caching.cached_on_disk(returned)(1.0)
 
 
 def test_code_calls_its_copies_of_functions():
@@ -197,14 +272,46 @@ def test_code_calls_its_copies_of_functions():
     lines = "\n".join(f"    y = y * x + {k}.0 / (y - {k}.5)" for k in range(300))
     names = {}
     exec(f"def long(x):\n    y = x\n{lines}\n    return y\n", names)
-    long = caching.compiled(names["long"])
+    long = compiled(names["long"])
 
-    def twice(x):
-        return long(x) + long(x + 1.0)
+    def twice(x, result):
+        result[0] = long(x) + long(x + 1.0)
 
-    entry = caching.cached_on_disk(twice)
-    assert entry(0.3) == pytest.approx(names["long"](0.3) + names["long"](1.3), rel=1e-6)
-    (overload,) = entry.overloads.values()
-    defined = [f for f in overload.library._final_module.functions if not f.is_declaration]
-    assert any("long" in f.name for f in defined)
-    assert not {f.name for f in defined if f.linkage.name.startswith(("linkonce", "weak"))}
+    entry, result = caching.cached_on_disk(twice), np.zeros(1)
+    entry(0.3, result)
+    assert result[0] == pytest.approx(names["long"](0.3) + names["long"](1.3), rel=1e-6)
+
+
+def test_arguments_of_all_kinds():
+    """Numbers, arrays of all layouts, and named tuples of them."""
+
+    def summed(a, b, numbers, flag, result):
+        result[0] = a[1, 0] + 10 * b[2] + 100 * numbers.start + 1000 * numbers.array[1]
+        result[1] = 1.0 if flag else 0.0
+
+    entry = caching.cached_on_disk(summed)
+    array, result = np.arange(6.0).reshape(2, 3), np.zeros(2)
+    Numbers = namedtuple("Numbers", "start array")
+    for a in (array, np.asfortranarray(array), array[:, ::2]):
+        for flag in (True, False):
+            entry(a, array[0], Numbers(7, array[1]), flag, result)
+            assert list(result) == [3 + 20 + 700 + 4000, flag]
+    array.flags.writeable = False
+    entry(array, array[0], Numbers(np.int64(7), array[1]), False, result)
+    assert list(result) == [4723, 0]
+
+
+@pytest.mark.parametrize("name", ["x86-64-v4", "x86-64-v3", "x86-64"])
+def test_the_largest_instruction_set_that_the_processor_has(monkeypatch, name):
+    features = dict.fromkeys(machine_code.INSTRUCTION_SETS[name].split(), True) | {
+        "avx512ifma": False
+    }
+    monkeypatch.setattr(machine_code.binding, "get_host_cpu_features", lambda: features)
+    monkeypatch.setattr(machine_code.binding, "get_process_triple", lambda: "x86_64-any-linux")
+    for setting in ("CPU_NAME", "CPU_FEATURES"):
+        monkeypatch.setattr(machine_code.SETTINGS, setting, None)
+    instruction_set = machine_code.instruction_set.__wrapped__
+    monkeypatch.setattr(machine_code.SETTINGS, "ENABLE_AVX", 1)
+    assert instruction_set() == (name, "")
+    monkeypatch.setattr(machine_code.SETTINGS, "CPU_NAME", "skylake")
+    assert instruction_set() == ("skylake", "")

@@ -116,7 +116,7 @@ def allocated_tolerances(own):
     signs = np.array(list(product((-1, 1), repeat=5))).T
     sizes = zip(found["name"].values, found["tolerance"].values, signs, strict=True)
     vertices = own.response(**{k: own.SIZES[k] + t * sign for k, t, sign in sizes})
-    for result, least in ((vertices, 0.9999), (own.sampled(), 0.5)):
+    for result, least in ((vertices, 0.999), (own.sampled(), 0.5)):  # the position is corrected
         off = np.abs(at(result, "middle_Y") - own.path).max() / 4.5e-4
         more = (at(result, "D_X").max() / own.force - 1) / 0.01
         assert least < off <= 1

@@ -50,7 +50,9 @@ BUDGET = 96
 def methods(case: Case, samples: int) -> Iterator[Method]:
     """Yield the methods to apply to a case, except those that take too many runs."""
     space = Space(case.inputs)
-    tried: list[Method] = [fb.AdaptivePCCI(tolerance, BUDGET) for tolerance in (0.01, 0.001)]
+    tried: list[Method] = [
+        fb.AdaptivePCCI(tolerance, BUDGET, correct=False) for tolerance in (0.01, 0.001)
+    ]
     tried += [fb.methods.PhaseResolvedPCCI(*orders) for orders in case.orders]
     for own in case.orders[-1:]:
         tried.append(fb.ImprovedPCCI(*own))

@@ -25,7 +25,6 @@ from flexband.uncertainty.adaptive import adaptation
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.phase_resolved import method as phase_resolved
 from flexband.uncertainty.phases.decomposition import Stage, decompose
-from flexband.uncertainty.runs.memory import peak_memory
 
 BYTES = 8
 
@@ -78,7 +77,7 @@ def announced_and_peak(
         finally:
             tracemalloc.stop()
     intervals, one = Space(inputs).interval_dimension, BYTES * outputs * times
-    announced, per_carrier = peak_memory(method, intervals, int(bands.attrs["runs"]), one)
+    announced, per_carrier = method.peak_memory(intervals, int(bands.attrs["runs"]), one)
     carriers = max(1, *tried) if ringing else 0  # one is looked for
     return announced + carriers * per_carrier, float(peak)
 
@@ -158,7 +157,7 @@ def large(max_runs: int, *, ringing: bool) -> list[str]:
 
     (runs, carriers, peak), (*_, alone) = numbers(*LARGE), numbers(*SMALL)
     one = BYTES * LARGE[0] * LARGE[1]
-    announced, per_carrier = peak_memory(fb.AdaptivePCCI(), 20, runs, one)
+    announced, per_carrier = fb.AdaptivePCCI().peak_memory(20, runs, one)
     announced, peak = announced + max(carriers, ringing) * per_carrier, peak - alone
     name = f"adaptive PCCI, {runs} runs{', ringing' * ringing}"
     ratio = f"{announced / peak:.2f}"

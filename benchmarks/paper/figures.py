@@ -28,7 +28,7 @@ def drawings(stiff: Result, soft: Result) -> Iterator[tuple[str, Figure]]:
     """Yield name and figure of all pictures of the page."""
     yield "chebyshev", chebyshev()
     yield "points", points()
-    study = Study(stiff.case.response, stiff.case.inputs, fb.AdaptivePCCI())
+    study = Study(stiff.case.response, stiff.case.inputs, fb.AdaptivePCCI(correct=False))
     yield "field", variance_error_figure(study.fields())
     yield "reactions", wide(response_figure(study.nominal(), ["F_X", "F_Y"]))
     for name, result in {"": stiff, "soft_": soft}.items():

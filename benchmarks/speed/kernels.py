@@ -18,32 +18,32 @@ from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.lane_type import WIDTH
-from flexband.mechanics.kernels.lanes import entry, filled
+from flexband.mechanics.kernels.lanes import cached, filled
 from flexband.mechanics.kernels.records import Record
 
 DURATION, STEP = 0.6, 1e-3
 
 
-@entry
+@cached
 def residuals(count, structure, values, work):
     for _ in range(count):
         residual(structure, values, 0, work.z, work.r, work.blocks)
 
 
-@entry
+@cached
 def tangents(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
 
 
-@entry
+@cached
 def tangents_and_factors(count, structure, values, work):
     for _ in range(count):
         tangent(structure, values, 0, work.z, filled(1e-7), 0.0, work.matrix, work.blocks)
         factorize(structure.pattern, work.matrix, filled(1e-12), work.r)
 
 
-@entry
+@cached
 def solutions(count, structure, values, work):
     for _ in range(count):
         solve(structure.pattern, structure.pattern.below, work.matrix, (work.r,))

@@ -36,7 +36,7 @@ from flexband.mechanics.kernels.elements import (
     elastic,
 )
 from flexband.mechanics.kernels.lane_type import zeros
-from flexband.mechanics.kernels.lanes import WIDTH, entry, load, store
+from flexband.mechanics.kernels.lanes import WIDTH, cached, load, store
 
 CHAINS = 12
 MODULES = (
@@ -45,7 +45,7 @@ MODULES = (
 )  # fmt: skip
 
 
-@entry
+@cached
 def multiply_adds(count, array):
     """Compute 12 × `count` multiply-adds."""
     x, y = load(array, 0), load(array, 1)

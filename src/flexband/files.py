@@ -44,6 +44,17 @@ def replaced(file: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
+def user_folder() -> Path:
+    """Return the folder of the user, or that in NUMBA_CACHE_DIR, for what is kept on disk."""
+    from numba.core import config  # noqa: PLC0415  (imports Numba)
+    from numba.misc.appdirs import AppDirs  # noqa: PLC0415
+
+    folder: str = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
+    if folder:
+        return Path(folder) / "flexband"
+    return Path(AppDirs("flexband", False).user_cache_dir)
+
+
 def open_unlinked(file: str | os.PathLike[str], flags: int) -> int:
     """Open a file as `os.open` does; raise `OSError` if it is a symbolic link."""
     if os.path.islink(file):

@@ -1,75 +1,117 @@
-"""Hashes of flexband's own code, which comments, docstrings and layout do not change."""
+"""Hashes of code, which comments, docstrings and layout do not change.
+
+What is known of a file is kept on disk, so that only files that have changed are read and parsed.
+"""
 
 from __future__ import annotations
 
 import ast
 import hashlib
 import json
+import os
+import time
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
-from flexband.files import read_unlinked, replaced
+from flexband.files import read_unlinked, replaced, user_folder
 
 PACKAGE = Path(__file__).parent
 
-MEMORY = "source_hashes.json"
-"""File of the hashes of syntax trees, by path, modification time and size."""
+MEMORY = "sources.json"
+"""File of what is known of sources, by path, modification time, change time and size."""
+
+
+class Source(NamedTuple):
+    """What is known of a file: a hash of its code, and the modules that it imports."""
+
+    hash: str
+    modules: list[str]
 
 
 @cache
 def source_hash(*folders: str) -> str:
-    """Return a hash of the code in folders of flexband: it changes with what is computed.
-
-    Hashes of files are kept on disk, so that only files that have changed are parsed.
-    """
-    file = _memory_file()
-    memory = _remembered(file)
-    hashes: dict[str, str] = {}
+    """Return a hash of the code in folders of flexband: it changes with what is computed."""
+    files = sorted(path for folder in folders for path in (PACKAGE / folder).rglob("*.py"))
     total = hashlib.sha256()
-    for source in sorted(path for folder in folders for path in (PACKAGE / folder).rglob("*.py")):
-        state = source.stat()
-        key = f"{source} {state.st_mtime_ns} {state.st_size}"
-        hashes[key] = memory.get(key) or syntax_hash(source.read_bytes())
-        total.update(f"{source.relative_to(PACKAGE)} {hashes[key]}\n".encode())
-    if not hashes.keys() <= memory.keys():
-        kept = {key: value for key, value in memory.items() if _exists(key)}
-        with suppress(OSError), replaced(file) as partial:
-            partial.write_text(json.dumps(kept | hashes), encoding="utf-8")
+    for file, source in sources(files).items():
+        total.update(f"{file.relative_to(PACKAGE)} {source.hash}\n".encode())
     return total.hexdigest()[:32]
 
 
-def syntax_hash(code: bytes) -> str:
-    """Return a hash of the syntax tree of code, without docstrings."""
-    tree = _WithoutTexts().visit(ast.parse(code))
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:32]
+def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source]:
+    """Return what is known of files, and remember it.
+
+    A file that changed in the last `settled` seconds is not remembered: another change at once
+    might leave its times as they are.
+    """
+    memory_file = user_folder() / MEMORY
+    memory = _remembered(memory_file)
+    known: dict[Path, Source] = {}
+    new: dict[str, Source] = {}
+    for file in files:
+        key, changed = _state(file)
+        if key in memory:
+            known[file] = Source(*memory[key])
+            continue
+        known[file] = parsed(file.read_bytes())
+        if changed + settled < time.time():
+            new[key] = known[file]
+    if new:
+        memory = {key: value for key, value in memory.items() if _exists(key)} | new
+        with suppress(OSError), replaced(memory_file) as partial:
+            partial.write_text(json.dumps(memory), encoding="utf-8")
+    return known
 
 
-class _WithoutTexts(ast.NodeTransformer):
-    """Removes statements that are nothing but a text: docstrings, and descriptions of constants."""
+def parsed(code: bytes) -> Source:
+    """Return what is known of code. The names of what it imports may be modules too."""
+    tree = ast.parse(code)
+    modules: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules += (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
+    return Source(hashlib.sha256(repr(_structure(tree)).encode()).hexdigest()[:32], modules)
 
-    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
-        return None if isinstance(node.value, ast.Constant) else node
+
+def _structure(node: object) -> object:
+    """Return a syntax tree without texts that are statements: docstrings and descriptions.
+
+    Fields without a value are left out, since versions of Python differ in them.
+    """
+    if isinstance(node, list):
+        return [_structure(part) for part in node if not _is_text(part)]
+    if not isinstance(node, ast.AST):
+        return node
+    fields = [(name, _structure(value)) for name, value in ast.iter_fields(node)]
+    return type(node).__name__, *(
+        (name, value) for name, value in fields if value not in (None, [])
+    )
 
 
-def _memory_file() -> Path:
-    from flexband.caching import user_folder  # noqa: PLC0415  (imports Numba)
-
-    return user_folder() / MEMORY
+def _is_text(node: object) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
-def _remembered(file: Path) -> dict[str, str]:
-    with suppress(OSError, ValueError):
-        content = json.loads(read_unlinked(file))
-        if isinstance(content, dict):
-            return content
+def _remembered(file: Path) -> dict[str, list]:
+    with suppress(OSError, ValueError, TypeError):
+        return dict(json.loads(read_unlinked(file)))
     return {}
+
+
+def _state(file: str | os.PathLike[str]) -> tuple[str, float]:
+    """Return a text that a change of a file alters, and the time [s] of the last change."""
+    state = os.stat(file)
+    text = f"{state.st_mtime_ns} {state.st_ctime_ns} {state.st_ino} {state.st_size}"
+    return f"{file} {text}", max(state.st_mtime, state.st_ctime)
 
 
 def _exists(key: str) -> bool:
     """Return whether a file that is remembered is there, and as it was."""
-    path, time, size = key.rsplit(" ", 2)
     with suppress(OSError):
-        state = Path(path).stat()
-        return (str(state.st_mtime_ns), str(state.st_size)) == (time, size)
+        return _state(key.rsplit(" ", 4)[0])[0] == key
     return False

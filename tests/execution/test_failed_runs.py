@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.execution.executors import Workers
+from flexband.execution.calls import Workers
 from flexband.uncertainty.runs.evaluations import Evaluations
 from tests.execution.responses import FAULTS, IN_PROCESS, bad, good, wrong
 

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 from scipy.optimize import root_scalar
 
 import flexband as fb
-from flexband.caching import cached_on_disk
+from flexband.compilation.caching import cached_on_disk
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble

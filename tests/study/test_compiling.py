@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.caching import kept
+from flexband.compilation.caching import kept
 from flexband.study import compiling
 
 

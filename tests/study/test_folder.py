@@ -348,7 +348,7 @@ class Response:
         return xr.DataArray(y, {"time": t}, ("sample", "time"))
 
 inputs = {"a": fb.Interval(0.5, 2.0), "b": fb.Normal(0.0, 0.1)}
-study = fb.Study(Response(0.4), inputs, fb.AdaptivePCCI(0.02))
+study = fb.Study(Response(0.4), inputs, fb.AdaptivePCCI(0.02, correct=False))
 """
 
 KILLED = """

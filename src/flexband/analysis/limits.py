@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from types import EllipsisType
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import (
@@ -20,7 +21,7 @@ from flexband.errors import (
     shown,
 )
 
-Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], Any] | None
+Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | None
 """A number or a curve; None where there is none."""
 
 
@@ -70,7 +71,7 @@ class Limit:
             object.__setattr__(self, "during", (first, last))
 
     @property
-    def _ends(self) -> tuple[Any, Any]:
+    def _ends(self) -> tuple[Bound, Bound]:
         return self.above, self.below
 
     def _check_ends(self, low: np.ndarray, high: np.ndarray) -> None:
@@ -126,6 +127,9 @@ class Limit:
         return Corridor(name, lower, upper, where)
 
 
+Limits = Limit | Sequence[Limit]
+
+
 @dataclass(frozen=True, eq=False)
 class Corridor:
     """Where a response must be.
@@ -140,14 +144,14 @@ class Corridor:
     output: str
     lower: np.ndarray
     upper: np.ndarray
-    where: tuple[Any, ...]
+    where: tuple[int | slice | EllipsisType, ...]
 
     def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
         return np.minimum(low - self.lower, self.upper - high)
 
 
-def several(limits: Any) -> tuple[Limit, ...]:
+def several(limits: Limits) -> tuple[Limit, ...]:
     """Return a limit, or several, as a tuple; raise `InputError` if `limits` are none."""
     sequence = [limits] if isinstance(limits, Limit) else limits
     if not isinstance(sequence, Sequence) or not all(
@@ -157,7 +161,7 @@ def several(limits: Any) -> tuple[Limit, ...]:
     return tuple(sequence)
 
 
-def corridors(limits: Any, labels: xr.DataArray) -> dict[str, Corridor]:
+def corridors(limits: Limits, labels: xr.DataArray) -> dict[str, Corridor]:
     """Return the corridor of each limit, by the limit in words.
 
     Raises
@@ -188,7 +192,7 @@ def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
     return Corridor("", lower, upper, (...,))
 
 
-def _checked(name: str, bound: Any) -> Any:
+def _checked(name: str, bound: Bound) -> Bound:
     """Return a bound as a float, an array, a DataArray, a function, or None."""
     if bound is None:
         return None
@@ -202,7 +206,7 @@ def _checked(name: str, bound: Any) -> Any:
     return float(values) if values.ndim == 0 else values
 
 
-def _in_words(bound: Any) -> str:
+def _in_words(bound: Bound) -> str:
     if bound is None:
         return ""
     return f"{bound:g}" if isinstance(bound, float) else "a curve"
@@ -244,7 +248,7 @@ def _during(during: tuple[float, float] | None, output_labels: xr.DataArray) -> 
     return np.broadcast_to(within, shape)
 
 
-def _curve(name: str, bound: Any, output_labels: xr.DataArray, free: float) -> np.ndarray:
+def _curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> np.ndarray:
     """Return a bound at all values of an output, of its shape; `free` if there is none."""
     shape = output_labels.shape[1:]
     if bound is None:
@@ -264,7 +268,6 @@ def _curve(name: str, bound: Any, output_labels: xr.DataArray, free: float) -> n
 
 
 def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray]:
-    """Return the last dim of an output and its values."""
     dim = output_labels.dims[-1]
     if (
         output_labels.ndim < 2

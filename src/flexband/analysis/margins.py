@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
-from flexband.analysis.limits import Corridor, Limit, corridors, joint
+from flexband.analysis.limits import Corridor, Limits, corridors, joint
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.results import ERRORS, Variables, check_free
 from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
@@ -121,9 +120,7 @@ def error_of(
     return "", np.zeros(labels.shape[1:])
 
 
-def check_limits(
-    surrogate: AnySurrogate, limits: Limit | Sequence[Limit], *, sigmas: float = 3.0
-) -> xr.Dataset:
+def check_limits(surrogate: AnySurrogate, limits: Limits, *, sigmas: float = 3.0) -> xr.Dataset:
     """Return whether each limit is kept for all values of the interval inputs, and its margin.
 
     The margin of a limit is how far it is from the error bar μ ± kσ, or, if there are no random
@@ -232,7 +229,6 @@ def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: floa
 def _checked(
     corridor: Corridor, bands: xr.Dataset, labels: xr.DataArray, error: np.ndarray
 ) -> xr.Dataset:
-    """Return the result for one limit."""
     where = corridor.where
     bar = bands["error_bar"].transpose("bound", *labels.dims[1:]).drop_vars("bound")
     low, high = (np.asarray(end)[where] for end in bar.values)
@@ -243,7 +239,7 @@ def _checked(
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
-    after, surely = _between(margins, bands, labels, where)
+    after, surely = _between(margins, bands, labels, corridor)
     drop = drops(margin, spacing(labels))
     between = np.minimum(np.where(limited, margin - drop, np.inf), after)
     lowest = np.unravel_index(int(np.argmin(between)), between.shape)
@@ -283,7 +279,7 @@ def _checked(
 
 
 def _between(
-    margins: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, where: tuple[Any, ...]
+    margins: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the least margin from each time to the next, and how large it is at most in all runs.
 
@@ -291,7 +287,7 @@ def _between(
     ----------
     margins : to the limits above and below, shape (2, …, times).
     """
-    between = np.full((2, *margins.shape[1:]), np.inf)
+    where, between = corridor.where, np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:
         return between[0], between[1]
     ends = np.where(np.isfinite(margins), margins, np.nan)

@@ -7,6 +7,7 @@ those of the outputs are. The half-planes of all directions make a convex polygo
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,9 @@ def _frame(pair: list[xr.DataArray], directions: int) -> xr.DataArray:
     if len(units) > 1:
         raise InputError(f"x and y must have the same unit; got {' and '.join(sorted(units))}")
     last = pair[0].dims[-1]
-    coords: dict[Any, Any] = {last: pair[0][last].variable} if last in pair[0].coords else {}
+    coords: dict[Hashable, xr.Variable] = (
+        {last: pair[0][last].variable} if last in pair[0].coords else {}
+    )
     values = np.zeros((0, directions, pair[0].sizes[last]))
     frame = xr.DataArray(values, coords, ("sample", "direction", last))
     return frame.assign_coords(unit=units.pop()) if units else frame

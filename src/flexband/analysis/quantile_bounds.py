@@ -149,7 +149,6 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
 
 
 def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> xr.Dataset:
-    """Return what `quantiles` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     check_free("probability", labels)
     check_samples(space, p, samples)

@@ -192,14 +192,12 @@ def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
 
 
 def _checked(output: Any) -> str:
-    """Return the name of an output."""
     if not isinstance(output, str) or not output:
         raise InputError(f"an output must be given by its name; got {shown(output)}")
     return output
 
 
 def _peak(output: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataArray]:
-    """Return the largest values over the last dim, and their times."""
     values = output.values
     k = np.clip(values.argmax(axis=-1), 1, len(times) - 2)
     left, middle, right = (

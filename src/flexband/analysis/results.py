@@ -25,7 +25,9 @@ ERRORS = ("error_bar_expected_error", INDICATOR)
 POINTWISE_ERRORS = ("pointwise_error", *ERRORS)
 """Diagnostics that tell the error of μ ± σ wherever it is evaluated, the best first."""
 
-CARRIED = ("expected_error", "not_trusted", "runs", "method", "tolerance", "stopped")
+CARRIED = (
+    "expected_error", "not_trusted", "runs", "method", "tolerance", "stopped", "corrected",
+)  # fmt: skip
 """Attributes of the surrogate that answers have as well."""
 
 WITHOUT_UNITS = ("_at", "_choice")

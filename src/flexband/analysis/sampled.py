@@ -15,7 +15,8 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import t as student
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.scan import scan
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_instance, shown
+from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -73,17 +74,22 @@ def selected(surrogate: Surrogate, at: Labels | None) -> Surrogate:
     times = surrogate.times
     grid = xr.DataArray(numbers.reshape(labels.shape[1:]), dims=labels.dims[1:]).isel(chosen).values
     outputs, at_times = np.unique(grid // times), np.unique(grid % times)
-    expansions = []
-    for expansion in surrogate.expansions:
-        indices = np.intersect1d(expansion.outputs, outputs)
-        if len(indices):
-            part: Any = expansion.of(indices, at_times)
-            expansions.append(replace(part, outputs=np.searchsorted(outputs, indices)))
+
+    def parts(expansions: Sequence[Expansion]) -> tuple[Expansion, ...]:
+        chosen_parts = []
+        for expansion in expansions:
+            indices = np.intersect1d(expansion.outputs, outputs)
+            if len(indices):
+                part: Any = expansion.of(indices, at_times)
+                chosen_parts.append(replace(part, outputs=np.searchsorted(outputs, indices)))
+        return tuple(chosen_parts)
+
     diagnostics = surrogate.diagnostics.isel(chosen, missing_dims="ignore")
     return replace(
         surrogate,
         labels=labels.isel(chosen),
-        expansions=tuple(expansions),
+        expansions=parts(surrogate.expansions),
+        correction=parts(surrogate.correction),
         diagnostics=diagnostics,
     )
 

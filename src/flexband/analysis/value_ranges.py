@@ -7,15 +7,18 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtri
 
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_numbers
-from flexband.uncertainty.expansions.boxes import on_box
+from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import joined
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
@@ -82,10 +85,10 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     extremes = []
     for expansion in surrogate.expansions:
         if isinstance(expansion, PhaseExpansion):
-            boxed: Any = replace(expansion, parts=on_box(expansion.parts, *ends))
+            boxed: Any = replace(expansion, parts=_on_box(expansion.parts, *ends))
         else:
             assert isinstance(expansion, DirectExpansion)
-            boxed = replace(expansion, values=on_box(expansion.values, *ends))
+            boxed = replace(expansion, values=_on_box(expansion.values, *ends))
         extremes += boxed.extremes([0.0])
     values = joined(surrogate.expansions, [bounds.values for bounds in extremes], 1)
     box = joined(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(-1, m + n)
@@ -113,3 +116,27 @@ LONG_NAMES = {
     "range_at": "values of the inputs at the bounds",
     "expected_error": "error expected of the surrogate at the corners of the box",
 }
+
+
+def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) -> HybridExpansion:
+    """Return the same polynomial without random variables, in η and in t with ξ from a to b.
+
+    Parameters
+    ----------
+    lower, upper : a and b of ξ = (a + b)/2 + t (b − a)/2, shape (n,).
+    """
+    m, index = expansion.interval_dimension, expansion.index
+    transform = eye_array(len(index), format="csr")
+    for k, family in enumerate(expansion.families):
+        orders = index[:, m + k]
+        highest = int(orders.max(initial=0))
+        t = lobatto(highest + 1)
+        xi = (lower[k] + upper[k]) / 2 + t * (upper[k] - lower[k]) / 2
+        matrix = np.linalg.solve(chebyshev_values(highest, t), family.values(highest, xi))
+        row, col = np.nonzero(np.arange(highest + 1)[:, None] <= orders)
+        new = index[col]
+        new[:, m + k] = row
+        index, which = np.unique(new, axis=0, return_inverse=True)
+        entries = matrix[row, orders[col]], (which.ravel(), col)
+        transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
+    return HybridExpansion((), index, np.asarray(transform @ expansion.coefficients))

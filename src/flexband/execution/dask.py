@@ -1,26 +1,26 @@
-"""Runs on a Dask cluster, each within a time limit."""
+"""Runs on a Dask cluster, perhaps each within a time limit."""
 
 from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, check_numbers, check_positive, shown
-from flexband.execution.executors import (
-    DaskClient,
+from flexband.execution.calls import (
     Outcome,
     Performing,
     Tasks,
     Workers,
-    dask_client,
-    outcome_of,
+    lost_with,
     perform_elsewhere,
+    received,
     sent_by,
     unpickled,
 )
@@ -28,6 +28,15 @@ from flexband.response import ResponseFunction
 
 if TYPE_CHECKING:
     from dask.distributed import Future
+
+
+@runtime_checkable
+class DaskClient(Protocol):
+    """What is called of a client of Dask, which is not imported for it."""
+
+    def get_executor(self, *, pure: bool) -> Executor: ...
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, pure: bool) -> Any: ...
 
 
 @frozen()
@@ -120,7 +129,7 @@ class _Timed:
                 for future, reason in self.ended(running):
                     number, _ = running.pop(future)
                     late = Outcome(None, TimeoutError(reason), 0.0, lost=True)
-                    outcome = late if reason else outcome_of(future)
+                    outcome = late if reason else _outcome(future)
                     if not outcome.lost:
                         yield number, outcome
                     elif attempts[number] < self.attempts:
@@ -199,3 +208,33 @@ def load_response(response: bytes, with_modules: bytes, code: str) -> None:
     """Load a response in a worker, so that this takes none of the time of its first call."""
     with suppress(Exception):  # which `perform_elsewhere` reports
         unpickled(response, with_modules, code)
+
+
+def _outcome(future: Future) -> Outcome:
+    """Return the outcome of a task that is done."""
+    try:
+        return received(future.result())
+    except Exception as error:
+        return lost_with(error)
+
+
+@contextmanager
+def dask_client(client: DaskClient | str) -> Iterator[Any]:
+    """Give a Dask client, or a new one for an address."""
+    if not isinstance(client, str):
+        yield client
+        return
+    try:
+        from dask.distributed import Client  # noqa: PLC0415
+        from distributed.comm.addressing import resolve_address  # noqa: PLC0415
+    except ImportError:
+        raise InputError(
+            f"executor {client!r} requires Dask: pip install 'flexband[dask]'"
+        ) from None
+    try:
+        resolve_address(client)  # a Client that cannot start waits for itself when it is deleted
+        opened = Client(client, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"executor {client!r} is no Dask scheduler: {error}") from None
+    with opened:
+        yield opened

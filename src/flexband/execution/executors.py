@@ -1,186 +1,170 @@
-"""Where runs are made: in this process, or by any executor of `concurrent.futures`, Dask included.
-
-A task is one call of the response. Its outcome is what it returned or raised, with its wall time
-and its warnings, which are issued again in the process of the study.
-"""
+"""Where runs are made: in this process, or by any executor of `concurrent.futures`, or Dask."""
 
 from __future__ import annotations
 
-import sys
 import time
-import traceback
-import warnings
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager
+from collections import deque
+from collections.abc import Generator, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from contextvars import copy_context
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import Any, NamedTuple
 
 import cloudpickle
 
-from flexband.errors import FlexbandWarning, InputError, RunError, warn
-from flexband.execution.fingerprint import fingerprint, modules_of_user
+from flexband.errors import InputError
+from flexband.execution.calls import (
+    Arguments,
+    Outcome,
+    Performing,
+    Tasks,
+    Workers,
+    gone,
+    in_process,
+    lost_with,
+    perform,
+    perform_elsewhere,
+    received,
+    sent_by,
+)
+from flexband.execution.dask import DaskClient, dask_client
 from flexband.response import ResponseFunction
 
-if TYPE_CHECKING:
-    from dask.distributed import Future as DaskFuture
-
-Arguments = dict[str, Any]
-Tasks = Sequence[Callable[[], Arguments]]
+ExecutorLike = Workers | Executor | DaskClient | str | None
+"""Where runs are made, as users give it."""
 
 
-class Outcome(NamedTuple):
-    """What one call of a response came to; `lost` if its worker died of it."""
+@dataclass(frozen=True)
+class FlowOptions:
+    """How many calls are under way at a time.
 
-    value: Any
-    error: Exception | None
-    seconds: float
-    remarks: tuple[tuple[str, type[FlexbandWarning]], ...] = ()
-    lost: bool = False
-
-
-class Performing(Protocol):
-    """Performs tasks: yields their numbers and outcomes as they finish.
-
-    Tasks that are left when the generator is closed are ended.
+    Attributes
+    ----------
+    first
+        Tasks under way before any has finished. A task that has waited for less time than it
+        worked shows that workers may be idle, and one more is under way from then on.
+    work
+        Time [s] of work that one submission should hold: calls that are shorter are submitted
+        several at a time, unless workers would be without.
     """
 
-    def __call__(
-        self, response: ResponseFunction, tasks: Tasks
-    ) -> Generator[tuple[int, Outcome], None, None]: ...
+    first: int = 1000
+    work: float = 1.0
 
 
-@runtime_checkable
-class DaskClient(Protocol):
-    """What is called of a client of Dask, which is not imported for it."""
+class _Submission(NamedTuple):
+    """Calls that one worker makes, one after another, and when [s] they were submitted."""
 
-    def get_executor(self, *, pure: bool) -> Executor: ...
-
-
-class Workers(ABC):
-    """An `executor` of this library, which performs tasks in processes that it starts or knows."""
-
-    @abstractmethod
-    def open(self) -> AbstractContextManager[Performing]:
-        """Give what performs tasks."""
+    numbers: list[int]
+    begin: float
 
 
-def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
-    """Call the response; `SystemExit` is an error as any other."""
-    begin = time.perf_counter()
-    try:
-        value, error = response(**arguments), None
-    except Exception as raised:
-        value, error = None, raised
-    except SystemExit as raised:
-        value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
-    return Outcome(value, error, time.perf_counter() - begin)
+class _Flow:
+    """Calls of a response by an executor, as many at a time as keep its workers busy."""
 
+    def __init__(
+        self,
+        executor: Executor,
+        response: ResponseFunction,
+        tasks: Tasks,
+        client: DaskClient | None,
+        options: FlowOptions,
+    ) -> None:
+        self.executor, self.response, self.tasks, self.options = executor, response, tasks, options
+        self.shared = isinstance(executor, ThreadPoolExecutor)
+        self.sent: tuple[Any, ...] = ()
+        if not self.shared:
+            pickled, modules = sent_by(response)
+            self.sent = pickled, *modules
+        if client is not None:  # each worker gets it once, from the scheduler or another worker
+            self.sent = tuple(client.submit(_kept, part, pure=False) for part in self.sent)
+        self.limit, self.work, self.calls = options.first, 0.0, 0
+        self.begin = time.perf_counter()
+        self.running: dict[Future, _Submission] = {}
+        self.finished: SimpleQueue[tuple[Future, float]] = SimpleQueue()
 
-def in_process(
-    response: ResponseFunction, tasks: Tasks
-) -> Generator[tuple[int, Outcome], None, None]:
-    """Perform one task after another in this process."""
-    for number, arguments in enumerate(tasks):
-        yield number, perform(response, arguments())
-
-
-@lru_cache(maxsize=4)
-def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> ResponseFunction:
-    """Return a response that another process of the same study has pickled.
-
-    `with_modules` is the response with the user's modules, for a process that does not have them,
-    or has others: then its fingerprint is not `code`.
-    """
-    try:
-        function = cloudpickle.loads(response)
-    except (ModuleNotFoundError, AttributeError):
-        if not with_modules:
-            raise
-        return cloudpickle.loads(with_modules)
-    return cloudpickle.loads(with_modules) if code and fingerprint(function) != code else function
-
-
-def perform_elsewhere(
-    response: bytes, arguments: bytes, with_modules: bytes = b"", code: str = ""
-) -> bytes:
-    """Perform a task that another process of the same study has pickled; return its outcome."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("ignore")
-        warnings.simplefilter("always", FlexbandWarning)
+    def perform(self) -> Generator[tuple[int, Outcome], None, None]:
+        """Yield the numbers and outcomes of calls as they finish."""
+        waiting, lost = deque(range(len(self.tasks))), list[int]()
         try:
-            own = unpickled(response, with_modules, code)
-            outcome = perform(own, cloudpickle.loads(arguments))
-        except Exception as error:  # a module that is missing there
-            outcome = Outcome(None, error, 0.0)
-    own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
-    outcome = outcome._replace(remarks=tuple((str(w.message), w.category) for w in own))
-    if outcome.error is not None:
-        lines = traceback.format_exception(outcome.error)
-        outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
-    try:
-        return _returning(outcome)
-    except Exception as reason:
-        error = outcome.error or reason
-        plain = RuntimeError(f"{type(error).__name__}: {error}")
-        return cloudpickle.dumps(outcome._replace(value=None, error=plain))
+            while waiting or self.running:
+                while waiting and len(self.running) < self.limit:
+                    self.submit([waiting.popleft() for _ in range(self.size(len(waiting)))])
+                for number, outcome in self.next_outcomes():
+                    if outcome.lost:
+                        lost.append(number)
+                    else:
+                        yield number, outcome
+            for number in lost:
+                self.submit([number])
+                yield from self.next_outcomes()
+        finally:
+            for future in self.running:
+                future.cancel()
+
+    def size(self, waiting: int) -> int:
+        """Return the number of calls of the next submission, of so many that are waiting."""
+        if not self.calls:
+            return 1
+        enough = self.options.work * self.calls / max(self.work, 1e-6)
+        busy = max(1.0, self.work / (time.perf_counter() - self.begin))  # workers, on average
+        return max(1, int(min(enough, waiting / (2 * busy))))
+
+    def submit(self, numbers: list[int]) -> None:
+        """Submit calls, which one worker makes."""
+        arguments = [self.tasks[number]() for number in numbers]
+        try:
+            if self.shared:
+                within = copy_context().run
+                future = self.executor.submit(within, _in_turn, self.response, arguments)
+            else:
+                pickled = [cloudpickle.dumps(values) for values in arguments]
+                future = self.executor.submit(_in_turn_elsewhere, pickled, *self.sent)
+        except RuntimeError as error:  # it is shut down or broken
+            raise gone(error) from error
+        self.running[future] = _Submission(numbers, time.perf_counter())
+        future.add_done_callback(lambda done: self.finished.put((done, time.perf_counter())))
+
+    def next_outcomes(self) -> list[tuple[int, Outcome]]:
+        """Wait for a submission; return the numbers and outcomes of its calls."""
+        future, end = self.finished.get()
+        numbers, begin = self.running.pop(future)
+        try:
+            result = future.result()
+            outcomes = result if self.shared else list(map(received, result))
+        except Exception as error:
+            outcomes = [lost_with(error)] * len(numbers)
+        work = sum(outcome.seconds for outcome in outcomes)
+        self.calls, self.work = self.calls + len(numbers), self.work + work
+        if end - begin < 2 * work:
+            self.limit += 1
+        return list(zip(numbers, outcomes, strict=True))
 
 
-def _returning(outcome: Outcome) -> bytes:
-    data = cloudpickle.dumps(outcome)
-    if outcome.error is not None:
-        cloudpickle.loads(data)  # some errors can be pickled, but not made again
-    return data
+def _in_turn(response: ResponseFunction, arguments: list[Arguments]) -> list[Outcome]:
+    """Call the response with one set of arguments after another."""
+    return [perform(response, values) for values in arguments]
 
 
-def received(data: bytes) -> Outcome:
-    """Return an outcome of `perform_elsewhere`, and issue its warnings."""
-    try:
-        outcome: Outcome = cloudpickle.loads(data)
-        for text, kind in outcome.remarks:
-            warn(text, kind)
-    except Exception as error:  # an unknown class, or a warning that is to be an error
-        return Outcome(None, error, 0.0)
-    return outcome
+def _in_turn_elsewhere(arguments: list[bytes], *sent: Any) -> list[bytes]:
+    """Perform tasks that another process has pickled; return their outcomes."""
+    response, *modules = sent
+    return [perform_elsewhere(response, values, *modules) for values in arguments]
 
 
-def dumped(response: ResponseFunction) -> bytes:
-    """Return a response for another process; raise `InputError` if that is not possible."""
-    try:
-        return cloudpickle.dumps(response)
-    except Exception as error:
-        raise InputError(
-            f"the response cannot be sent to another process: {type(error).__name__}: {error}"
-        ) from None
+def _kept(part: bytes | str) -> bytes | str:
+    return part
 
 
-def dumped_with_modules(response: ResponseFunction) -> bytes:
-    """Return a response with the modules of the user that it needs; b"" if that is not possible."""
-    done = cloudpickle.list_registry_pickle_by_value()
-    named = {m.__name__: m for m in modules_of_user()}
-    modules = [named[name] for name in named.keys() & sys.modules.keys() - done]
-    for module in modules:
-        cloudpickle.register_pickle_by_value(module)
-    try:
-        return cloudpickle.dumps(response)
-    except Exception:  # what a module has besides the response may be anything
-        return b""
-    finally:
-        for module in modules:
-            cloudpickle.unregister_pickle_by_value(module)
-
-
-def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
-    """Return a response for another process, and what `unpickled` takes besides."""
-    pickled, whole = dumped(response), dumped_with_modules(response)
-    by_value = whole if whole != pickled else b""
-    return pickled, (by_value, fingerprint(response) if by_value else "")
-
-
-def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
-    """Return what performs tasks by an executor, which has up to `in_flight` of them at a time.
+def with_executor(
+    executor: Executor,
+    client: DaskClient | None = None,
+    *,
+    options: FlowOptions = FlowOptions(),
+) -> Performing:
+    """Return what performs tasks by an executor, which may be that of a Dask client.
 
     Tasks whose workers died are performed once more, one after another: an executor cannot tell
     which of several tasks ended a worker.
@@ -189,63 +173,9 @@ def with_executor(executor: Executor, in_flight: int = 256) -> Performing:
     def performing(
         response: ResponseFunction, tasks: Tasks
     ) -> Generator[tuple[int, Outcome], None, None]:
-        shared = isinstance(executor, ThreadPoolExecutor)
-        pickled, sent = (b"", (b"", "")) if shared else sent_by(response)
-        running: dict[Future, int] = {}
-        waiting, lost = iter(range(len(tasks))), list[int]()
-
-        def submit(number: int) -> None:
-            arguments = tasks[number]()
-            try:
-                if shared:
-                    future = executor.submit(copy_context().run, perform, response, arguments)
-                else:
-                    future = executor.submit(
-                        perform_elsewhere, pickled, cloudpickle.dumps(arguments), *sent
-                    )
-            except RuntimeError as error:  # it is shut down or broken
-                raise _gone(error) from error
-            running[future] = number
-
-        try:
-            for number, _ in zip(waiting, range(in_flight), strict=False):
-                submit(number)
-            while running:
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    number, outcome = running.pop(future), outcome_of(future, shared=shared)
-                    if outcome.lost:
-                        lost.append(number)
-                    else:
-                        yield number, outcome
-                    if (following := next(waiting, None)) is not None:
-                        submit(following)
-            for number in lost:
-                submit(number)
-                future = next(iter(running))
-                outcome = outcome_of(future, shared=shared)
-                running.clear()
-                yield number, outcome
-        finally:
-            for future in running:
-                future.cancel()
+        return _Flow(executor, response, tasks, client, options).perform()
 
     return performing
-
-
-def outcome_of(future: Future | DaskFuture, *, shared: bool = False) -> Outcome:
-    """Return the outcome of a task, which is lost if workers died of it."""
-    try:
-        return future.result() if shared else received(future.result())
-    except Exception as error:
-        if type(error).__name__ == "KilledWorker":  # of Dask
-            ended = RuntimeError(f"the process of the response ended: {error}")
-            return Outcome(None, ended, 0.0, lost=True)
-        raise _gone(error) from error
-
-
-def _gone(error: Exception) -> RunError:
-    return RunError(f"the executor cannot go on: {type(error).__name__}: {error}", {})
 
 
 @contextmanager
@@ -266,35 +196,9 @@ def performing(executor: ExecutorLike) -> Iterator[Performing]:
             yield performer
     elif isinstance(executor, str | DaskClient):
         with dask_client(executor) as client:
-            yield with_executor(client.get_executor(pure=False))
+            yield with_executor(client.get_executor(pure=False), client)
     else:
         raise InputError(
             "executor must be None, execution.Processes(…), execution.Dask(…), an executor of "
             f"concurrent.futures, or a Dask client or its address; got {executor!r}"
         )
-
-
-ExecutorLike = Workers | Executor | DaskClient | str | None
-"""Where runs are made, as users give it."""
-
-
-@contextmanager
-def dask_client(client: DaskClient | str) -> Iterator[Any]:
-    """Give a Dask client, or a new one for an address."""
-    if not isinstance(client, str):
-        yield client
-        return
-    try:
-        from dask.distributed import Client  # noqa: PLC0415
-        from distributed.comm.addressing import resolve_address  # noqa: PLC0415
-    except ImportError:
-        raise InputError(
-            f"executor {client!r} requires Dask: pip install 'flexband[dask]'"
-        ) from None
-    try:
-        resolve_address(client)  # a Client that cannot start waits for itself when it is deleted
-        opened = Client(client, timeout=10)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"executor {client!r} is no Dask scheduler: {error}") from None
-    with opened:
-        yield opened

@@ -56,8 +56,11 @@ class Journal:
                         records.append(record)
         return records
 
-    def append(self, first: int, finished: Finished, *, sync: bool) -> None:
-        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file."""
+    def append(self, first: int, finished: Finished, *, sync: bool, large: int = 1_000_000) -> None:
+        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file.
+
+        One of less than so many `large` bytes is copied, and written at once.
+        """
         body = _encoded(first, finished)
         checksum = 0
         for part in body:
@@ -67,8 +70,10 @@ class Journal:
             file = self.folder / f"journal-{self.number:06d}"
             self._file = open(file, "ab", buffering=0, opener=_open_new)  # noqa: SIM115
         end = os.fstat(self._file.fileno()).st_size
+        size = sum(part.nbytes for part in body)
+        parts = [FRAME.pack(size, checksum), *body]
         try:
-            for part in [FRAME.pack(sum(part.nbytes for part in body), checksum), *body]:
+            for part in parts if size > large else [b"".join(parts)]:
                 whole = memoryview(part).cast("B")
                 while whole:
                     whole = whole[self._file.write(whole) :]

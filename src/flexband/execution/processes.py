@@ -22,7 +22,7 @@ import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import check_integer, check_numbers, check_positive
-from flexband.execution.executors import Outcome, Performing, Tasks, Workers, dumped, received
+from flexband.execution.calls import Outcome, Performing, Tasks, Workers, dumped, received
 from flexband.response import ResponseFunction
 
 

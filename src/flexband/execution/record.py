@@ -40,7 +40,7 @@ class RunRecorder:
     confirmed : whether runs of the store have been made again and agree.
     period : time [s] between two writings of the arrays.
     most_waiting : runs that wait to be written to the arrays [bytes], at most.
-    slow : runs that took longer [s] are synced at once.
+    slow : runs that took longer [s] are synced at once, unless others were within this time.
     """
 
     period, most_waiting, slow = 0.5, 64e6, 0.1
@@ -92,7 +92,7 @@ class RunRecorder:
         self._waiting: list[Finished] = []
         self._bytes = 0.0  # of their values
         self._safe = 0  # number of those that are in the journal
-        self._writing = False
+        self._writing, self._synced = False, float("-inf")
         self._changed = threading.Condition()
         self._error: BaseException | None = None
         self._told = self._closing = self._hurry = False
@@ -215,7 +215,10 @@ class RunRecorder:
         first = len(self.status) - sum(len(record.inputs) for record in self._waiting[self._safe :])
         while self._safe < len(self._waiting):
             record = self._waiting[self._safe]
-            self.journal.append(first, record, sync=record.seconds * len(record.inputs) > self.slow)
+            took = min(record.seconds * len(record.inputs), time.monotonic() - self._synced)
+            self.journal.append(first, record, sync=took > self.slow)
+            if took > self.slow:
+                self._synced = time.monotonic()
             self._safe += 1
             first += len(record.inputs)
 

@@ -87,7 +87,11 @@ class Store:
         return Path(self.folder) / FileName.RUNS
 
 
-def as_store(store: Store | str | os.PathLike[str] | None) -> Store | None:
+StoreLike = Store | str | os.PathLike[str] | None
+"""Where runs are recorded, as users give it."""
+
+
+def as_store(store: StoreLike) -> Store | None:
     """Return a store, or that of a folder; None for None."""
     if store is None or isinstance(store, Store):
         return store

@@ -19,7 +19,7 @@ def main() -> None:
     address, key, study, path = cloudpickle.loads(sys.stdin.buffer.read())
     sys.path[:] = path
     threading.Thread(target=_watch, args=(study,), daemon=True).start()
-    from flexband.execution.executors import perform_elsewhere, unpickled  # noqa: PLC0415
+    from flexband.execution.calls import perform_elsewhere, unpickled  # noqa: PLC0415
 
     connection = Client(address, authkey=key)
     response = b""

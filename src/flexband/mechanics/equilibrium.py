@@ -103,7 +103,7 @@ def equilibrium(
                     redundant[sample] = balance.z
         return len(samples)
 
-    if not statics.signatures:
+    if not statics.codes:
         while_compiling(lambda: block_equilibria(system, packed(0), 1, samples=1))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))

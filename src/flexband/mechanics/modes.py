@@ -168,7 +168,7 @@ def sample_modes(
     samples, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):
         numbers = np.arange(system.samples)[block * WIDTH :][:WIDTH]
-        wait = interruptible if statics.signatures else while_compiling
+        wait = interruptible if statics.codes else while_compiling
         modes = wait(partial(solver.block, packed(block), numbers))
         failures[numbers] = modes.failure.T[: len(numbers)]
         samples += modes.samples

@@ -59,7 +59,12 @@ def write_comparison_report(
         drawn.append(Drawing("Response without uncertainty", draw))
     for name in outputs:
         for k, q in dict.fromkeys(orders):
-            compared = (results[0].method, PCCI(k, q), ImprovedPCCI(k, q), AdaptivePCCI())
+            compared = (
+                results[0].method,
+                PCCI(k, q),
+                ImprovedPCCI(k, q),
+                AdaptivePCCI(correct=False),
+            )
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)

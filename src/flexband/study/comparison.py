@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -14,8 +14,8 @@ from flexband.progress import Progress
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import cases, first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import cases, first_case
 from flexband.uncertainty.methods.least_squares import RegressionPCCI
 from flexband.uncertainty.methods.method import Evaluate, Method, as_method, check_runs
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
@@ -72,8 +72,9 @@ def compare(
     """Run the study with the reference and with every method; the reference comes first.
 
     Everything is compiled before the first method is timed. Methods that would take too many runs
-    are left out, with a warning. If the response leaves out its step or elements, all methods use
-    those that the adaptive method chooses.
+    are left out, with a warning. All methods have the same step and elements, those that the
+    adaptive method chooses if the response leaves them out; none corrects their error
+    (``correct=False``).
 
     Parameters
     ----------
@@ -104,6 +105,7 @@ def compare(
     study = study.located()
     space, count = Space(first_case(study.inputs)), len(cases(study.inputs))
     check_runs(reference, space, count=count)
+    reference, *methods = (_uncorrected(method) for method in (reference, *methods))
     methods = [method for method in methods if _affordable(method, space, count)]
     study = discretized(study)
     warm_up(study, (reference, *methods))
@@ -132,7 +134,7 @@ def usual_methods(
     random.
     """
     methods: list[Method] = [kind(k, q) for kind in (PCCI, ImprovedPCCI) for k, q in orders]
-    methods += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI()]
+    methods += [PhaseResolvedPCCI(*orders[0]), AdaptivePCCI(correct=False)]
     methods += [RegressionPCCI(p) for p in dict.fromkeys(max(pair) for pair in orders)]
     methods += [PerturbationChebyshev(q) for q in dict.fromkeys(q for _, q in orders)]
     if Space(first_case(study.located().inputs)).random_dimension:
@@ -144,6 +146,11 @@ def usual_methods(
             if not isinstance(reference, kind)
         ]
     return methods
+
+
+def _uncorrected(method: Method) -> Method:
+    """Return the method without a correction of step and elements."""
+    return replace(method, correct=False) if isinstance(method, AdaptivePCCI) else method
 
 
 def _affordable(method: Method, space: Space, count: int) -> bool:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexband.caching import kept
+from flexband.compilation.caching import kept
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics

@@ -10,8 +10,8 @@ from flexband.errors import ResolutionWarning, warn, without_warnings
 from flexband.response import FunctionResponse, ResponseFunction, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.propagate import expand
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -52,8 +52,9 @@ def discretized(study: Study) -> Study:
     """Return a study that any method can be used for.
 
     If the response leaves out its step or elements, these are chosen as the study's own method
-    would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. With choices,
-    they are those of the first option.
+    would, if it can, or else by `AdaptivePCCI`, and a warning tells what they are. Their error is
+    not corrected, since other methods do not correct it. With choices, they are those of the first
+    option.
     """
     response, inputs = as_response(study.response), first_case(study.inputs)
     space = Space(inputs)
@@ -62,6 +63,7 @@ def discretized(study: Study) -> Study:
     if not (missing := response.left_out(**space.arguments_at(*space.nominal()))):
         return study
     method = study.method if isinstance(study.method, AdaptivePCCI) else AdaptivePCCI()
+    method = replace(method, correct=False)
     surrogate = expand(study.response, inputs, method)
     assert isinstance(surrogate, Surrogate)
     response, _ = as_expanded(surrogate, response)

@@ -11,10 +11,9 @@ import numpy as np
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
 from flexband.source_hash import source_hash
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.inputs.unfolding import in_words
+from flexband.uncertainty.inputs.unfolding import first_case, in_words
 
 if TYPE_CHECKING:
     from flexband.study.study import Study

@@ -15,10 +15,10 @@ from flexband.errors import InputError, RunsNeeded, StoreError
 from flexband.execution.names import FileName
 from flexband.files import read_unlinked, replaced
 from flexband.study.columns import column_names, read_csv, write_csv
-from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
 from flexband.uncertainty.inputs.fields.random_field import RandomField
+from flexband.uncertainty.inputs.unfolding import cases
 
 
 @dataclass

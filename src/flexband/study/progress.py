@@ -16,11 +16,10 @@ from flexband.execution.lock import this_process
 from flexband.progress import Budget, Progress, ProgressListener, listener, listening
 from flexband.study.folder import StudyFolder
 from flexband.study.points import ask_points
-from flexband.uncertainty.inputs.choices import cases
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import cases
 from flexband.uncertainty.methods.method import as_method
 from flexband.uncertainty.phases.carriers import CarrierOptions
-from flexband.uncertainty.runs.memory import peak_memory
 from flexband.uncertainty.runs.reuse import located
 from flexband.words import number_of
 
@@ -182,7 +181,7 @@ class StudyProgress(ProgressListener):
 
 
 def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tuple[float, float]:
-    """Return what `peak_memory` does; the combinations of options are studied one by one.
+    """Return what `Method.peak_memory` does; the combinations of options are studied one by one.
 
     Parameters
     ----------
@@ -190,7 +189,7 @@ def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tupl
     """
     inputs = cases(located(study.response, study.inputs, store)[0])
     intervals = Space(next(iter(inputs.values()))).interval_dimension
-    return peak_memory(as_method(study.method), intervals, -(-runs // len(inputs)), size)
+    return as_method(study.method).peak_memory(intervals, -(-runs // len(inputs)), size)
 
 
 def in_bytes(size: float) -> str:

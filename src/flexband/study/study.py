@@ -18,10 +18,10 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
 from flexband.uncertainty.runs.evaluations import BATCH, Evaluations

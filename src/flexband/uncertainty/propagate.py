@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import xarray as xr
 
 from flexband.errors import InputError
+from flexband.execution.executors import ExecutorLike
+from flexband.execution.store import StoreLike
+from flexband.progress import Progress
 from flexband.response import ResponseFunction
+from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
 from flexband.uncertainty.runs.between import between_times
-from flexband.uncertainty.runs.evaluations import BATCH, EvaluationOptions
+from flexband.uncertainty.runs.evaluations import BATCH, EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
@@ -22,17 +24,17 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 def propagate(
     response: ResponseFunction,
-    inputs: Mapping[str, Any],
+    inputs: GivenInputs,
     method: Method,
     *,
     sigmas: float = 1.0,
     batch: int = BATCH,
     most_runs: int = MAX_RUNS,
-    store: Any = None,
-    executor: Any = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
     failed: str = "stop",
-    check: Callable[[xr.DataArray], object] | None = None,
-    progress: Callable[[int, int], object] | None = None,
+    check: OutputCheck | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Return interval mean and interval error bar of a response.
 
@@ -119,16 +121,16 @@ def propagate(
 
 def expand(
     response: ResponseFunction,
-    inputs: Mapping[str, Any],
+    inputs: GivenInputs,
     method: Method,
     *,
     batch: int = BATCH,
     most_runs: int = MAX_RUNS,
-    store: Any = None,
-    executor: Any = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
     failed: str = "stop",
-    check: Callable[[xr.DataArray], object] | None = None,
-    progress: Callable[[int, int], object] | None = None,
+    check: OutputCheck | None = None,
+    progress: Progress | None = None,
 ) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate of a response, which evaluates, saves, and computes moments and bands.
 

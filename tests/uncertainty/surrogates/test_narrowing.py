@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.stats as ss
 
 import flexband as fb
 
@@ -91,6 +92,25 @@ def test_a_p_box_whose_polynomials_depend_on_its_parameters(middle):
     inputs["x"] = fb.Weibull(scale=1.0, shape=part)
     expected = fb.propagate(power, inputs, fb.PCCI(8, 6))["error_bar"]
     np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("x", "changes", "squares"),
+    [
+        (ss.gamma(4.0, scale=fb.Interval(0.5, 0.6)), {"x.scale": (0.52, 0.55)}, (5.408, 6.05)),
+        (
+            fb.Normal(fb.Interval(1.0, 2.0), fb.Interval(0.1, 0.2)),
+            {"x.mean": (1.2, 1.5), "x.std": (0.12, 0.15)},
+            (1.4544, 2.2725),
+        ),
+    ],
+)
+def test_parameters_are_narrowed_together(x, changes, squares):
+    """E[x²] of a gamma distribution is a (a + 1) scale², of a normal one mean² + std²."""
+    surrogate = fb.expand(lambda x: x[:, None] ** 2 * np.ones(2), {"x": x}, fb.PCCI(3, 3))
+    parts = {name: fb.Interval(*ends) for name, ends in changes.items()}
+    mean = surrogate.narrowed(**parts).bands()["mean"]
+    np.testing.assert_allclose(mean[:, 0], squares, rtol=1e-12)
 
 
 def test_options_are_narrowed_together():

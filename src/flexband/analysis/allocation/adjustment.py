@@ -58,11 +58,8 @@ def compensators(space: Space) -> dict[str, int]:
     InputError
         If there are more than two.
     """
-    columns, k = {}, 0
-    for name, interval in space.of_kind(random=False).items():
-        if isinstance(interval, Compensator):
-            columns[name] = k
-        k += interval.dimension
+    adjusted = [name for name, size in space.chosen.items() if isinstance(size, Compensator)]
+    columns = {name: k for name, k in space.columns(random=False).items() if name in adjusted}
     if len(columns) > 2:
         raise InputError(f"at most 2 inputs can be a Compensator; got {', '.join(columns)}")
     return columns

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from flexband.analysis.allocation.chance import Chance
 from flexband.analysis.allocation.confirmation import Confirmed, confirmed
-from flexband.analysis.allocation.costs import checked_costs
+from flexband.analysis.allocation.costs import Cost, checked_costs
 from flexband.analysis.allocation.grade_search import cheapest_grades
 from flexband.analysis.allocation.infeasible import check_feasible
 from flexband.analysis.allocation.results import result_of
@@ -20,23 +20,28 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
-from flexband.analysis.limits import corridors, joint
+from flexband.analysis.limits import Limits, corridors, joint
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
+if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import StoreLike
+    from flexband.response import ResponseFunction
+
 
 def allocate(
     surrogate: Surrogate,
-    limits: Any,
-    costs: Mapping[str, Any],
+    limits: Limits,
+    costs: Mapping[str, Cost | float],
     *,
-    response: Any = None,
+    response: ResponseFunction | None = None,
     sigmas: float = 3.0,
     probability: float | None = None,
-    store: Any = None,
-    executor: Any = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
 ) -> xr.Dataset:
     """Return the cheapest tolerances with which limits are kept at every instant.
 

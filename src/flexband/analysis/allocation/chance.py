@@ -267,12 +267,11 @@ class Chance:
 
     def _old(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return normal variables of the surrogate's inputs from those of narrower ones."""
-        normals, k = u.copy(), 0
+        normals, space = u.copy(), self.surrogate.space
         stds = dict(zip(self.tolerances.names, self.tolerances.values(x), strict=True))
-        for name, distribution in self.surrogate.space.of_kind(random=True).items():
+        for name, k in space.columns(random=True).items():
             if name in stds:
-                old_distribution: Any = distribution
-                new = replace(old_distribution, std=float(stds[name]))
-                normals[:, k] = old_distribution.to_normal(new.at_normal(u[:, k]))
-            k += distribution.dimension
+                old: Any = space.inputs[name]
+                new = old.replaced({"std": float(stds[name])})
+                normals[:, k] = old.to_normal(new.at_normal(u[:, k]))
         return normals

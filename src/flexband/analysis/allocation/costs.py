@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, cast
 
 import numpy as np
 
@@ -60,7 +59,7 @@ class ReciprocalCost:
 Cost = Callable[[float], float]
 
 
-def checked_costs(costs: Any) -> dict[str, Cost]:
+def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
     """Return a function for each tolerance, by the name of its input.
 
     Raises
@@ -76,7 +75,7 @@ def checked_costs(costs: Any) -> dict[str, Cost]:
         check_instance("costs: a name", name, str)
         if callable(cost):
             check_function(f"costs: {name}", cost, " of the tolerance")
-            functions[name] = cast("Cost", cost)
+            functions[name] = cost
         else:
             functions[name] = ReciprocalCost(
                 float(check_positive(f"costs: {name}", check_numbers(name, cost)))

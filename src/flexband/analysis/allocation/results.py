@@ -207,7 +207,6 @@ def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction 
 
 
 def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
-    """Return the cost, sizes and tolerances as a text."""
     text = f"cost {cost:.5g} with "
     if sizes := tolerances.nominal(x):
         text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
@@ -254,7 +253,6 @@ def _margins(
 def _verdict(
     worst: WorstCase, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
 ) -> str:
-    """Return the answer in words."""
     allocation = confirmation.allocated
     text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
     text += (
@@ -281,7 +279,6 @@ def _verdict(
 
 
 def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
-    """Return whether runs confirm tolerances."""
     if not confirmation.runs:
         return TolerancesConfirmed.NOT_MADE
     if not confirmation.kept:
@@ -290,7 +287,6 @@ def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
 
 
 def _new(runs: int) -> str:
-    """Return a number of new runs in words."""
     return number_of(runs, "new run")
 
 

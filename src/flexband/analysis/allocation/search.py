@@ -268,7 +268,6 @@ def _best_of(
     starts: Sequence[np.ndarray],
     options: AllocationOptions,
 ) -> tuple[np.ndarray, WatchedPlaces]:
-    """Return the best of what searches from several starts find."""
     solutions = (_solved(worst, points, start, options) for start in starts)
     return min(solutions, key=lambda pair: _rank(worst, *pair, options.slack))
 

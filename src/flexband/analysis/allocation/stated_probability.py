@@ -22,7 +22,7 @@ from flexband.errors import InputError, check_numbers
 from flexband.response import ResponseFunction
 
 
-def checked_probability(probability: Any, tolerances: Tolerances) -> float:
+def checked_probability(probability: float, tolerances: Tolerances) -> float:
     """Return a stated probability; raise `InputError` if none can be kept."""
     value = float(check_numbers("probability", probability))
     if not 1e-8 <= value <= 0.3:

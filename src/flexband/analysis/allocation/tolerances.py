@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,8 @@ from flexband.analysis.allocation.adjustment import compensators
 from flexband.analysis.allocation.costs import Cost, cost_of
 from flexband.analysis.allocation.grades import Grades
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.choices import Chosen, Sizing
-from flexband.uncertainty.inputs.constants import Constant, is_number
-from flexband.uncertainty.inputs.correlated import Correlated
-from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.choices import Sizing
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.space import Space
 
 STEP = 1e-4
@@ -67,9 +63,7 @@ class Tolerances:
                     f"costs must name inputs with a tolerance, intervals or distributions with a "
                     f"std, which are {own}; got {name!r}"
                 )
-        columns, k = {}, 0
-        for name, interval in space.of_kind(random=False).items():
-            columns[name], k = k, k + interval.dimension
+        columns = space.columns(random=False)
         largest = np.array([allowed[name] for name in costs])
         least = 1e-4 * largest
         for k, (name, cost) in enumerate(costs.items()):
@@ -80,14 +74,11 @@ class Tolerances:
                         f"costs: grades of {name} must have tolerances up to that of the "
                         f"surrogate, {largest[k]:g}; got {cost.tolerances.max():g}"
                     )
-        sizes = {
-            k: columns[k] for k, variable in space.inputs.items() if isinstance(variable, Sizing)
-        }
-        chosen = [k for k, variable in space.inputs.items() if isinstance(variable, Chosen)]
-        if chosen and any(isinstance(cost, Grades) for cost in costs.values()):
+        sizes = {k: columns[k] for k, size in space.chosen.items() if isinstance(size, Sizing)}
+        if space.chosen and any(isinstance(cost, Grades) for cost in costs.values()):
             raise InputError(
                 f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
-                f"these are {', '.join(chosen)}"
+                f"these are {', '.join(space.chosen)}"
             )
         own = np.array([columns.get(k, -1) for k in costs])
         return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
@@ -109,7 +100,7 @@ class Tolerances:
         low, high = np.log(self.least / self.largest), np.zeros(len(self.largest))
         return np.concatenate([low, -reach]), np.concatenate([high, reach])
 
-    def tighter(self, x: np.ndarray, by: Any) -> np.ndarray:
+    def tighter(self, x: np.ndarray, by: float | np.ndarray) -> np.ndarray:
         """Return the variables with smaller logarithms of tolerances, not below the least."""
         low, count = self.bounds[0], len(self.largest)
         moved = np.maximum(x - by, low)
@@ -120,11 +111,15 @@ class Tolerances:
         return np.where(np.arange(len(x)) < len(self.largest), 0.0, x)
 
     @cached_property
+    def _sizings(self) -> dict[str, Sizing]:
+        inputs = self.space.inputs
+        return {k: size for k in self.sizes if isinstance(size := inputs[k], Sizing)}
+
+    @cached_property
     def _all_radii(self) -> np.ndarray:
-        """The radius in every η with the largest tolerances, (m,)."""
         radius = np.ones(self.space.interval_dimension)
         for name, column in self.sizes.items():
-            sizing = self._own(name)
+            sizing = self._sizings[name]
             radius[column] = 2 * sizing.tolerance / (sizing.covered.upper - sizing.covered.lower)
         return radius
 
@@ -160,48 +155,35 @@ class Tolerances:
         """Return the sizes, by name."""
         eta = self.center(x)[list(self.sizes.values())]
         pairs = zip(self.sizes, eta, strict=True)
-        return {k: float(self._own(k).value(np.array([[z]]))[0]) for k, z in pairs}
-
-    def _own(self, name: str) -> Any:
-        return self.space.inputs[name]
+        return {k: float(self._sizings[k].value(np.array([[z]]))[0]) for k, z in pairs}
 
     def scatter(self, x: np.ndarray) -> np.ndarray:
         """Return the search's variables of random inputs alone, (…, random names)."""
         return x[..., : len(self.largest)][..., self.columns < 0]
 
-    def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Any]:
+    def inputs(self, x: np.ndarray, *, random_alone: bool = False) -> dict[str, Input]:
         """Return the narrower inputs, by name."""
-        inputs: dict[str, Any] = {}
-        middles, radii = self.nominal(x), {k: self._own(k).tolerance for k in self.sizes}
+        inputs: dict[str, Input] = {}
+        middles, radii = self.nominal(x), {k: size.tolerance for k, size in self._sizings.items()}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
-            wide_input = self._own(name)
             if column < 0:
-                inputs[name] = replace(wide_input, std=float(t))
+                inputs[name] = self.space.inputs[name].replaced({"std": float(t)})
             else:
                 radii[name] = float(t)
-                middles.setdefault(name, (wide_input.lower + wide_input.upper) / 2)
         for name, radius in radii.items() if not random_alone else ():
-            wide_input = self._own(name)
-            most = wide_input.covered if isinstance(wide_input, Sizing) else wide_input
-            low, high = middles[name] - radius, middles[name] + radius
-            inputs[name] = Interval(max(low, most.lower), min(high, most.upper))
+            values = self.space.inputs[name].value(np.array([[-1.0], [0.0], [1.0]]))
+            least, middle, most = map(float, np.asarray(values))
+            middle = middles.get(name, middle)
+            low, high = middle - radius, middle + radius
+            inputs[name] = Interval(max(low, least), min(high, most))
         return inputs
 
 
 def with_tolerance(space: Space) -> dict[str, float]:
     """Return the tolerances of all inputs that have one, by name."""
-    groups = [group for group in space.given.values() if isinstance(group, Correlated)]
-    correlated = {name for group in groups for name in group.members}
-    tolerances: dict[str, float] = {}
-    for name, variable in space.inputs.items():
-        if isinstance(variable, Constant) or name in correlated:
-            continue
-        if isinstance(variable, Interval) and variable.lower < variable.upper:
-            tolerances[name] = (variable.upper - variable.lower) / 2
-        elif isinstance(variable, Sizing) and variable.tolerance:
-            tolerances[name] = variable.tolerance
-        elif isinstance(variable, Distribution) and not variable.intervals:
-            std: Any = vars(variable).get("std")
-            if is_number(std) and std > 0:
-                tolerances[name] = float(std)
-    return tolerances
+    tolerances = {
+        name: input_.tolerance_or_std
+        for name, input_ in space.uncertain.items()
+        if name not in space.correlated
+    }
+    return {name: tolerance for name, tolerance in tolerances.items() if tolerance > 0}

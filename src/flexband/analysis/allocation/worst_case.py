@@ -113,7 +113,6 @@ class WorstCase:
         return replace(self, bounds=self.bounds + SIGNS[:, None] * by)
 
     def _narrowed(self, x: np.ndarray, *, random_alone: bool = False) -> Sequence[Expansion]:
-        """Return the expansions in the variables of narrower inputs."""
         inputs = self.tolerances.inputs(x, random_alone=random_alone)
         if not inputs:
             return self.expansions
@@ -234,7 +233,6 @@ class WorstCase:
 
     @cached_property
     def _sampled(self) -> list[SampledSeries]:
-        """Return the series of each output."""
         return [
             series
             for expansion in self.expansions

@@ -155,6 +155,5 @@ def _ordered(probabilities: np.ndarray) -> np.ndarray:
 def _weighted(
     mixture: Mixture, families: Sequence[Family], count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples ξ and their weights."""
     u = mixture.sample(count, rng)
     return of_normals(u, families), mixture.weights(u)

@@ -200,7 +200,6 @@ def _samples(
     rng: np.random.Generator,
     options: ImportanceOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return samples around rare ones, their weights and margins."""
     mixture, batches = mixture_around(margin, near.u, rng, options=options), []
     while True:
         u = mixture.sample(options.batch_samples, rng)

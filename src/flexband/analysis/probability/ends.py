@@ -146,7 +146,6 @@ def _rare_at(
     options: EndOptions,
     count: int | None = None,
 ) -> Rare:
-    """Return rare samples at one η."""
     return rare(lambda u: state.least(u, eta), n, rng, count, options=options.importance.subset)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Limit, corridors, joint
+from flexband.analysis.limits import Limits, corridors, joint
 from flexband.analysis.probability.first_passage import first_passage
 from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
@@ -27,6 +26,9 @@ from flexband.analysis.results import (
 )
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
+from flexband.execution.executors import ExecutorLike
+from flexband.execution.store import StoreLike
+from flexband.progress import Progress
 from flexband.response import ResponseFunction
 from flexband.uncertainty.surrogates.bands import remark
 
@@ -44,15 +46,15 @@ FINEST, COARSEST = 0.002, 0.5
 
 def failure_probability(
     surrogate: AnySurrogate,
-    limits: Limit | Sequence[Limit],
+    limits: Limits,
     *,
     response: ResponseFunction | None = None,
     runs: int = RUNS,
     accuracy: float = 0.025,
     seed: int = 0,
-    store: Any = None,
-    executor: Any = None,
-    progress: Callable[[int, int], object] | None = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Return the probability that a response leaves its limits, as bounds over interval inputs.
 

@@ -132,7 +132,6 @@ def _directions(samples: np.ndarray, options: MixtureOptions) -> np.ndarray:
 def _groups(
     samples: np.ndarray, rng: np.random.Generator, options: MixtureOptions
 ) -> list[np.ndarray]:
-    """Return samples in groups that are close to each other."""
     distinct = np.unique(samples, axis=0)
     count = min(options.max_groups, len(distinct) // 2)
     if count < 2:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
-from flexband.progress import counted
+from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
@@ -50,7 +50,7 @@ def models(
     response: ResponseFunction | None,
     runs: int,
     probabilities: int,
-    progress: Callable[[int, int], object] | None,
+    progress: Progress | None,
     **options: Any,
 ) -> Iterator[dict[str, ResponseModel | None]]:
     """Give the model of every combination of options, None without a response.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+Reduced = TypeVar("Reduced")
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,9 +170,9 @@ class LimitState:
         self,
         u: np.ndarray,
         eta: np.ndarray,
-        reduce: Callable[[slice, list[np.ndarray]], Any],
+        reduce: Callable[[slice, list[np.ndarray]], Reduced],
         of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
-    ) -> list[Any]:
+    ) -> list[Reduced]:
         """Return what a function makes of the margins of blocks of samples, in several threads.
 
         Parameters
@@ -183,7 +185,7 @@ class LimitState:
         eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
         block = max(256, 100_000 // self.width)  # samples whose margins stay in the cache
         blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
-        results: list[Any] = [None] * len(blocks)
+        results: dict[int, Reduced] = {}
 
         def solve(number: int) -> None:
             rows = blocks[number]
@@ -194,7 +196,7 @@ class LimitState:
             solve(0)
         else:
             in_threads(solve, range(len(blocks)))
-        return results
+        return [results[number] for number in range(len(blocks))]
 
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
@@ -233,7 +235,7 @@ class LimitState:
         These are the times of the least margin of a sample, and of margins below `slack`.
         """
 
-        def decide(_: slice, margins: list[np.ndarray]) -> list[Any]:
+        def decide(_: slice, margins: list[np.ndarray]) -> list[np.ndarray]:
             least = np.maximum(least_of(margins)[:, None, None], slack)
             return [np.any(part_margins <= least, axis=(0, 1)) for part_margins in margins]
 

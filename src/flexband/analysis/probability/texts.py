@@ -77,7 +77,6 @@ def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: lis
 
 
 def _differs(result: xr.Dataset) -> bool:
-    """Return whether both bounds are probabilities of their own."""
     return "probability_at" in result or "probability_choice" in result
 
 

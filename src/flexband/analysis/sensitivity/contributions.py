@@ -20,8 +20,6 @@ from flexband.analysis.results import Variables, answer, check_free, expected_er
 from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
-from flexband.uncertainty.inputs.constants import Constant
-from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.narrowing import fixed
 from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
@@ -99,16 +97,9 @@ def contributions(
 
 def groups(surrogate: Surrogate) -> dict[str, list[str]]:
     """Return the inputs that are fixed together, by name: correlated ones, and each other alone."""
-    singles: dict[str, list[str]] = {}
-    given = surrogate.space.given
-    members = {
-        k: list(input_.members) for k, input_ in given.items() if isinstance(input_, Correlated)
-    }
-    grouped = {name for names in members.values() for name in names}
-    for name, input_ in surrogate.space.inputs.items():
-        if not isinstance(input_, Constant) and name not in grouped:
-            singles[name] = [name]
-    return singles | members
+    space = surrogate.space
+    singles = {name: [name] for name in space.uncertain if name not in space.correlated}
+    return singles | {name: list(group.members) for name, group in space.groups.items()}
 
 
 def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,7 +14,7 @@ from flexband.errors import InputError, check_numbers, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -83,7 +81,7 @@ def tolerance_for(
     @cache
     def width(factor: float) -> np.ndarray:
         with without_warnings():  # of inputs that are only tried
-            part = plain_surrogate.narrowed(**{name: _scaled(input_, factor)})
+            part = plain_surrogate.narrowed(**{name: _with_tolerance(input_, factor * tolerance)})
         lower, upper = ends(part)
         return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
@@ -121,8 +119,7 @@ def tolerance_for(
     return result
 
 
-def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
-    """Return the tolerance of an input, and the input."""
+def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
     inputs = surrogate.space.inputs
     allowed = with_tolerance(surrogate.space)
     allowed = {k: v for k, v in allowed.items() if not isinstance(inputs[k], Sizing)}
@@ -132,7 +129,7 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
             and input_.distribution == "normal"
             and is_number(input_.std)
         ):
-            allowed[input_name] = float(input_.std)  # pyright: ignore[reportArgumentType]
+            allowed[input_name] = float(input_.std)
     if not isinstance(name, str) or name not in allowed:
         raise InputError(
             "name must be an input with a tolerance, an interval, a distribution with a std or a "
@@ -141,9 +138,8 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Any]:
     return allowed[name], surrogate.space.inputs[name]
 
 
-def _scaled(input_: Any, factor: float) -> Any:
-    """Return an input with a part of its tolerance."""
+def _with_tolerance(input_: Input, tolerance: float) -> Input:
     if not isinstance(input_, Interval):
-        return replace(input_, std=factor * input_.std)
-    middle, radius = (input_.lower + input_.upper) / 2, (input_.upper - input_.lower) / 2
-    return Interval(middle - factor * radius, middle + factor * radius)
+        return input_.replaced({"std": tolerance})
+    middle = (input_.lower + input_.upper) / 2
+    return Interval(middle - tolerance, middle + tolerance)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,6 +12,7 @@ from flexband.errors import ResolutionWarning, StrainWarning, check_function, wi
 from flexband.progress import Advance
 from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import check_names
+from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -26,9 +27,12 @@ RunsOf = Callable[[Surrogate, str, Advance], Runs]
 
 @contextmanager
 def runs_as_expanded(
-    response: ResponseFunction, inputs: Mapping[str, Any], **options: Any
+    response: ResponseFunction, inputs: GivenInputs, **options: Any
 ) -> Iterator[RunsOf]:
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
+
+    Where a surrogate corrects the error of step and elements, its runs are corrected likewise
+    (`Surrogate.corrected`): what it misses of them is what its expansion misses.
 
     Parameters
     ----------
@@ -51,7 +55,11 @@ def runs_as_expanded(
 
             def run(points: Points) -> Evaluated:
                 with without_warnings(ResolutionWarning, StrainWarning):
-                    return evaluate(expanded_response, space, known, points, labels, advance)
+                    made = evaluate(expanded_response, space, known, points, labels, advance)
+                if made.values is not None:
+                    corrected = surrogate.corrected(made.values.values, *points)
+                    made.values = made.values.copy(data=corrected)
+                return made
 
             return run
 

@@ -22,9 +22,8 @@ lower confidence limit of the error; the expected error is confirmed where it is
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -32,7 +31,7 @@ import xarray as xr
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
-from flexband.progress import counted
+from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -43,6 +42,10 @@ from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, sh
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
+
+if TYPE_CHECKING:
+    from flexband.execution.executors import ExecutorLike
+    from flexband.execution.store import StoreLike
 
 MAX_RUNS = 1_000_000
 
@@ -110,10 +113,10 @@ def verify(
     runs: int = RUNS,
     sigmas: float = 1.0,
     seed: int = 0,
-    store: Any = None,
-    executor: Any = None,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
     failed: str = "stop",
-    progress: Callable[[int, int], object] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Return how far verification runs are from a surrogate, and a verdict.
 
@@ -184,7 +187,6 @@ def _verified(
     *,
     options: VerificationOptions = VerificationOptions(),
 ) -> xr.Dataset:
-    """Return what `verify` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     left_out = _left_out(surrogate)
@@ -239,7 +241,17 @@ def _verified(
     if made.failed:
         attrs["runs_failed"] = len(made.failed)
     checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
-    return checked.assign_attrs(verdict(checked, labels, good, sampled, _held_out(surrogate)))
+    judgement = verdict(checked, labels, good, sampled, _held_out(surrogate))
+    return checked.assign_attrs(judgement | _corrected(surrogate, str(judgement["verdict"])))
+
+
+def _corrected(surrogate: Surrogate, text: str) -> dict[str, Any]:
+    """Return the verdict with what is corrected in runs and surrogate, if something is."""
+    corrected = surrogate.diagnostics.attrs.get("corrected", "")
+    if not surrogate.correction:
+        return {}
+    runs = f"The runs are corrected as the surrogate is: {corrected}"
+    return {"corrected": corrected, "verdict": f"{text}. {runs}"}
 
 
 def _held_out(surrogate: Surrogate) -> int:

@@ -29,8 +29,7 @@ from flexband.report.text.tables import (
     select,
 )
 from flexband.study.results.limits import has_probability
-from flexband.uncertainty.inputs.correlated import Score
-from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.pbox import PBox, Score
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import with_article
 

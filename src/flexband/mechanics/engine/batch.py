@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
-from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws
@@ -37,16 +35,14 @@ from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
 
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.system import System
+
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
 
 NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """In place of the integrator's coefficients."""
-
-
-_compiled: dict[Callable, Callable] = {}
-"""Machine code of the entries. There is one signature, and dispatch on the types of a hundred
-arguments takes 0.2 ms per call."""
 
 
 class Batch(NamedTuple):
@@ -133,7 +129,7 @@ def run_samples(
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
 
-    if not (free_dynamics if limits else dynamics).signatures:
+    if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
     steps = blocks * (rounds - 1)
     pace = Pace(
@@ -264,12 +260,7 @@ def run(
     )
     entry = dynamics if task in (START, MARCH) else statics
     entry = free_dynamics if limits else entry
-    compiled = _compiled.get(entry)
-    if compiled is None:
-        entry(*arguments)
-        _compiled[entry] = next(iter(entry.overloads.values())).entry_point
-    else:
-        compiled(*arguments)
+    entry(*arguments)
     if system.laws and failure is not NOTHING:
         blame_laws(system, failure, method.step if task == MARCH else 0.0)
 

@@ -46,7 +46,6 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -194,7 +193,7 @@ class Coefficients(NamedTuple):
     matrices: int = 1000  # the most of an attempt, with as many iterations each as Newton allows
 
 
-@inlined
+@compiled
 def of_part(method, part):
     """Return the coefficients of a part of the step, a lane."""
     return Coefficients(
@@ -210,7 +209,7 @@ def of_part(method, part):
     )
 
 
-@inlined
+@compiled
 def predict(structure, method, values, z, a):
     """Move to the next time with q̈ unchanged; `a` becomes that of the new time.
 
@@ -233,7 +232,7 @@ def predict(structure, method, values, z, a):
         store(a, i, new)
 
 
-@inlined
+@compiled
 def correct(structure, method, values, z, a, x, active):
     """Apply Newton's correction where `active` is true; return the largest scaled change of q."""
     state = structure.state
@@ -253,7 +252,7 @@ def correct(structure, method, values, z, a, x, active):
     return method.dq_da * largest
 
 
-@inlined
+@compiled
 def shorten(structure, method, values, x):
     """Shorten Newton's corrections to `NEWTON.max_correction`."""
     largest = filled(0.0)
@@ -266,7 +265,7 @@ def shorten(structure, method, values, x):
         store(x, i, part * load(x, i))
 
 
-@inlined
+@compiled
 def turn_of_jacobian(structure, method, values, x):
     """Return the largest scaled change of the coordinates that Φ_q depends on."""
     curved, largest = structure.terms.curved, filled(0.0)
@@ -276,7 +275,7 @@ def turn_of_jacobian(structure, method, values, x):
     return method.dq_da * largest
 
 
-@inlined
+@compiled
 def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
@@ -329,7 +328,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     return pending, redundant, lost
 
 
-@inlined
+@compiled
 def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
     vectors, turned = structure.vectors, work.turned
@@ -344,7 +343,7 @@ def add_turns(structure, method, values, work, stepping):
         store(turned, 4 * k + 3, maximum(load(turned, 4 * k + 3), -angle))
 
 
-@inlined
+@compiled
 def kept_at(k, steps):
     """Return at which of so many steps the state is kept for the k-th time.
 
@@ -353,7 +352,7 @@ def kept_at(k, steps):
     return 1 + int((k + (k * GOLDEN) % 1.0) * steps / KEPT)
 
 
-@inlined
+@compiled
 def keep(structure, z, kept, k):
     """Keep [1, q] for the k-th time."""
     rows = structure.state.coordinates + 1
@@ -405,7 +404,7 @@ def stand_still(structure, method, work, failed):
     clear(work.s, state.velocity + 1)
 
 
-@inlined
+@compiled
 def examine(structure, values, now, work, known, left_out):
     """Return the code of lanes that violate a constraint that is left out, and its multiplier.
 
@@ -425,7 +424,7 @@ def examine(structure, values, now, work, known, left_out):
     return code, violated
 
 
-@inlined
+@compiled
 def restart(structure, work, chosen):
     """Set the method's variable a to q̈ where `chosen` is true."""
     for i in range(1, structure.state.coordinates + 1):
@@ -442,7 +441,7 @@ def finish_impulse(structure, z, struck):
         store(z, state.velocity + i, load(z, state.velocity + i) + rest)
 
 
-@inlined
+@compiled
 def break_off(structure, method, values, now, work, part, alive):
     """Perform the rounds that are no steps: impulses, and new accelerations; see `schedule`."""
     none = filled(0.0)
@@ -460,7 +459,7 @@ def break_off(structure, method, values, now, work, part, alive):
     return struck
 
 
-@inlined
+@compiled
 def attempt(structure, method, tolerance, values, now, work, known, stepping, failure):
     """Solve a step that has been predicted, once more with damped corrections where that fails.
 
@@ -492,7 +491,7 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
     return failed, redundant
 
 
-@inlined
+@compiled
 def share_forces(structure, values, now, work, stepping, redundant, known, n):
     """Share the forces of redundant constraints, and note from when on they are not resolved.
 
@@ -514,7 +513,7 @@ def share_forces(structure, values, now, work, stepping, redundant, known, n):
         store(work.unresolved, 0, since)
 
 
-@inlined
+@compiled
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)

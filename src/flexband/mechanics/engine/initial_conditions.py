@@ -36,7 +36,6 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -99,7 +98,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
     return factorize(structure.pattern, matrix, smallest, work.r)
 
 
-@inlined
+@compiled
 def assemble(structure, values, s, work):
     """Move q to where Φ(q, 0) = 0.
 
@@ -138,7 +137,7 @@ def assemble(structure, values, s, work):
     ), redundant
 
 
-@inlined
+@compiled
 def project_velocities(structure, values, s, work):
     """Set v with Φ_q v + Φ_t = 0 and the least rate of deformation, nearest to the guess."""
     state, z, r = structure.state, work.z, work.r
@@ -160,7 +159,7 @@ def project_velocities(structure, values, s, work):
             store(z, velocity + i, load(r, i))
 
 
-@inlined
+@compiled
 def start(structure, values, work, failure):
     """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
 

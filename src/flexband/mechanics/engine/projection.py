@@ -38,7 +38,6 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -113,7 +112,7 @@ class ProjectionOptions(NamedTuple):
 PROJECTION = ProjectionOptions()
 
 
-@inlined
+@compiled
 def subtract_velocity_errors(structure, values, now, z, r):
     """Subtract Φ_q v + Φ_t from the multipliers' rows of r."""
     state, terms = structure.state, structure.terms
@@ -135,7 +134,7 @@ def subtract_velocity_errors(structure, values, now, z, r):
         add_to(r, terms.k[t], -load(values.terms, t) * rate)
 
 
-@inlined
+@compiled
 def subtract_acceleration_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ from the multipliers' rows of r, and Φ_q a + γ from those of s."""
     state, terms, functions = structure.state, structure.terms, structure.functions
@@ -168,7 +167,7 @@ def subtract_acceleration_errors(structure, values, now, z, a, r, s):
         add_to(s, k, -c * (drift + value * moved))
 
 
-@inlined
+@compiled
 def greatest(x, scale, first, end):
     """Return the greatest magnitude of these rows of x, each times that of `scale`."""
     largest = filled(0.0)
@@ -177,7 +176,7 @@ def greatest(x, scale, first, end):
     return largest
 
 
-@inlined
+@compiled
 def refine(structure, values, work, x):
     """Turn a solution x of a system with `work.matrix` into that with the masses of the bodies.
 
@@ -221,7 +220,7 @@ def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matri
     return less(PROJECTION.unsettled * largest, last)
 
 
-@inlined
+@compiled
 def project(structure, method, values, now, work, solved, moved):
     """Move v, q̈, a and λ of lanes that are `solved` to those that agree with the constraints.
 
@@ -330,7 +329,7 @@ def strike(structure, method, values, now, work, struck):
         store(z, k, where(struck, load(r, k), load(z, k)))
 
 
-@inlined
+@compiled
 def light(structure, values, now, work, left_out):
     """Return where fewer constraints are left out in the metric M than `left_out`.
 

@@ -17,8 +17,8 @@ from flexband.mechanics.kernels.factorization import backward, factorize
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -53,7 +53,7 @@ class StaticOptions(NamedTuple):
 STATIC = StaticOptions()
 
 
-@inlined
+@compiled
 def settle(structure, values, work, outputs, failure, stop):
     """Move from the state in `work.z` to an equilibrium under the loads of `values`.
 

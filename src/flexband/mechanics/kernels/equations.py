@@ -21,7 +21,6 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -86,7 +85,7 @@ def add_products(products, coefficient, functions, now, z, rows, sign):
         add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
 
 
-@inlined
+@compiled
 def violated_constraint(structure, values, now, z, r, tolerance):
     """Return the multiplier of the constraint that is violated most, or 0 if all are met.
 
@@ -133,7 +132,7 @@ def clear(array, rows):
         store(array, row, filled(0.0))
 
 
-@inlined
+@compiled
 def clear_matrix(pattern, matrix):
     """Set the matrix to zero, and the pivots that fill up its tiles to one."""
     clear(matrix, pattern.rows)
@@ -141,7 +140,7 @@ def clear_matrix(pattern, matrix):
         store(matrix, pattern.filled_up[k], filled(1.0))
 
 
-@inlined
+@compiled
 def update_dependent(structure, values, now, z):
     """Set the rows of z that follow from the coordinates: angles, tensions and elongations."""
     state = structure.state
@@ -152,7 +151,7 @@ def update_dependent(structure, values, now, z):
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def add_loads(structure, values, now, z, r, memory):
     """Add −Q of the forces that are products of z or force laws; springs are not among them.
 
@@ -185,7 +184,7 @@ def residual(structure, values, now, z, r, memory):
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
-@inlined
+@compiled
 def loads(structure, values, now, z, r, memory):
     """Set r to the loads alone, see `add_loads`."""
     state = structure.state
@@ -195,7 +194,7 @@ def loads(structure, values, now, z, r, memory):
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
-@inlined
+@compiled
 def to_right_side(structure, r, weight):
     """Turn a residual into the right-hand side of `tangent`'s system, −[r_q; Φ/weight]."""
     for i in range(1, structure.state.angle):
@@ -203,7 +202,7 @@ def to_right_side(structure, r, weight):
         store(r, i, -part if i <= structure.state.coordinates else -part / weight)
 
 
-@inlined
+@compiled
 def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     """Set the matrix to [M + weight (K + rate C + Σ λ Φ_qq), Φ_qᵀ; Φ_q, 0].
 
@@ -233,7 +232,7 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     )  # fmt: skip
 
 
-@inlined
+@compiled
 def update_law_states(structure, values, now, z, memory):
     """Solve for the states of force laws at the present coordinates and velocities."""
     if structure.state.rule < structure.state.extreme:  # there are states or gaps
@@ -244,7 +243,7 @@ def update_law_states(structure, values, now, z, memory):
         )  # fmt: skip
 
 
-@inlined
+@compiled
 def update_law_gaps(structure, values, now, z, time, memory):
     """Set the rates of the gaps of force laws from differences over a `time` [s].
 
@@ -257,7 +256,7 @@ def update_law_gaps(structure, values, now, z, time, memory):
         )  # fmt: skip
 
 
-@inlined
+@compiled
 def prepare(structure, values, now, z, memory):
     """Set the rows of z that sensors may depend on; `memory` is work space of force laws."""
     state = structure.state
@@ -272,7 +271,7 @@ def prepare(structure, values, now, z, memory):
         )  # fmt: skip
 
 
-@inlined
+@compiled
 def sense(structure, values, now, z, outputs, memory):
     """Set the sensors' rows, after the rows of z that they may depend on.
 
@@ -283,7 +282,7 @@ def sense(structure, values, now, z, outputs, memory):
     add_products(structure.sensors, values.sensors, values.functions, now, z, outputs, 1.0)
 
 
-@inlined
+@compiled
 def watch(structure, values, now, work, before, time, chosen):
     """Take a step from one time to another into account in extremes, where `chosen` is true."""
     extremes, count = structure.extremes, len(structure.extremes.kind)

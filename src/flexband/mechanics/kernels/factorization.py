@@ -19,7 +19,6 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
     filled,
-    inlined,
     less,
     load,
     load_each,
@@ -140,7 +139,7 @@ def backward(pattern, matrix, sides):
         store_each(sides, first + 1, b)
 
 
-@inlined
+@compiled
 def solve(pattern, rows, matrix, sides):
     """Replace each of the right-hand sides, a tuple of arrays, by its solution.
 

@@ -18,14 +18,13 @@ from functools import partial, wraps
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core.cgutils import get_or_insert_function, unpack_tuple
 from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
-from flexband.caching import OPTIONS, cached_on_disk
-from flexband.caching import compiled as compiled_with_memory
-from flexband.caching import inlined as inlined_with_memory
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled as compiled_with_memory
 from flexband.mechanics.kernels.lane_type import (
     FLAGS,
     VECTOR,
@@ -42,16 +41,6 @@ _OPTIONS: dict[str, Any] = {"_nrt": False}
 def compiled(function: Callable) -> Any:
     """Compile a function that only compiled code calls."""
     return compiled_with_memory(function, **_OPTIONS)
-
-
-def inlined(function: Callable) -> Any:
-    """Inline a function that calls kernels into its callers before compilation."""
-    return inlined_with_memory(function, **_OPTIONS)
-
-
-def entry(function: Callable) -> Any:
-    """Compile a function that Python calls."""
-    return njit(**{**OPTIONS, **_OPTIONS})(function)
 
 
 def cached(function: Callable) -> Any:

@@ -28,35 +28,42 @@ from numba.core.typing.templates import (
     infer_global,
     signature,
 )
-from numba.extending import NativeValue, models, register_model, typeof_impl
-from numba.extending import unbox as register_unbox
+from numba.extending import models, register_model, typeof_impl
 
+from flexband.compilation.caching import Addressed
 from flexband.mechanics.kernels.lane_type import address
 
 NUMBER = ir.IntType(64)
 
 
-class Record:
+class Record(Addressed):
     """A named tuple, which may be nested, of numbers and contiguous arrays, for compiled code."""
 
     def __init__(self, fields: Any):
         self.fields = fields
-        self.numbers = np.array(_numbers(fields, []), np.int64)
+        numbers: list[int] = []
+        self.kind = _add_numbers(fields, numbers)
+        self.numbers = np.array(numbers, np.int64)
         self.address = address(self.numbers)
 
 
-def _numbers(fields: Any, numbers: list[int]) -> list[int]:
-    """Append what compiled code reads of the fields to a list of numbers, and return it."""
+def _add_numbers(fields: Any, numbers: list[int]) -> str:
+    """Append what compiled code reads of the fields to a list of numbers, and return their kind."""
+    kinds = []
     for field in fields:
         if isinstance(field, np.ndarray):
             numbers.append(address(field))
-            if field.dtype.kind != "f":
+            if field.dtype.kind == "f":
+                kinds.append("n")
+            else:
                 numbers += field.shape
+                kinds.append(f"{field.dtype.char}{field.ndim}")
         elif isinstance(field, tuple):
-            _numbers(field, numbers)
+            kinds.append(_add_numbers(field, numbers))
         else:
             numbers.append(field)
-    return numbers
+            kinds.append("n")
+    return f"{type(fields).__name__}({','.join(kinds)})"
 
 
 class RecordType(types.Type):
@@ -115,14 +122,6 @@ class _IndicesModel(models.StructModel):
     def __init__(self, manager, indices):
         kinds = (types.CPointer(indices.integer), *[types.intp] * indices.ndim)
         super().__init__(manager, indices, [*zip(indices.names, kinds, strict=True)])
-
-
-@register_unbox(RecordType)
-def _unbox(record, obj, c):
-    attribute = c.pyapi.object_getattr_string(obj, "address")
-    number = c.pyapi.long_as_longlong(attribute)
-    c.pyapi.decref(attribute)
-    return NativeValue(c.builder.inttoptr(number, NUMBER.as_pointer()))
 
 
 def _load(builder, pointer):

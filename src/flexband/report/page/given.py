@@ -23,9 +23,9 @@ from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.template import picture
 from flexband.report.plot.figures import fields_figure
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import first_case
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 
 if TYPE_CHECKING:
     from flexband.response import ResponseFunction

@@ -12,17 +12,24 @@ import numpy as np
 from flexband.errors import InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.choice import BestFits, released
-from flexband.uncertainty.adaptive.discretization import (
-    at_compared_times,
-    discretization_error,
-    in_words,
-    runs_on_finer,
-)
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
+from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER
+from flexband.uncertainty.adaptive.refinement.correction import (
+    CorrectedPart,
+    DiscretizationCorrection,
+    ExtrapolationOptions,
+    corrections_of,
+)
+from flexband.uncertainty.adaptive.refinement.refined_runs import (
+    RefinedRuns,
+    in_words,
+    refined_runs,
+    refined_together,
+)
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -85,8 +92,9 @@ class Adaptation:
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
-    finer, of_finer : first runs of the design on finer discretizations, by the name of what is
-        finer, and what they tell of its error; None until they are made, or told.
+    together : a held-out run where all of this is finer at once; None until it is made.
+    refined, corrections : first runs of the design on finer discretizations, by the name of what
+        is finer, and what they tell of its error; None until they are made, or told.
     """
 
     def __init__(
@@ -96,9 +104,14 @@ class Adaptation:
         most: int,
         *,
         phase_resolved: bool,
+        corrected_above: float = np.inf,
         options: AdaptationOptions = AdaptationOptions(),
     ):
-        """Make the first runs, `most` is the budget."""
+        """Make the first runs, `most` is the budget.
+
+        An error of the discretization is corrected if it is larger than `corrected_above`, in parts
+        of the error bar's width.
+        """
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
         self.told = f" ({text})" if (text := in_words(evaluate)) else ""
         listener().stage(f"the first runs{self.told}")
@@ -121,8 +134,10 @@ class Adaptation:
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
-        self.finer: dict[str, np.ndarray] | None = None
-        self.of_finer: dict[str, np.ndarray] | None = None
+        self.refined: dict[str, RefinedRuns] | None = None
+        self.together: np.ndarray | None = None
+        self.corrections: dict[str, DiscretizationCorrection] | None = None
+        self.corrected_above, self.corrects = corrected_above, np.isfinite(corrected_above)
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -173,18 +188,19 @@ class Adaptation:
         return self.most - len(self.fitted.values) - self.checked
 
     @property
-    def refined(self) -> int:
+    def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        return sum(map(len, (self.finer or {}).values()))
+        alone = sum(runs.finer for runs in (self.refined or {}).values())
+        return alone + (self.together is not None)
 
     @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.fitted.values) + self.checked + self.refined
+        return len(self.fitted.values) + self.checked + self.finer
 
     def _judge(self, *, again: bool = True) -> None:
         """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
-        self.of_finer, self.stages, in_use = None, [], []
+        self.corrections, self.stages, in_use = None, [], []
         if again:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
@@ -300,24 +316,58 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
-    def discretization(self) -> dict[str, np.ndarray]:
-        """Return the error that is due to each part of the discretization.
+    def frequency_of_error(self, name: str, output: int) -> float:
+        """Return the frequency, as far as the times show it, at which finer runs differ most.
 
-        Each has the shape (2, outputs, times). None are returned if a finer run fails, which is
-        an error where the discretization is left to the method.
+        Parameters
+        ----------
+        name : of what is finer.
         """
-        if self.of_finer is not None:
-            return self.of_finer
-        few = tuple(v[: self.design.few] for v in self.design.points)
-        if self.finer is None:
-            self.finer = runs_on_finer(self.evaluate, *few)
-        coarse, few = self.made.count, len(few[0])
-        runs = [self.made.all.values, *self.finer.values()]
-        split = self._split(np.concatenate(runs))
-        stages = list(map(at_compared_times, split)) if self.finer else []
-        self.of_finer = {}
-        for k, name in enumerate(self.finer):
-            fine = slice(coarse + k * few, coarse + (k + 1) * few)
-            error = discretization_error(self.design, self.choice, stages, fine)
-            self.of_finer[name] = running(error, self.error.window)
-        return self.of_finer
+        assert self.refined is not None
+        change = self.refined[name].fine[:, output] - self.refined[name].coarse.values[:, output]
+        energy = (np.abs(np.fft.rfft(change * np.hanning(change.shape[1]))) ** 2).sum(axis=0)
+        return float(np.fft.rfftfreq(change.shape[1], self.dt)[energy.argmax()])
+
+    def discretization(
+        self, *, options: ExtrapolationOptions = ExtrapolationOptions()
+    ) -> dict[str, DiscretizationCorrection]:
+        """Return what corrects each part of the discretization, with the error that is left.
+
+        None are returned if a finer run fails, which is an error where the discretization is left
+        to the method.
+        """
+        if self.corrections is not None:
+            return self.corrections
+        design = self.fitted.which(slice(self.design.few)).copy()
+        if self.refined is None:
+            held = self.held.which(slice(min(options.held, self.generic))).copy()
+            first = held if self.corrects else design
+            self.refined = refined_runs(self.evaluate, first, len(first) * (not self.corrects))
+        finer = self.evaluate.refinements() if self.corrects else {}
+        small: dict[str, DiscretizationCorrection] = {}
+        for name, runs in self.refined.items():
+            if self.corrects and not runs.fitted:
+                error = SECOND_ORDER * runs.change
+                if self.error.relative(error) <= self.corrected_above:
+                    small[name] = DiscretizationCorrection.none(self.choice, error)
+                    continue
+                more = runs.with_design(design, finer[name], name)
+                self.refined[name] = more.with_finest(options.finest, finer[name], name)
+        large = {name: runs for name, runs in self.refined.items() if name not in small}
+        m = self.places.shape[1]
+        given = self.choice, self.design, large, self.dt, m
+        corrections = corrections_of(*given, self.together)
+        kinds = np.array([correction.kinds for correction in corrections.values()])
+        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
+        if self.together is None and several:
+            first = self.held.which(slice(1)).copy()
+            self.together = refined_together(self.evaluate, first, list(large))
+            corrections = corrections_of(*given, self.together)
+        corrections |= small
+        self.corrections = {
+            name: corrections[name]._replace(
+                error=running(corrections[name].error, self.error.window)
+            )
+            for name in self.refined
+        }
+        return self.corrections

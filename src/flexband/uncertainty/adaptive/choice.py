@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from flexband.uncertainty.adaptive.fits import PartsFit, Weights
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.expansion import Expansion
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.interpolation import Interpolation, in_place
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
@@ -143,24 +144,6 @@ class BestFits(NamedTuple):
         """Return the expansions of all outputs at some of the times, one for each fit."""
         return [fit.at(times).expansion for fit in self.fits]
 
-    def in_place_of_runs(self) -> list[Expansion]:
-        """Return the expansions of all outputs; where it can be, they take the memory of the runs.
-
-        Neither the runs nor the fits can be used afterwards.
-        """
-        expansions, linear, outputs = [], [], []
-        for fit in self.fits:
-            if isinstance(fit.parts, Interpolation):
-                linear.append(fit.parts)
-                outputs.append(fit.outputs)
-            else:
-                expansions.append(fit.expansion)
-        if linear:
-            numbers = np.sort(np.concatenate(outputs))
-            columns = PartColumns.of(len(numbers), 0)
-            expansions.append(expansion_of(numbers, in_place(linear), columns))
-        return expansions
-
     @property
     def carriers(self) -> np.ndarray:
         """The number of carriers of each output, shape (outputs,)."""
@@ -178,6 +161,45 @@ class BestFits(NamedTuple):
     def orders(self) -> np.ndarray:
         """The highest order in each variable, η first."""
         return np.max([fit.parts.orders for fit in self.fits], axis=0)
+
+
+def in_place_of_runs(
+    fits: Sequence[PartsFit], changes: Sequence[HybridExpansion | None]
+) -> tuple[tuple[Expansion, ...], tuple[Expansion, ...]]:
+    """Return expansions of all outputs, with the changes of their parts, and these changes.
+
+    Where it can be, expansions take the memory of the runs. Neither the runs nor the fits can be
+    used afterwards.
+
+    Parameters
+    ----------
+    changes : of the parts of each fit; None where there is none.
+    """
+    pairs = list(zip(fits, changes, strict=True))
+    expansions = [
+        (fit.expansion, change) for fit, change in pairs if not isinstance(fit.parts, Interpolation)
+    ]
+    linear = [pair for pair in pairs if isinstance(pair[0].parts, Interpolation)]
+    if linear:
+        numbers = np.sort(np.concatenate([fit.outputs for fit, _ in linear]))
+        total = None
+        for fit, change in linear:
+            if change is not None:
+                places = np.searchsorted(numbers, fit.outputs)
+                placed = change.placed(len(fit.outputs), len(numbers), places)
+                total = placed if total is None else total + placed
+        values = in_place([fit.parts for fit, _ in linear if isinstance(fit.parts, Interpolation)])
+        expansions.append((expansion_of(numbers, values, PartColumns.of(len(numbers), 0)), total))
+    if all(change is None for _, change in expansions):
+        return tuple(expansion for expansion, _ in expansions), ()
+    whole = [
+        (expansion, expansion.hybrid.constant(0.0) if change is None else change)
+        for expansion, change in expansions
+    ]
+    return (
+        tuple(expansion.of_hybrid(expansion.hybrid + change) for expansion, change in whole),
+        tuple(expansion.of_hybrid(change) for expansion, change in whole),
+    )
 
 
 def _for_outputs(fit: PartsFit, mask: np.ndarray) -> PartsFit:

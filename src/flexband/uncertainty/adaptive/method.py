@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
@@ -14,6 +16,7 @@ from flexband.errors import (
 )
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
+from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.resolution import solved
 from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
@@ -52,6 +55,8 @@ class AdaptivePCCI(ExpansionMethod):
         discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
     phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
+    correct : whether the error of step and elements is corrected where finer runs tell it; without,
+        it is only estimated.
 
     Raises
     ------
@@ -72,6 +77,7 @@ class AdaptivePCCI(ExpansionMethod):
     tolerance: float = 0.01
     max_runs: int = 200
     phase_resolved: bool = True
+    correct: bool = True
 
     name = "adaptive PCCI"
     copies, copies_per_carrier = 4.5, 7.5
@@ -85,7 +91,8 @@ class AdaptivePCCI(ExpansionMethod):
                 f"tolerance is {self.tolerance:g} of the error bar's mean width, "
                 f"{100 * self.tolerance:g} %; is it in per cent?"
             )
-        check_flag("phase_resolved", self.phase_resolved)
+        for name in ("phase_resolved", "correct"):
+            check_flag(name, getattr(self, name))
         object.__setattr__(self, "max_runs", check_integer("max_runs", self.max_runs, 2))
 
     @property
@@ -141,9 +148,16 @@ class AdaptivePCCI(ExpansionMethod):
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)
+        least = ExtrapolationOptions().least * self.tolerance if self.correct else np.inf
 
         def begin(evaluate: Evaluate) -> Adaptation:
-            return Adaptation(space, evaluate, budget, phase_resolved=self.phase_resolved)
+            return Adaptation(
+                space,
+                evaluate,
+                budget,
+                phase_resolved=self.phase_resolved,
+                corrected_above=least,
+            )
 
         course, attrs = solved(begin, evaluate, self.tolerance)
         stopped = StopReason(str(attrs["stopped"]))

@@ -16,7 +16,8 @@ import numpy as np
 from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
-from flexband.uncertainty.adaptive.discretization import in_words
+from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
+from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
@@ -28,7 +29,8 @@ class RefinementOptions(NamedTuple):
     Attributes
     ----------
     share : part of the tolerance that is for the discretization.
-    order : order of convergence, by which several halvings at once are chosen.
+    order : order of convergence, by which several halvings at once are chosen; that of what a
+        correction leaves is twice as high.
     resolved : below this error, in parts of the error bar's width, the order is taken for granted.
     fall_per_halving : an error that falls by less in every one of two halvings does not converge;
         order two gives 1/4.
@@ -121,6 +123,18 @@ def _percent(part: float) -> str:
     return f"{100 * part:.{2 if part < 1 else 3}g} %" if part < 10 else f"{100 * part:.0f} %"
 
 
+class OutputErrors(NamedTuple):
+    """Errors of outputs on a level, in parts of the error bar's width.
+
+    Attributes
+    ----------
+    values, corrected : each error, and whether it is what a correction leaves, (outputs,).
+    """
+
+    values: np.ndarray
+    corrected: np.ndarray
+
+
 class Levels:
     """The errors of all discretizations so far.
 
@@ -134,7 +148,7 @@ class Levels:
     def __init__(self, left_out: list[str], allowed: float, options: RefinementOptions):
         """Begin without levels."""
         self.left_out, self.allowed, self.options = left_out, allowed, options
-        self.known: dict[str, dict[int, np.ndarray]] = {}
+        self.known: dict[str, dict[int, OutputErrors]] = {}
         self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
         self.why = ""
@@ -147,15 +161,18 @@ class Levels:
         course : the runs on a level.
         names : what has been halved for it.
         """
-        errors, largest = {}, {}
+        errors, largest, corrected = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
-        for name, error in course.discretization().items():
-            output_errors, before = course.error.of_outputs(error), self.known.setdefault(name, {})
+        for name, correction in course.discretization().items():
+            before = self.known.setdefault(name, {})
+            of_outputs = course.error.of_outputs(correction.error)
+            output_errors = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
+            corrected[name] = output_errors.corrected
             count = names.count(name)
             self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
-            self.stuck[name] |= vanishing & (output_errors > 1)
+            self.stuck[name] |= vanishing & (output_errors.values > 1)
             before[count] = output_errors
-            counted = np.where(self.stuck[name], 0.0, output_errors)
+            counted = np.where(self.stuck[name], 0.0, output_errors.values)
             errors[name], largest[name] = float(counted.max()), int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
@@ -166,7 +183,8 @@ class Levels:
             ratio = errors.get(name, 0.0) / each
             if ratio > 1:
                 most = self.options.max_at_once if errors[name] < self.options.resolved else 1
-                times[name] = min(most, math.ceil(math.log(ratio, 2**self.options.order)))
+                order = self.options.order * (2 if corrected[name][largest[name]] else 1)
+                times[name] = min(most, math.ceil(math.log(ratio, 2**order)))
         outputs = names_of_outputs(course.labels)
         self.why = " and ".join(
             f"the error of the {name} is {_percent(errors[name])} of the error bar of "
@@ -186,11 +204,15 @@ class Levels:
         return mask
 
     def _stuck(
-        self, errors: np.ndarray, before: dict[int, np.ndarray], count: int, missed: np.ndarray
+        self, now: OutputErrors, before: dict[int, OutputErrors], count: int, missed: np.ndarray
     ) -> np.ndarray:
-        """Return which errors do not fall any more, shape (outputs,)."""
-        stuck = np.zeros(len(errors), bool)
-        for fewer, error in before.items():
+        """Return which errors do not fall any more, shape (outputs,).
+
+        Only errors are compared of which both or none are corrected.
+        """
+        errors, stuck = now.values, np.zeros(len(now.values), bool)
+        for fewer, (values, corrected) in before.items():
+            error = np.where(corrected == now.corrected, values, np.inf)
             halvings, resolved = count - fewer, error < self.options.resolved
             sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
@@ -198,12 +220,22 @@ class Levels:
         return stuck
 
     def told(self, course: Adaptation) -> dict[str, str]:
-        """Return in words of which outputs the error is too large, but no longer falls."""
+        """Return in words of which outputs the error is too large, but no longer falls.
+
+        Members without damping carry waves along their axis, whose reactions converge at no
+        affordable step.
+        """
         outputs, lines = np.array(names_of_outputs(course.labels)), []
         for name, stuck in self.stuck.items():
-            error = self.known[name][max(self.known[name])]
-            which = outputs[stuck & (error > self.allowed)]
+            error = self.known[name][max(self.known[name])].values
+            which = np.flatnonzero(stuck & (error > self.allowed))
             if name in self.left_out and len(which):
-                shown = ", ".join(which[:3]) + ", …" * (len(which) > 3)
-                lines.append(f"the error of {shown} that is due to the {name} no longer falls")
+                shown = ", ".join(outputs[which[:3]]) + ", …" * (len(which) > 3)
+                frequency = course.frequency_of_error(name, which[0])
+                lines.append(
+                    f"the error of {shown} that is due to the {name} no longer falls: it "
+                    f"oscillates about {frequency:.3g} times per unit of time, as waves of the "
+                    "mesh do; damp them (retardation_time, a smaller spectral_radius), or leave "
+                    "such outputs out"
+                )
         return {"not_refined": "; ".join(lines)} if lines else {}

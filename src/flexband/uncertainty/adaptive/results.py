@@ -10,6 +10,8 @@ import xarray as xr
 
 from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
+from flexband.uncertainty.adaptive.choice import in_place_of_runs
+from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart, corrected
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -30,7 +32,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     The course ends: its coefficients may take the memory of its runs.
     """
     choice, error, labels = course.choice, course.error, course.labels
-    finer = course.discretization()
+    corrections = course.discretization()
+    finer = {name: correction.error for name, correction in corrections.items()}
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     parts = {"expansion": np.stack([of_mean * error.values, error.values])}
     if finer:
@@ -56,7 +59,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         runs_fitted=len(course.fitted.values),
         runs_checked=course.checked,
         runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
-        runs_refined=course.refined,
+        runs_refined=course.finer,
         refined=list(finer),
         discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
         steps_per_period=[
@@ -65,7 +68,16 @@ def surrogate_of(course: Adaptation) -> Surrogate:
             if frequency * numbers.get("step", 0.0) > 0
         ],
     )
-    small = np.array(names_of_outputs(labels))[error.small]
+    names = np.array(names_of_outputs(labels))
+    by_kind = (
+        (name, kind, names[correction.kinds == kind])
+        for name, correction in corrections.items()
+        for kind in (CorrectedPart.VALUES, CorrectedPart.PHASES)
+    )
+    texts = [f"{name} of {', '.join(of)} by {kind}" for name, kind, of in by_kind if len(of)]
+    if texts:
+        dataset.attrs["corrected"] = "; ".join(texts)
+    small = names[error.small]
     if len(small):
         dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
     held = HeldOut(
@@ -76,7 +88,9 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         error.window,
     )
     _warn_of_unexplained(course)
-    return Surrogate(course.space, labels, tuple(choice.in_place_of_runs()), dataset, held)
+    fits, changes = corrected(choice.fits, list(corrections.values()))
+    expansions, correction = in_place_of_runs(fits, changes)
+    return Surrogate(course.space, labels, expansions, dataset, held, correction)
 
 
 def advice(course: Adaptation, stopped: StopReason) -> str:

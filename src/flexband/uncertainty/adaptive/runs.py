@@ -34,6 +34,10 @@ class ResponseRuns(NamedTuple):
         """Return some of the runs, which are not copied."""
         return ResponseRuns(*(v[rows] for v in self))
 
+    def copy(self) -> ResponseRuns:
+        """Return a copy, which keeps no other runs in memory."""
+        return ResponseRuns(*(v.copy() for v in self))
+
     @staticmethod
     def joined(*parts: ResponseRuns) -> ResponseRuns:
         """Return all runs of several parts."""

@@ -62,6 +62,9 @@ class DirectExpansion:
     ) -> DirectExpansion:
         return replace(self, values=substituted(self.values, substitutions, families))
 
+    def of_hybrid(self, hybrid: HybridExpansion) -> DirectExpansion:
+        return replace(self, values=hybrid)
+
     def arrays(self) -> dict[str, np.ndarray]:
         return {"outputs": self.outputs, **self.values.arrays()}
 

@@ -77,6 +77,10 @@ class Expansion(Protocol):
         """Return the expansion in other variables; see `substitution.substituted`."""
         ...
 
+    def of_hybrid(self, hybrid: HybridExpansion) -> Expansion:
+        """Return an expansion of the same outputs with other polynomials, as `hybrid` gives."""
+        ...
+
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps.
 

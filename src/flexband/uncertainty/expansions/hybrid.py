@@ -191,12 +191,17 @@ class HybridExpansion:
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
-        index = np.concatenate([self.index, other.index])
-        terms = np.concatenate([self.coefficients, other.coefficients])
-        index, which = np.unique(index, axis=0, return_inverse=True)
-        summed = np.zeros((len(index), terms.shape[1]))
-        np.add.at(summed, which.ravel(), terms)
+        both = np.concatenate([self.index, other.index])
+        index, which = np.unique(both, axis=0, return_inverse=True)
+        summed = np.zeros((len(index), self.coefficients.shape[1]))
+        rows = np.split(which.ravel(), [len(self.index)])
+        for row, terms in zip(rows, (self.coefficients, other.coefficients), strict=True):
+            summed[row] += terms
         return HybridExpansion(self.families, index, summed)
+
+    def __mul__(self, factor: float | np.ndarray) -> HybridExpansion:
+        """Return the expansion of the series times a factor, or times one factor each."""
+        return replace(self, coefficients=factor * self.coefficients)
 
     def formed(self) -> HybridExpansion:
         """Return the expansion itself, which has its coefficients."""
@@ -207,6 +212,26 @@ class HybridExpansion:
         coefficients = self.coefficients.reshape(len(self.index), rows, -1)[..., times]
         coefficients = coefficients if len(which) == rows else coefficients[:, which]
         return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
+
+    def placed(self, rows: int, whole: int, places: np.ndarray) -> HybridExpansion:
+        """Return an expansion of more rows, in which those of its series (rows, times) are some.
+
+        The others are zero.
+
+        Parameters
+        ----------
+        rows, whole : its number of rows, and that of the new one.
+        places : the numbers of its rows in the new one.
+        """
+        series = self.coefficients.reshape(len(self.index), rows, -1)
+        wide = np.zeros((len(series), whole, series.shape[2]))
+        wide[:, places] = series
+        return replace(self, coefficients=wide.reshape(len(wide), -1))
+
+    def constant(self, values: np.ndarray | float) -> HybridExpansion:
+        """Return the expansion of constant series."""
+        series = np.broadcast_to(values, (1, self.coefficients.shape[1])).astype(float)
+        return replace(self, index=self.index[:1], coefficients=series)
 
     @property
     def norms(self) -> np.ndarray:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
-from itertools import product
-from typing import Any
 
 import numpy as np
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_spread, shown
-from flexband.uncertainty.inputs.constants import Constant, is_number
+from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.words import number_of
 
 
 @frozen(init=False)
@@ -42,9 +38,9 @@ class Choice:
     array([ 4.5, 11. ])
     """
 
-    options: tuple[Any, ...]
+    options: tuple[str | float, ...]
 
-    def __init__(self, *options: Any):
+    def __init__(self, *options: str | float):
         texts = all(isinstance(option, str) for option in options)
         if len(options) < 2 or not (texts or all(map(is_number, options))):
             raise InputError(
@@ -67,6 +63,15 @@ class Chosen(Input):
     """
 
     random = False
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        name = type(self).__name__
+        if self.lower >= self.upper:
+            raise InputError(f"{name} lower {self.lower:g} must be below upper {self.upper:g}")
+        check_spread(f"width of the {name}", self.upper - self.lower, self.upper)
 
     @property
     @abstractmethod
@@ -108,10 +113,12 @@ class Sizing(Chosen):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.lower >= self.upper:
-            raise InputError(f"Sizing lower {self.lower:g} must be below upper {self.upper:g}")
         check_non_negative("Sizing tolerance", np.array(self.tolerance))
-        check_spread("width of the Sizing", self.upper - self.lower, self.upper)
+
+    @property
+    def tolerance_or_std(self) -> float:
+        """The tolerance."""
+        return self.tolerance
 
     @property
     def covered(self) -> Interval:
@@ -136,46 +143,7 @@ class Compensator(Chosen):
     lower: float
     upper: float
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.lower >= self.upper:
-            raise InputError(f"Compensator lower {self.lower:g} must be below upper {self.upper:g}")
-        check_spread("width of the Compensator", self.upper - self.lower, self.upper)
-
     @property
     def covered(self) -> Interval:
         """All values to which it can be adjusted."""
         return Interval(self.lower, self.upper)
-
-
-def cases(inputs: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the inputs of every combination of options, which are constants in them.
-
-    Returns
-    -------
-    Label of the combination, such as ``"steel"`` or ``"steel, 3"`` -> inputs; one entry with an
-    empty label if there is no choice.
-    """
-    max_cases = 1000  # combinations of options, each of which has an expansion of its own
-    if not isinstance(inputs, Mapping):
-        raise InputError(f"inputs must be a dict of names and inputs; got {shown(inputs)}")
-    choices = {
-        name: choice.options for name, choice in inputs.items() if isinstance(choice, Choice)
-    }
-    names, inputs_by_label = sorted(choices, key=str), {}
-    combined = list(product(*(choices[name] for name in names)))
-    if len(combined) > max_cases:
-        raise InputError(
-            f"choices must have {number_of(max_cases, 'combination')} or fewer; got {len(combined)}"
-        )
-    for options in combined:
-        fixed = {name: Constant(option) for name, option in zip(names, options, strict=True)}
-        inputs_by_label[", ".join(map(str, options))] = {**inputs, **fixed}
-    if len(inputs_by_label) < len(combined):
-        raise InputError("options must differ also as texts that are joined by commas")
-    return inputs_by_label
-
-
-def first_case(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the inputs with every choice as its first option."""
-    return next(iter(cases(inputs).values()))

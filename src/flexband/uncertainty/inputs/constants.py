@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
@@ -31,12 +32,22 @@ class Constant(Input):
         """Return the value n times."""
         return np.full(len(standard), self.constant)
 
+    def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return nothing: it is not uncertain."""
+        return {}
+
+    def recorded(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the value, unless it is a text."""
+        if isinstance(self.constant, str):
+            return {}
+        return {name: np.full(len(standard), float(self.constant))}
+
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return no standard variables, shape (n, 0)."""
         return np.zeros((np.size(value), 0))
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Return whether an object is a plain finite number."""
     kinds = int | float | np.integer | np.floating
     if isinstance(value, bool | np.timedelta64) or not isinstance(value, kinds):

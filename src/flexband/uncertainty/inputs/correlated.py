@@ -12,49 +12,21 @@ r = 2 sin(π ρ/6).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_instance, check_option, shown
-from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.errors import InputError, check_finite, check_option, shown
+from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.inputs import Input, Interval
-
-
-@dataclass(frozen=True)
-class Score(Input):
-    """A distribution as a function of a standard normal variable."""
-
-    distribution: Distribution
-
-    def __repr__(self) -> str:
-        """Return that of the distribution."""
-        return repr(self.distribution)
-
-    @property
-    def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
-        return self.distribution.intervals
-
-    def at(self, parameters: Mapping[str, Any]) -> Input:
-        """Return the input at values of the parameters, numbers or of shape (n,)."""
-        return Score(self.distribution.at(parameters))
-
-    def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return the values at scores, shape (n, 1)."""
-        return self.distribution.at_normal(standard[:, 0])
-
-    def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return the scores of values."""
-        return self.distribution.to_normal(value)
+from flexband.uncertainty.inputs.inputs import Input
+from flexband.uncertainty.inputs.pbox import Score
 
 
 @frozen()
@@ -84,17 +56,12 @@ class Correlated:
     array([-1.,  1.])
     """
 
-    inputs: Mapping[str, Any]
-    correlation: Any
+    inputs: Mapping[str, Distribution | FrozenDistribution]
+    correlation: ArrayLike | Mapping[tuple[str, str], float]
     of: str = "values"
 
     def __post_init__(self) -> None:
-        pairs = self.inputs.items() if isinstance(self.inputs, Mapping) else self.inputs
-        paired = isinstance(pairs, tuple) and all(
-            isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[0], str)
-            for pair in pairs
-        )
-        given = dict(pairs) if paired or isinstance(self.inputs, Mapping) else {}
+        given = self.inputs if isinstance(self.inputs, Mapping) else {}
         named = {name: _member(name, member) for name, member in given.items()}
         if len(named) < 2:
             raise InputError(
@@ -108,7 +75,11 @@ class Correlated:
     @property
     def members(self) -> dict[str, Input]:
         """The inputs as functions of scores, in the order of their names."""
-        return {name: Score(distribution) for name, distribution in sorted(self.inputs.items())}
+        return {name: Score(distribution) for name, distribution in self._distributions.items()}
+
+    @property
+    def _distributions(self) -> dict[str, Distribution]:
+        return {name: _member(name, self.inputs[name]) for name in sorted(self.inputs)}
 
     @cached_property
     def factor(self) -> np.ndarray:
@@ -116,17 +87,16 @@ class Correlated:
         names = list(self.inputs)
         order = sorted(range(len(names)), key=names.__getitem__)
         sought = np.array(self.correlation)[np.ix_(order, order)]
-        ordered = [(names[k], self.inputs[names[k]]) for k in order]
+        ordered = list(self._distributions.items())
         scores = np.eye(len(names))
         for i, j in combinations(range(len(names)), 2):
             scores[i, j] = scores[j, i] = self._of_scores(ordered[i], ordered[j], sought[i, j])
-        _check_definite([name for name, _ in ordered], scores)
+        _check_definite(list(self._distributions), scores)
         return np.linalg.cholesky(scores)
 
     def _of_scores(
         self, first: tuple[str, Distribution], second: tuple[str, Distribution], sought: float
     ) -> float:
-        """Return the correlation of two scores."""
         # correlations of scores are below it: equal ones leave no independent variable
         nearly_one = 1 - 1e-9
         terms = 40  # Hermite polynomials of a value as a function of its score
@@ -147,25 +117,27 @@ class Correlated:
         return float(brentq(lambda r: polynomial.polyval(r, series), -nearly_one, nearly_one))  # pyright: ignore[reportArgumentType]
 
 
-def _member(name: Any, member: Any) -> Any:
+def _member(name: str, member: Distribution | FrozenDistribution) -> Distribution:
     """Return an input that can be correlated; raise `InputError` if it has no distribution."""
     label = f"Correlated input {name!r}"
+    allowed = "a random number with a distribution: nothing is known of how intervals go together"
     try:
-        member = as_input(member)
+        distribution = as_input(member)
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
-    if isinstance(member, Field) and member.random:
+    if isinstance(distribution, Field) and distribution.random:
         raise InputError(
-            f"{label} must be a random number; got {member.kind}. Let the response combine "
+            f"{label} must be a random number; got {distribution.kind}. Let the response combine "
             "independent fields f and g: r f + √(1 − r²) g has the correlation r with f"
         )
-    allowed = "a random number with a distribution: nothing is known of how intervals go together"
-    check_instance(label, member, Distribution, allowed)
-    return member
+    if not isinstance(distribution, Distribution):
+        raise InputError(f"{label} must be {allowed}; got {shown(distribution)}")
+    return distribution
 
 
-def _matrix(names: list[str], given: Any) -> tuple[tuple[float, ...], ...]:
-    """Return the correlation matrix of all pairs."""
+def _matrix(
+    names: list[str], given: ArrayLike | Mapping[tuple[str, str], float]
+) -> tuple[tuple[float, ...], ...]:
     n = len(names)
     if isinstance(given, Mapping):
         matrix = np.eye(n)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -16,8 +16,12 @@ from scipy.special import ndtr, ndtri
 from flexband.errors import InputError, check_numbers, check_positive, check_spread, warn
 from flexband.uncertainty.expansions.densities import DensityPolynomials
 from flexband.uncertainty.expansions.families import HERMITE, Family, Hermite
+from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
-from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval, Numbers
+
+if TYPE_CHECKING:
+    from scipy.stats import rv_continuous
 
 LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
 """Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
@@ -30,6 +34,28 @@ NO_SCATTER = (
     "distribution"
 )
 """What to do about a spread of zero."""
+
+
+class FrozenDistribution(Protocol):
+    """A distribution of `scipy.stats` with its parameters, as far as it is used."""
+
+    def cdf(self, x: np.ndarray, /) -> np.ndarray: ...
+    def sf(self, x: np.ndarray, /) -> np.ndarray: ...
+    def ppf(self, q: np.ndarray, /) -> np.ndarray: ...
+    def isf(self, q: np.ndarray, /) -> np.ndarray: ...
+    def support(self) -> tuple[float, float]: ...
+    def mean(self) -> float: ...
+    def var(self) -> float: ...
+
+
+def of_scipy(name: str) -> rv_continuous:
+    """Return a continuous distribution of SciPy, which is not imported before."""
+    from scipy import stats  # noqa: PLC0415
+
+    distribution = vars(stats).get(name) if isinstance(name, str) else None
+    if not isinstance(distribution, stats.rv_continuous):
+        raise InputError(f"scipy.stats has no continuous distribution {name!r}")
+    return distribution
 
 
 class Distribution(Input):
@@ -62,7 +88,7 @@ class Distribution(Input):
 
     def __repr__(self) -> str:
         """Return how it is written, without parameters that are not given."""
-        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}  # pyright: ignore[reportArgumentType]
+        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
         shown = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
         return f"{type(self).__name__}({shown})"
 
@@ -71,8 +97,11 @@ class Distribution(Input):
 
     @property
     @abstractmethod
-    def frozen(self) -> Any:
-        """The frozen distribution of `scipy.stats`; parameters may be arrays of shape (n,)."""
+    def frozen(self) -> FrozenDistribution | None:
+        """The frozen distribution of `scipy.stats`; parameters may be arrays of shape (n,).
+
+        None if it has no such one, and the functions that take it are defined here.
+        """
 
     @property
     def name(self) -> str:
@@ -91,9 +120,11 @@ class Distribution(Input):
         return float(low), float(high)
 
     @cached_property
-    def _frozen(self) -> Any:
+    def _frozen(self) -> FrozenDistribution:
         """The frozen distribution: SciPy takes a millisecond to make one."""
-        return self.frozen
+        frozen = self.frozen
+        assert frozen is not None
+        return frozen
 
     @property
     def bounded(self) -> bool:
@@ -103,7 +134,7 @@ class Distribution(Input):
     @property
     def intervals(self) -> dict[str, Interval]:
         """The parameters that are intervals, by name."""
-        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}  # pyright: ignore[reportArgumentType]
+        named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
     def midpoint(self) -> Self:
@@ -113,16 +144,16 @@ class Distribution(Input):
         }
         return self.replaced(middles) if middles else self
 
-    def replaced(self, parameters: Mapping[str, float]) -> Self:
-        """Return the distribution with other numbers as parameters."""
-        return replace(self, **parameters)  # pyright: ignore[reportArgumentType]
+    def replaced(self, parameters: Mapping[str, float | Input]) -> Self:
+        """Return the distribution with other numbers or intervals as parameters."""
+        return replace(self, **parameters)
 
-    def at(self, parameters: Mapping[str, Any]) -> Self:
+    def at(self, parameters: Mapping[str, Numbers]) -> Self:
         """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
         distribution = object.__new__(type(self))
-        for parameter in fields(self):  # pyright: ignore[reportArgumentType]
+        for parameter in fields(self):
             value = parameters.get(parameter.name, getattr(self, parameter.name))
             object.__setattr__(distribution, parameter.name, value)
         return distribution
@@ -154,7 +185,7 @@ class Distribution(Input):
         """Return the part of the variance that Hermite polynomials of the highest order miss."""
         rule = 60  # Gauss points
         terms = self.hermite_coefficients(HERMITE.highest, rule)
-        return float(1 - np.sum(terms[1:] ** 2) / self.frozen.var())
+        return float(1 - np.sum(terms[1:] ** 2) / self._frozen.var())
 
     @property
     def light(self) -> bool:
@@ -205,6 +236,20 @@ class Distribution(Input):
         z, weights = self.quantiles.rule(count)
         return self.at_normal(z), weights
 
+    @property
+    def tolerance_or_std(self) -> float:
+        """The parameter `std`, where all parameters are numbers."""
+        std = vars(self).get("std")
+        return float(std) if is_number(std) and not self.intervals else 0.0
+
+    def mean_or_midpoint(self) -> float:
+        """Return the mean, of what SciPy has no distribution for by Gauss points."""
+        gauss_points = 20
+        if self.frozen is not None:
+            return float(self.frozen.mean())
+        xi, weights = self.family.gauss(gauss_points)
+        return float(weights @ self.value(xi[:, None]))
+
     @cached_property
     def quantiles(self) -> Quantiles:
         """The numbers at values of a standard normal variable, as polynomials."""
@@ -237,14 +282,21 @@ class Spread(Distribution):
     """Largest coefficient of variation that is likely not meant in per cent."""
 
     @property
-    def spread(self) -> Any:
+    def spread(self) -> Numbers:
         """The standard deviation."""
-        return self.cv * np.abs(self.mean) if self.std is None else self.std  # pyright: ignore[reportOptionalOperand]
+        return _spread(self.mean, self.std, self.cv)
 
     def check(self) -> None:
         """Raise `InputError` if the spread is impossible; give `std` the number that `cv` tells."""
         object.__setattr__(self, "std", checked_std(self, self.mean))
         object.__setattr__(self, "cv", None)
+
+
+def _spread(mean: Numbers, std: Numbers | None, cv: Numbers | None) -> Numbers:
+    if std is not None:
+        return std
+    assert cv is not None
+    return cv * np.abs(mean)
 
 
 def checked_std(distribution: Spread | Moments, mean: float) -> float:
@@ -274,8 +326,7 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
     return std
 
 
-def _scattering(name: str, parameter: str, spread: Any) -> None:
-    """Raise `InputError` if a spread is not positive."""
+def _scattering(name: str, parameter: str, spread: Numbers) -> None:
     if spread == 0:
         raise InputError(f"{name} {parameter} must be positive; got 0. {NO_SCATTER}")
     check_positive(f"{name} {parameter}", spread)
@@ -296,7 +347,7 @@ class Moments(Distribution):
     usual_cv: ClassVar[float] = np.inf
 
     @abstractmethod
-    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+    def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:
         """Return its own parameters at mean and standard deviation, numbers or of shape (n,)."""
 
     @abstractmethod
@@ -304,13 +355,12 @@ class Moments(Distribution):
         """Raise `InputError` if it cannot have this mean and standard deviation."""
 
     @property
-    def parameters(self) -> tuple[Any, Any]:
+    def parameters(self) -> tuple[Numbers, Numbers]:
         """Its own parameters, numbers or of shape (n,)."""
         if self.mean is None:
             first, second = (getattr(self, name) for name in self.own)
             return first, second
-        std = self.cv * np.abs(self.mean) if self.std is None else self.std  # pyright: ignore[reportOptionalOperand]
-        return self.of_moments(self.mean, std)
+        return self.of_moments(self.mean, _spread(self.mean, self.std, self.cv))
 
     def check(self) -> None:
         """Raise `InputError` if parameters are missing; find its own from the moments."""

@@ -8,16 +8,15 @@ inputs, which is a proof for these points.
 from __future__ import annotations
 
 import dis
+import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
-from typing import Any
 
 import numpy as np
 
 from flexband.response import ResponseFunction
-from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
@@ -37,9 +36,7 @@ def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[
     """
     # functions that read arguments without naming them
     watchers = {"locals", "vars", "eval", "exec", "_getframe", "currentframe"}
-    inner: Any = response
-    while not isinstance(inner, FunctionType) and hasattr(inner, "__wrapped__"):
-        inner = inner.__wrapped__
+    inner = inspect.unwrap(response, stop=lambda function: isinstance(function, FunctionType))
     if not isinstance(inner, FunctionType):
         return []
     code = inner.__code__
@@ -72,10 +69,8 @@ def without_effect(
     runs, masks = _Runs.of(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
     sure, likely = {}, []
-    for name, input_ in space.inputs.items():
-        if isinstance(input_, Constant) or (
-            isinstance(input_, Interval) and input_.lower == input_.upper
-        ):
+    for name, input_ in space.uncertain.items():
+        if isinstance(input_, Interval) and input_.lower == input_.upper:
             continue
         proof = runs.proof(masks[name])
         if proof is None and input_.random and not runs.has_pairs(masks[name]):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, RunError
 from flexband.uncertainty.inputs.space import Space, raised
@@ -106,7 +106,7 @@ def coordinates(response: xr.DataArray) -> dict[Hashable, xr.DataArray]:
     return {k: c for k, c in response.coords.items() if "sample" not in c.dims}
 
 
-def labelled(result: Any, runs: int) -> xr.DataArray:
+def labelled(result: ArrayLike | xr.DataArray, runs: int) -> xr.DataArray:
     """Return a response as a `DataArray` of real numbers with first dim "sample"."""
     kind = type(result).__name__
     if _is_masked(result):
@@ -119,22 +119,25 @@ def labelled(result: Any, runs: int) -> xr.DataArray:
         raise InputError(f"the response must return an array; got a {kind}: {error}") from None
     if array.dtype.kind not in "biuf":
         raise InputError(f"the response must return real numbers; got {kind} of {array.dtype}")
-    with np.errstate(over="ignore"):  # of numbers with more digits, which are infinite then
-        array = array.astype(float, copy=False)
+    if array.dtype != float:
+        with np.errstate(over="ignore"):  # of numbers with more digits, which are infinite then
+            array = array.astype(float)
     if "sample" in array.dims:
         array = array.transpose("sample", ...)
     if array.shape[:1] != (runs,):
         raise InputError(f"the response must return shape ({runs}, ...); got shape {array.shape}")
-    array = array.drop_vars([k for k, c in array.coords.items() if array.dims[0] in c.dims])
+    if of_samples := [k for k, c in array.coords.items() if array.dims[0] in c.dims]:
+        array = array.drop_vars(of_samples)
     if "sample" not in array.dims:
-        array = array.drop_vars("sample", errors="ignore").rename({array.dims[0]: "sample"})
+        if "sample" in array.coords:
+            array = array.drop_vars("sample")
+        array = array.rename({array.dims[0]: "sample"})
     if array.ndim > 2 and array.dims[-1] == "output":  # the last dim is time
         array = array.transpose("sample", "output", ...)
     return array
 
 
-def _is_masked(result: Any) -> bool:
-    """Return whether an array, or one in a list, is masked."""
+def _is_masked(result: ArrayLike | xr.DataArray) -> bool:
     if isinstance(result, list | tuple):
         return any(map(_is_masked, result))
     return isinstance(result, np.ma.MaskedArray)
@@ -182,7 +185,8 @@ def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
             f"the response must return dims {_shown(first[0])} in all runs, as in the first ones; "
             f"got {_shown(part.dims[1:])}"
         )
-    part = part.transpose(*labels.dims)
+    if part.dims != labels.dims:
+        part = part.transpose(*labels.dims)
     if part.shape[1:] != first[1]:
         raise InputError(
             f"the response must return {first[1]} per run, as in the first ones; "
@@ -211,7 +215,6 @@ def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
 
 
 def _shown(dims: tuple[Hashable, ...]) -> str:
-    """Return dims as text."""
     return f"({', '.join(map(str, dims))})"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import Field, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,6 +18,9 @@ from flexband.errors import InputError, check_non_negative, check_numbers, check
 from flexband.uncertainty.expansions.families import HERMITE, Family
 
 FunctionOfPosition = Callable[[np.ndarray], np.ndarray]
+
+Numbers = float | np.ndarray
+"""A number, or one per sample, shape (n,)."""
 
 
 class Input(ABC):
@@ -39,6 +42,7 @@ class Input(ABC):
 
     random: ClassVar[bool] = True
     kinds: ClassVar[dict[str, type[Input]]] = {}
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     def __init_subclass__(cls) -> None:
         module = Input.kinds.get(cls.__name__, cls).__module__
@@ -47,7 +51,7 @@ class Input(ABC):
         Input.kinds[cls.__name__] = cls
 
     def __post_init__(self) -> None:
-        for field in fields(self):  # pyright: ignore[reportArgumentType]
+        for field in fields(self):
             if field.type in ("float", float):
                 value = check_numbers(
                     f"{type(self).__name__} {field.name}", getattr(self, field.name)
@@ -69,9 +73,13 @@ class Input(ABC):
         """Parameters of which only an interval is known, by name."""
         return {}
 
-    def at(self, parameters: Mapping[str, Any]) -> Input:
+    def at(self, parameters: Mapping[str, Numbers]) -> Input:
         """Return the input with numbers, or one per sample, for parameters that are intervals."""
         return self
+
+    def replaced(self, parameters: Mapping[str, float | Input]) -> Input:
+        """Return the input with other numbers or intervals as parameters."""
+        return replace(self, **parameters)
 
     @abstractmethod
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
@@ -80,6 +88,20 @@ class Input(ABC):
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values as arrays of shape (n,), by names for results."""
         return {name: np.asarray(self.value(standard))}
+
+    def recorded(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what tells runs apart: the values, or the variables of what has none."""
+        numbers = self.as_numbers(name, standard)
+        return numbers or {f"{name}[{k}]": column for k, column in enumerate(standard.T)}
+
+    @property
+    def tolerance_or_std(self) -> float:
+        """Half the width of an interval, or a standard deviation; 0 if it has none as a number."""
+        return 0.0
+
+    def mean_or_midpoint(self) -> Numbers:
+        """Return the mean or the midpoint, as `standard` takes values."""
+        return np.asarray(self.value(np.zeros((1, self.dimension))))
 
     @abstractmethod
     def standard(self, value: np.ndarray) -> np.ndarray:
@@ -167,6 +189,11 @@ class Interval(Input):
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return midpoint + radius η; exactly the bounds at η = −1 and 1."""
         return between(self.lower, self.upper, standard[:, 0])
+
+    @property
+    def tolerance_or_std(self) -> float:
+        """Half the width."""
+        return (self.upper - self.lower) / 2
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return η of values, within rounding of the bounds; 0 if the bounds are equal."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -19,14 +18,12 @@ from flexband.uncertainty.expansions.substitution import (
 )
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.constants import Constant, is_number
-from flexband.uncertainty.inputs.correlated import Correlated, Score
 from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
-from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, checked_input
 
 COVERED = 3.0
 """Standard deviations of a normal variable up to which the runs of a study count as there."""
@@ -77,7 +74,7 @@ class NarrowedInputs:
         return new[:, m:], new[:, :m]
 
 
-def part_of(space: Space, changes: Mapping[str, Any]) -> NarrowedInputs:
+def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     """Return the part of the inputs that narrower ones span.
 
     Raises
@@ -87,29 +84,30 @@ def part_of(space: Space, changes: Mapping[str, Any]) -> NarrowedInputs:
     """
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
+    changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
     first = _numbers_of_variables(space)
     total = space.interval_dimension + space.random_dimension
     center, radius = np.zeros(total), np.full(total, np.inf)
-    given, substitutions = dict(space.given), {}
+    given, owners, substitutions = dict(space.given), dict[str, Input](), {}
     for name, change in changes.items():
         old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
         new = _new(name, change)
         if isinstance(old, RandomField) and isinstance(new, RandomField) and new.domain is None:
-            new = replace(new, domain=old.domain)
-        if name not in given:  # a parameter that is an interval stays one, maybe of no width
-            kept: Any = Interval(change, change) if is_number(change) else new
-            given[owner] = replace(given[owner], **{parameter: kept})
-        else:
-            given[name] = new
+            new = new.placed(old.domain)
         try:
-            parts = _substitutions(old, new, keeps=name not in space.given)
+            parts = _substitutions(old, new, keeps=name in space.parameters)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
+        if name in space.parameters:  # it stays an interval, maybe of no width
+            kept = Interval(change, change) if is_number(change) else new
+            owners[owner] = owners.get(owner, space.inputs[owner]).replaced({parameter: kept})
+        else:
+            given[name] = change if is_number(change) else new
         for k, (substitution, *where) in enumerate(parts, first[name]):
             substitutions[k], (center[k], radius[k]) = substitution, where
     unit = np.concatenate([np.ones(space.interval_dimension), _units(space)])
-    narrower = Space(given)
+    narrower = Space({**given, **owners})
     for name, old in space.inputs.items():
         new = narrower.inputs[name]
         if isinstance(old, PBox) and isinstance(new, PBox) and old.family != new.family:
@@ -146,7 +144,8 @@ def fixed(
     every position. Correlated inputs have to be fixed together.
     """
     first, substitutions = _numbers_of_variables(space), {}
-    xi, eta = space.standardized({name: _nominal(input_) for name, input_ in space.inputs.items()})
+    means = {name: input_.mean_or_midpoint() for name, input_ in space.uncertain.items()}
+    xi, eta = space.standardized(means)
     m, families = space.interval_dimension, space.families
     for name in names:
         input_ = space.inputs[name]
@@ -160,47 +159,19 @@ def fixed(
     )
 
 
-def _nominal(input_: Input) -> Any:
-    """Return an input's midpoint or mean; of a field its standard variables or its values."""
-    if isinstance(input_, Constant):
-        return input_.constant
-    distribution = input_.distribution if isinstance(input_, PBox | Score) else input_
-    if isinstance(distribution, Distribution):
-        return _mean(distribution.midpoint())
-    middle = np.zeros((1, input_.dimension))
-    if isinstance(input_, RandomField):
-        return middle
-    value: Any = input_.value(middle)
-    return value(input_.places) if isinstance(input_, IntervalField) else value
-
-
-def _mean(distribution: Distribution) -> float:
-    """Return the mean, of what SciPy has no distribution for by Gauss points."""
-    gauss_points = 20
-    if distribution.frozen is not None:
-        return float(distribution.frozen.mean())
-    xi, weights = distribution.family.gauss(gauss_points)
-    return float(weights @ distribution.value(xi[:, None]))
-
-
 def _numbers_of_variables(space: Space) -> dict[str, int]:
     """Return the number of the first variable of every uncertain input, η first."""
-    numbers, k = {}, 0
-    for random in (False, True):
-        for name, input_ in space.of_kind(random=random).items():
-            numbers[name] = k
-            k += input_.dimension
-    return numbers
+    m, random = space.interval_dimension, space.columns(random=True)
+    return space.columns(random=False) | {name: m + k for name, k in random.items()}
 
 
 def _old(space: Space, name: str) -> Input:
-    old = space.inputs.get(name)
-    if old is None or isinstance(old, Constant):
-        uncertain = [k for k, input_ in space.inputs.items() if not isinstance(input_, Constant)]
-        raise InputError(f"{name} must be one of the uncertain inputs {', '.join(uncertain)}")
-    for group in space.given.values():
-        if isinstance(group, Correlated) and name in group.members:
-            raise InputError(f"{name} cannot be narrowed, since it is correlated with others")
+    old = space.uncertain.get(name)
+    if old is None:
+        uncertain = ", ".join(space.uncertain)
+        raise InputError(f"{name} must be one of the uncertain inputs {uncertain}")
+    if name in space.correlated:
+        raise InputError(f"{name} cannot be narrowed, since it is correlated with others")
     if old.random and old.intervals:
         parameter_names = " and ".join(f"{name}.{parameter}" for parameter in old.intervals)
         raise InputError(
@@ -209,18 +180,11 @@ def _old(space: Space, name: str) -> Input:
     return old
 
 
-def _new(name: str, change: Any) -> Any:
-    """Return a number or an input."""
-    try:
-        new = as_input(change)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    if is_number(new):
-        return float(new)
-    if not isinstance(new, Input) or new.intervals:
-        raise InputError(
-            f"{name} must be a number or an input of the old kind; got {shown(change)}"
-        )
+def _new(name: str, change: GivenInput) -> Input:
+    allowed = "a number or an input of the old kind"
+    new = checked_input(name, change, allowed)
+    if new.intervals:
+        raise InputError(f"{name} must be {allowed}; got {shown(change)}")
     return new
 
 
@@ -228,8 +192,8 @@ Placed = tuple[Substitution, float, float]
 """A substitution, and the center and the radius of its part."""
 
 
-def _substitutions(old: Input, new: Any, *, keeps: bool) -> list[Placed]:
-    """Return one substitution per variable of an input."""
+def _substitutions(old: Input, new: Input, *, keeps: bool) -> list[Placed]:
+    """Return one substitution per variable of an input; a parameter `keeps` its variable."""
     if isinstance(old, Interval | Chosen):
         return [_of_interval(old, new, keeps=keeps)]
     if isinstance(old, Distribution):
@@ -239,23 +203,22 @@ def _substitutions(old: Input, new: Any, *, keeps: bool) -> list[Placed]:
     raise InputError(f"{type(old).__name__} cannot be narrowed to {shown(new)}")
 
 
-def _of_interval(old: Interval | Chosen, new: Any, *, keeps: bool) -> Placed:
-    if not isinstance(new, float | Interval):
+def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
+    if not isinstance(new, Constant | Interval):
         raise InputError(f"must be a number or an Interval within {old!r}; got {shown(new)}")
-    ends = (new, new) if isinstance(new, float) else (new.lower, new.upper)
-    low, high = old.standard(np.array(ends))
+    low, high = old.standard(new.value(np.array([[-1.0], [1.0]])))
     center, radius = (low + high) / 2, (high - low) / 2
-    if isinstance(new, float) and not keeps:
+    if not (new.dimension or keeps):
         return fixed_interval(center), center, 0.0
     return interval_part(center, radius), center, radius
 
 
-def _of_distribution(old: Distribution, new: Any) -> Placed:
-    if not isinstance(new, float | Distribution):
+def _of_distribution(old: Distribution, new: Input) -> Placed:
+    if not isinstance(new, Constant | Distribution):
         raise InputError(f"must be a number or a distribution within {old!r}; got {shown(new)}")
-    clause = "it is" if isinstance(new, float) else "its 3σ range ends"
+    clause = "its 3σ range ends" if new.dimension else "it is"
     reach = np.array([-COVERED, COVERED])
-    ends = np.array([new, new]) if isinstance(new, float) else new.at_normal(reach)
+    ends = new.at_normal(reach) if isinstance(new, Distribution) else new.value(reach[:, None])
     scores = old.to_normal(ends)
     if not np.all(np.abs(scores) <= COVERED + ROUNDING):
         farther = scores[np.argmax(np.abs(scores))]
@@ -265,7 +228,7 @@ def _of_distribution(old: Distribution, new: Any) -> Placed:
         )
     low, high = np.ravel(old.standard(ends)).tolist()
     where = (low + high) / 2, (high - low) / 2
-    if isinstance(new, float):
+    if not new.dimension:
         return fixed_random(old.family, low), *where
 
     def old_xi(xi: np.ndarray) -> np.ndarray:
@@ -277,15 +240,19 @@ def _of_distribution(old: Distribution, new: Any) -> Placed:
 
 
 def _of_field(old: RandomField, new: RandomField) -> list[Placed]:
-    stds = old.std, new.std
+    before, after = old.std, new.std
     changed = [f.name for f in fields(old) if getattr(old, f.name) != getattr(new, f.name)]
-    if changed != ["std"] or not all(is_number(s) for s in stds) or old.distribution != "normal":
+    if (
+        changed != ["std"]
+        or not (is_number(before) and is_number(after))
+        or old.distribution != "normal"
+    ):
         raise InputError(
             f"a normal RandomField can be narrowed in its std, a number; {', '.join(changed)} "
             "of the new one differ"
         )
-    ratio = float(stds[1]) / float(stds[0])  # pyright: ignore[reportArgumentType]
+    ratio = float(after) / float(before)
     if ratio > 1 + ROUNDING:
-        raise InputError(f"std must be {stds[0]:g} or less; got {stds[1]:g}")
+        raise InputError(f"std must be {before:g} or less; got {after:g}")
     part = random_part(old.family, old.family, lambda xi: ratio * xi)
     return [(part, 0.0, COVERED * ratio)] * old.dimension

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, RunError, without_warnings
 from flexband.progress import RunListener, listening
 from flexband.response import Response
+from flexband.uncertainty.inputs.inputs import FunctionOfPosition
+
+Arguments = Mapping[str, np.ndarray | FunctionOfPosition]
+Plain = float | str | np.ndarray
+Sample = Plain | FunctionOfPosition | Callable[[np.ndarray], Plain]
 
 COPIES = 5
 """Samples of a call that a vectorized response returns as many values for."""
 
 
-def of_one_sample(
-    response: Response, arguments: Mapping[str, Any], error: Exception
-) -> InputError | None:
+def of_one_sample(response: Response, arguments: Arguments, error: Exception) -> InputError | None:
     """Return an error with the line that helps if a response is a function of one sample.
 
     It is one if it fails with arrays of several equal samples, or does not return as many values,
@@ -54,11 +57,11 @@ def _of_response(error: Exception) -> bool:
     """Return whether a response raised an error itself, so that it ended in time and by itself."""
     if isinstance(error, RunError | TimeoutError):
         return False
-    raised = error.__traceback__ is not None or getattr(error, "__notes__", None) is not None
+    raised = error.__traceback__ is not None or "__notes__" in vars(error)
     return raised or isinstance(error, InputError)
 
 
-def _shape_of_result(response: Response, arguments: dict[str, Any]) -> tuple[int, ...] | None:
+def _shape_of_result(response: Response, arguments: Mapping[str, Sample]) -> tuple[int, ...] | None:
     """Return the shape of what a response returns; None if it fails or returns no real numbers."""
     try:
         with warnings.catch_warnings(), without_warnings(), listening(RunListener()):
@@ -72,24 +75,23 @@ def _shape_of_result(response: Response, arguments: dict[str, Any]) -> tuple[int
     return array.shape if array.dtype.kind in "biuf" else None
 
 
-def _copies(value: Any, k: int) -> Any:
-    """Return sample k several times."""
+def _copies(value: np.ndarray | FunctionOfPosition, k: int) -> np.ndarray | FunctionOfPosition:
     if callable(value):  # at positions of each copy, which are equal, or of all of them
         return lambda x: np.repeat(_row(value(x[:1] if np.ndim(x) == 2 else x), k)[None], COPIES, 0)
     return np.repeat(value[k : k + 1], COPIES, axis=0)
 
 
-def _one(value: Any, k: int) -> Any:
+def _one(value: np.ndarray | FunctionOfPosition, k: int) -> Sample:
     """Return sample k: a number or text of Python, or a function of positions."""
     if callable(value):
         return lambda x: _plain(_row(value(x), k))
     return _plain(value[k])
 
 
-def _row(values: Any, k: int) -> np.ndarray:
-    values = np.asarray(values)
-    return values[min(k, len(values) - 1)]
+def _row(values: ArrayLike, k: int) -> np.ndarray:
+    rows = np.asarray(values)
+    return rows[min(k, len(rows) - 1)]
 
 
-def _plain(value: np.ndarray) -> Any:
+def _plain(value: np.ndarray) -> Plain:
     return value.item() if np.ndim(value) == 0 else value

@@ -1,32 +1,57 @@
-"""Distributions whose parameters are intervals: parametric p-boxes."""
+"""Distributions as functions of one standard variable, also parametric p-boxes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.distribution import Distribution
-from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval, Numbers
 
 
 @dataclass(frozen=True)
-class PBox(Input):
-    """A distribution whose parameters are intervals, as a function of one standard variable.
-
-    The variable is that of the distribution with the parameters at their midpoints. Equal
-    probabilities have equal variables, whatever the parameters are.
-    """
+class Score(Input):
+    """A distribution as a function of a standard normal variable."""
 
     distribution: Distribution
 
     def __repr__(self) -> str:
         """Return that of the distribution."""
         return repr(self.distribution)
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """The parameters that are intervals, by name."""
+        return self.distribution.intervals
+
+    def at(self, parameters: Mapping[str, Numbers]) -> Input:
+        """Return the input at values of the parameters, numbers or of shape (n,)."""
+        return Score(self.distribution.at(parameters))
+
+    def value(self, standard: np.ndarray) -> np.ndarray:
+        """Return the values at scores, shape (n, 1)."""
+        return self.distribution.at_normal(standard[:, 0])
+
+    def mean_or_midpoint(self) -> Numbers:
+        """Return the mean, at the midpoints of parameters that are intervals."""
+        return self.distribution.midpoint().mean_or_midpoint()
+
+    def standard(self, value: np.ndarray) -> np.ndarray:
+        """Return the scores of values."""
+        return self.distribution.to_normal(value)
+
+
+@dataclass(frozen=True)
+class PBox(Score):
+    """A distribution whose parameters are intervals, as a function of one standard variable.
+
+    The variable is that of the distribution with the parameters at their midpoints. Equal
+    probabilities have equal variables, whatever the parameters are.
+    """
 
     @cached_property
     def _middle(self) -> Distribution:
@@ -37,18 +62,17 @@ class PBox(Input):
         """The polynomials of the distribution at the midpoints."""
         return self._middle.family
 
-    @property
-    def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
-        return self.distribution.intervals
-
-    def at(self, parameters: Mapping[str, Any]) -> Input:
+    def at(self, parameters: Mapping[str, Numbers]) -> Input:
         """Return the input at values of the parameters, numbers or of shape (n,)."""
         return _Transported(self._middle, self.distribution.at(parameters))
 
+    def replaced(self, parameters: Mapping[str, float | Input]) -> Distribution:
+        """Return the distribution with other parameters."""
+        return self.distribution.replaced(parameters)
+
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return values at the midpoints of the parameters."""
-        return self._middle.value(standard)  # pyright: ignore[reportReturnType]
+        return self._middle.value(standard)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return the variables of values at the midpoints of the parameters."""

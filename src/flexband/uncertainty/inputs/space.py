@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
 from flexband.errors import InputError, RunError, check_finite, shown
 from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.inputs.choices import first_case
+from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
-from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input
+from flexband.uncertainty.inputs.fields.field import Field, fields_of
+from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, Numbers
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.unfolding import unfolded
+from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, first_case, unfolded
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Space:
         parameter as ``input.parameter``, numbers as constants.
     """
 
-    given: Mapping[str, Any]
+    given: GivenInputs
 
     @cached_property
     def inputs(self) -> dict[str, Input]:
@@ -46,10 +46,43 @@ class Space:
         return unfolded(self.given)
 
     @cached_property
+    def constants(self) -> dict[str, Constant]:
+        """The inputs whose value is known."""
+        return {name: i for name, i in self.inputs.items() if isinstance(i, Constant)}
+
+    @property
+    def uncertain(self) -> dict[str, Input]:
+        """All inputs but constants."""
+        return {name: i for name, i in self.inputs.items() if name not in self.constants}
+
+    @property
+    def chosen(self) -> dict[str, Chosen]:
+        """The numbers that are chosen."""
+        return {name: i for name, i in self.inputs.items() if isinstance(i, Chosen)}
+
+    @property
+    def groups(self) -> dict[str, Correlated]:
+        """The inputs that depend on each other, as they are given."""
+        return {name: i for name, i in self.given.items() if isinstance(i, Correlated)}
+
+    @property
+    def correlated(self) -> set[str]:
+        """The names of inputs that depend on others."""
+        return {name for group in self.groups.values() for name in group.inputs}
+
+    @cached_property
     def arguments(self) -> list[str]:
         """The names of the response's arguments: the inputs without those that are parameters."""
-        parameters = {f"{k}.{p}" for k, input_ in self.inputs.items() for p in input_.intervals}
-        return [name for name in self.inputs if name not in parameters]
+        return [name for name in self.inputs if name not in self.parameters]
+
+    @cached_property
+    def parameters(self) -> dict[str, Interval]:
+        """The intervals that are parameters of other inputs."""
+        return {
+            f"{name}.{parameter}": interval
+            for name, input_ in self.inputs.items()
+            for parameter, interval in input_.intervals.items()
+        }
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
@@ -57,6 +90,12 @@ class Space:
         return {
             name: input_ for name, input_ in inputs if input_.random == random and input_.dimension
         }
+
+    def columns(self, *, random: bool) -> dict[str, int]:
+        """Return the number of the first variable ξ or η of each random or interval input."""
+        inputs = self.of_kind(random=random)
+        ends = np.cumsum([input_.dimension for input_ in inputs.values()]).tolist()
+        return dict(zip(inputs, [0, *ends], strict=False))
 
     @property
     def random_dimension(self) -> int:
@@ -77,10 +116,10 @@ class Space:
     @property
     def advice_on_fields(self) -> str:
         """Which methods take fields of many terms, as a sentence to append; "" without fields."""
-        fields = [(k, i) for k, i in self.of_kind(random=True).items() if isinstance(i, Field)]
+        fields = fields_of(self.of_kind(random=True))
         if not fields:
             return ""
-        terms = " and ".join(f"{name} has {field.dimension}" for name, field in fields)
+        terms = " and ".join(f"{name} has {field.dimension}" for name, field in fields.items())
         return (
             f". Of the random variables, {terms}; LHSScanning, SobolScanning and MonteCarlo take "
             "any number of them"
@@ -89,13 +128,12 @@ class Space:
     @cached_property
     def factor(self) -> np.ndarray | None:
         """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""
-        groups = [group for group in self.given.values() if isinstance(group, Correlated)]
-        if not groups:
+        if not self.groups:
             return None
         random = self.of_kind(random=True).items()
         owners = [name for name, input_ in random for _ in range(input_.dimension)]
         factor = np.eye(len(owners))
-        for group in groups:
+        for group in self.groups.values():
             indices = [owners.index(name) for name in group.members]
             factor[np.ix_(indices, indices)] = group.factor
         return factor
@@ -121,7 +159,7 @@ class Space:
                 remaining[input_.random], width, axis=1
             )
         numbers = {
-            n: input_.value(columns[n]) for n, input_ in self.inputs.items() if not input_.random
+            name: interval.value(columns[name]) for name, interval in self.parameters.items()
         }
         return {
             name: (input_.at(_parameters(name, input_, numbers)), columns[name])
@@ -146,8 +184,7 @@ class Space:
         """
         numbers: dict[str, np.ndarray] = {}
         for name, (input_, standard) in self._placed(xi, eta).items():
-            if not isinstance(input_, Constant):
-                numbers |= input_.as_numbers(name, standard)
+            numbers |= input_.as_numbers(name, standard)
         return numbers
 
     def recorded_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
@@ -157,30 +194,23 @@ class Space:
         """
         run_numbers: dict[str, np.ndarray] = {}
         for name, (input_, standard) in self._placed(xi, eta).items():
-            if isinstance(input_, Constant):
-                if not isinstance(input_.constant, str):
-                    run_numbers[name] = np.full(len(xi), float(input_.constant))
-            else:
-                numbers = input_.as_numbers(name, standard)
-                run_numbers |= numbers or {
-                    f"{name}[{k}]": column for k, column in enumerate(standard.T)
-                }
+            run_numbers |= input_.recorded(name, standard)
         return run_numbers
 
-    def standardized(self, values: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    def standardized(self, values: Mapping[str, Numbers]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
         Values have shape (runs,) or (); a random field is given by its standard variables, shape
         (runs, terms), an interval field by its values at its `places`, shape (runs, places).
         Constants may be left out. Names, shapes and values that do not fit raise `InputError`.
         """
-        needed = {
-            k: input_ for k, input_ in self.inputs.items() if not isinstance(input_, Constant)
-        }
         for name, value in values.items():
-            if name in self.inputs and name not in needed:
-                _check_constant(name, self.inputs[name], value)  # pyright: ignore[reportArgumentType]
-        values = {k: value for k, value in values.items() if k in needed or k not in self.inputs}
+            if name in self.constants:
+                _check_constant(name, self.constants[name], value)
+        values, needed = (
+            {k: v for k, v in values.items() if k not in self.constants},
+            self.uncertain,
+        )
         if values.keys() != needed.keys():
             raise InputError(
                 f"values must be given for {', '.join(needed) or 'nothing'}; "
@@ -206,18 +236,17 @@ class Space:
         return xi, joined(random=False)
 
 
-def _parameters(name: str, input_: Input, values: Mapping[str, Any]) -> dict[str, Any]:
+def _parameters(name: str, input_: Input, values: Mapping[str, Numbers]) -> dict[str, Numbers]:
     """Return the values of the parameters of an input that are intervals."""
     return {parameter: values[f"{name}.{parameter}"] for parameter in input_.intervals}
 
 
-def _check_constant(name: str, constant: Constant, value: Any) -> None:
-    """Raise `InputError` if values of a constant are others."""
+def _check_constant(name: str, constant: Constant, value: ArrayLike) -> None:
     if np.any(np.asarray(value) != constant.constant):
         raise InputError(f"{name} must be the constant {constant.constant!r}; got {shown(value)}")
 
 
-def _standard(name: str, input_: Input, value: Any) -> np.ndarray:
+def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
         standard = input_.standard(check_finite("values", value, "finite", rank=None))
@@ -231,10 +260,10 @@ def _standard(name: str, input_: Input, value: Any) -> np.ndarray:
     return columns
 
 
-def check_names(response: ResponseFunction, inputs: Mapping[str, Any]) -> None:
+def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
     """Raise `InputError` if the response's arguments and the inputs do not match."""
     space = Space(first_case(inputs))
-    if all(isinstance(input_, Constant) for input_ in space.inputs.values()):
+    if not space.uncertain:
         raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
     names = space.arguments
     try:
@@ -256,10 +285,10 @@ def check_names(response: ResponseFunction, inputs: Mapping[str, Any]) -> None:
         raise InputError(f"the response needs {', '.join(missing)}, which inputs do not name")
 
 
-def raised(error: Exception, inputs: Mapping[str, Any]) -> str:
+def raised(error: Exception, inputs: GivenInputs) -> str:
     """Return in words what a response raised; with a `TypeError`, what it is called with."""
     text = f"the response raised {type(error).__name__}: {error}"
-    fields = [name for name, input_ in inputs.items() if isinstance(input_, Field)]
+    fields = list(fields_of(inputs))
     if not fields or not isinstance(error, TypeError):
         return text
     return (
@@ -269,8 +298,8 @@ def raised(error: Exception, inputs: Mapping[str, Any]) -> str:
 
 
 def locate_fields(
-    response: ResponseFunction, inputs: Mapping[str, Any]
-) -> tuple[dict[str, Any], int]:
+    response: ResponseFunction, inputs: GivenInputs
+) -> tuple[dict[str, GivenInput], int]:
     """Give each field without a domain the range of positions at which the response evaluates it.
 
     The response is run with fields at their nominal values, random inputs at their means and
@@ -279,7 +308,7 @@ def locate_fields(
     the response does not evaluate a field at two different positions.
     """
     located = dict(inputs)
-    loose = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is None}
+    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
     if not loose:
         return located, 0
     positions: dict[str, list[np.ndarray]] = {name: [] for name in loose}
@@ -321,5 +350,5 @@ def locate_fields(
                 f"{name}: {field.kind} needs a domain=(start, end), since the response evaluates "
                 f"it at {f'one position only, {x[0]:g}' if len(x) else 'no position'}"
             )
-        located[name] = replace(field, domain=(float(x.min()), float(x.max())))  # pyright: ignore
+        located[name] = field.placed((float(x.min()), float(x.max())))
     return located, runs

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from itertools import product
 
-from flexband.errors import InputError, shown
+import numpy as np
+
+from flexband.errors import InputError, check_instance, shown
+from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
-from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.pbox import PBox
+from flexband.words import number_of
+
+GivenInput = Input | Choice | Correlated | FrozenDistribution | float | np.number
+"""What stands among the inputs of a study; a number is a constant."""
+
+GivenInputs = Mapping[str, GivenInput]
 
 
-def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
+def unfolded(given: GivenInputs) -> dict[str, Input]:
     """Return all inputs in the order of their names.
 
     Correlated inputs come one by one, an interval that is a parameter as ``input.parameter``, and a
@@ -25,8 +34,7 @@ def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
     InputError
         If one is of another kind, or two have the same name.
     """
-    if not isinstance(given, Mapping):
-        raise InputError(f"inputs must be a dict of names and inputs; got {shown(given)}")
+    check_instance("inputs", given, Mapping, "a dict of names and inputs")
     inputs: dict[str, Input] = {}
 
     def add(name: str, input_: Input) -> None:
@@ -37,30 +45,71 @@ def unfolded(given: Mapping[str, Any]) -> dict[str, Input]:
             add(f"{name}.{parameter}", interval)
 
     for name, value in given.items():
-        if not isinstance(name, str):
-            raise InputError(f"the name of an input must be text; got {name!r}")
+        check_instance("the name of an input", name, str, "text")
         members = value.members if isinstance(value, Correlated) else {name: _as_input(name, value)}
         for member, input_ in members.items():
             add(member, input_)
     return dict(sorted(inputs.items()))
 
 
-def _as_input(name: str, value: Any) -> Input:
-    """Return an input, or a number as a constant."""
+def _as_input(name: str, value: GivenInput) -> Input:
+    """Return an input that has variables of its own."""
+    allowed = (
+        "a number, an Interval, a Normal or another distribution, a RandomField, Correlated inputs "
+        "or another Input"
+    )
+    input_ = checked_input(f"input {name!r}", value, allowed)
+    return PBox(input_) if isinstance(input_, Distribution) and input_.intervals else input_
+
+
+def checked_input(label: str, value: GivenInput, allowed: str) -> Input:
+    """Return an input, or a number as a constant; raise `InputError` if it is neither."""
     try:
-        value = as_input(value)
+        input_ = as_input(value)
     except InputError as error:
-        raise InputError(f"input {name!r}: {error}") from None
-    if is_number(value):
-        return Constant(value)
-    if not isinstance(value, Input):
+        raise InputError(f"{label}: {error}") from None
+    if is_number(input_):
+        return Constant(input_)
+    if not isinstance(input_, Input):
+        raise InputError(f"{label} must be {allowed}; got {shown(value)}")
+    return input_
+
+
+def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
+    """Return the inputs of every combination of options, which are constants in them.
+
+    Returns
+    -------
+    Label of the combination, such as ``"steel"`` or ``"steel, 3"`` -> inputs; one entry with an
+    empty label if there is no choice.
+    """
+    max_cases = 1000  # combinations of options, each of which has an expansion of its own
+    check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
+    choices, inputs_by_label = choices_of(inputs), {}
+    combined = list(product(*(choice.options for choice in choices.values())))
+    if len(combined) > max_cases:
         raise InputError(
-            f"input {name!r} must be a number, an Interval, a Normal or another distribution, a "
-            f"RandomField, Correlated inputs or another Input; got {value!r}"
+            f"choices must have {number_of(max_cases, 'combination')} or fewer; got {len(combined)}"
         )
-    return PBox(value) if isinstance(value, Distribution) and value.intervals else value
+    for options in combined:
+        fixed = {name: Constant(option) for name, option in zip(choices, options, strict=True)}
+        inputs_by_label[", ".join(map(str, options))] = {**inputs, **fixed}
+    if len(inputs_by_label) < len(combined):
+        raise InputError("options must differ also as texts that are joined by commas")
+    return inputs_by_label
 
 
-def in_words(given: Mapping[str, Any]) -> str:
+def choices_of(inputs: GivenInputs) -> dict[str, Choice]:
+    """Return the choices among the inputs, in the order of their names."""
+    choices = {name: choice for name, choice in inputs.items() if isinstance(choice, Choice)}
+    return {name: choices[name] for name in sorted(choices, key=str)}
+
+
+def first_case(inputs: GivenInputs) -> dict[str, GivenInput]:
+    """Return the inputs with every choice as its first option."""
+    return next(iter(cases(inputs).values()))
+
+
+def in_words(given: GivenInputs) -> str:
     """Return inputs as a text, in the order of their names."""
     return "; ".join(f"{name} = {value!r}" for name, value in sorted(given.items()))

@@ -101,6 +101,20 @@ class Method(ABC):
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Run the response at the points of the method and return the bands, of μ ± kσ."""
 
+    def peak_memory(self, intervals: int, runs: int, run_bytes: float) -> tuple[float, float]:
+        """Return the bytes at the peak of a study, and those that each carrier adds.
+
+        They are beside Python and its libraries. Carriers that are tried count, also if they are
+        not used in the end. While a method fits outputs, it has `copies` of them. Then there are
+        bands, whose places grow with the number of intervals. `benchmarks/memory/study_memory.py`
+        measures both. `run_bytes` are those of the outputs of one run.
+        """
+        smallest = 4e6  # of a study with the smallest outputs
+        bounds = 6 * (1 + intervals)  # of μ, μ − σ and μ + σ: each has a value and a place
+        in_result = 12 + 4 * intervals  # ends of bands and errors; places of the ends of both bands
+        most = max(self.copies * runs, (1 + self.expands) * runs + bounds + in_result)
+        return smallest + run_bytes * most, run_bytes * runs * self.copies_per_carrier
+
     def advice(self, space: Space, most_runs: int) -> str:
         """Return which options take at most so many runs, as text; "" if that is not known."""
         return ""

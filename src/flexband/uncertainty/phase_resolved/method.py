@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
-from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.bands_error import (
@@ -32,6 +32,9 @@ from flexband.uncertainty.surrogates.diagnostics import (
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.inputs.space import Space
 
 HELD = 4
 """Runs that are held out."""

@@ -107,6 +107,7 @@ def track(
     scale: np.ndarray,
     passes: int,
     *,
+    align: bool = True,
     options: CarrierOptions = CarrierOptions(),
 ) -> Carrier | None:
     """Return the carrier near a phase ψ, or None if its frequency leaves [f/2, 2f] in some run.
@@ -117,6 +118,7 @@ def track(
     frequency, psi : estimates of f and of ψ, shape (runs, times).
     scale : size of each output, shape (outputs,).
     passes : number of corrections of ψ.
+    align : whether a constant is added to the phase of each run, to align the envelopes of all.
     """
     times = F.shape[-1]
     half = min(max(3, round(options.window_periods / (frequency * dt))), (times - 1) // 2)
@@ -138,7 +140,7 @@ def track(
     # A constant phase per run aligns the envelopes of all runs, except for their sign: so an
     # amplitude that passes through zero stays a smooth function of the inputs.
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
-    shift = 0.5 * np.angle(overlap**2) if passes else np.zeros(len(F))
+    shift = 0.5 * np.angle(overlap**2) if passes and align else np.zeros(len(F))
     z = z * np.exp(-1j * shift)[:, None, None]
     envelope = _by_output(F.shape, complex)
     for o in range(F.shape[1]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,11 @@ class Stage(NamedTuple):
         """Return the runs at some of the times."""
         return Stage([c.at(times) for c in self.carriers], self.base[..., times])
 
+    def of(self, outputs: np.ndarray) -> Stage:
+        """Return some of the outputs."""
+        carriers = [Carrier(c.phase, c.envelope[:, outputs], c.frequency) for c in self.carriers]
+        return Stage(carriers, self.base[:, outputs])
+
     def copy(self) -> Stage:
         """Return a copy, which keeps no other runs or times in memory."""
         carriers = [Carrier(c.phase.copy(), c.envelope.copy(), c.frequency) for c in self.carriers]
@@ -57,8 +62,7 @@ def decompose(
     carriers: list[Carrier] = []
     rest = F
     yield Stage([], rest)
-    scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
-    scale, least = np.where(scale > 0, scale, 1.0), 0.0
+    scale, least = _scale(F), 0.0
     multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
     while F.shape[-1] >= options.min_times and len(carriers) < options.max_carriers:
         energy, varying = spectra(rest, scale)
@@ -72,15 +76,79 @@ def decompose(
         carriers, rest = [*carriers, new], np.copy(rest)  # earlier stages keep theirs
         new.add_to(rest, -1.0)
         multiples.append(multiple)
-        for j in range(len(carriers) if len(carriers) > 1 else 0):
-            old, h = carriers[j], multiples[j]
-            old.add_to(rest)
-            psi = h * carriers[0].phase if h else old.phase
-            passes = 0 if h else 1
-            again = track(rest, dt, old.frequency, psi, scale, passes, options=options)
-            carriers[j] = old if again is None else again
-            carriers[j].add_to(rest, -1.0)
+        _track_again(rest, dt, carriers, multiples, scale, options)
         yield Stage(carriers, rest)
+
+
+def follow(
+    F: np.ndarray,
+    dt: float,
+    phases: Sequence[np.ndarray],
+    frequencies: Sequence[float],
+    *,
+    options: CarrierOptions = CarrierOptions(),
+) -> Stage | None:
+    """Return runs split into base and carriers near known ones, or None if one of them is lost.
+
+    Phases start at the known ones, so that those of runs which differ little, as on another
+    discretization, differ little, too.
+
+    Parameters
+    ----------
+    F : shape (runs, outputs, times), at steps of dt.
+    phases : of the known carriers in every run, each of shape (runs, times).
+    frequencies : of the known carriers.
+    """
+    scale, rest = _scale(F), np.copy(F)
+    carriers: list[Carrier] = []
+    multiples: list[int] = []
+    for psi, frequency in zip(phases, frequencies, strict=True):
+        multiple = round(frequency / frequencies[0])
+        harmonic = multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9)
+        multiples.append(multiple if harmonic else 0)
+        phase = multiple * carriers[0].phase if harmonic else psi
+        passes = 0 if harmonic else options.passes
+        new = track(rest, dt, frequency, phase, scale, passes, align=False, options=options)
+        if new is None:
+            return None
+        carriers.append(new)
+        new.add_to(rest, -1.0)
+        _track_again(rest, dt, carriers, multiples, scale, options, align=False)
+    return Stage(carriers, rest)
+
+
+def _scale(F: np.ndarray) -> np.ndarray:
+    """Return the size of each output of runs, (outputs,)."""
+    scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
+    return np.where(scale > 0, scale, 1.0)
+
+
+def _track_again(
+    rest: np.ndarray,
+    dt: float,
+    carriers: list[Carrier],
+    multiples: list[int],
+    scale: np.ndarray,
+    options: CarrierOptions,
+    *,
+    align: bool = True,
+) -> None:
+    """Track each of several carriers once more, in the rest of the runs without all others.
+
+    Parameters
+    ----------
+    rest : the runs without carriers, shape (runs, outputs, times), changed in place.
+    carriers : changed in place.
+    multiples : of the first carrier's phase; 0: not a harmonic.
+    """
+    for j in range(len(carriers) if len(carriers) > 1 else 0):
+        old, h = carriers[j], multiples[j]
+        old.add_to(rest)
+        psi = h * carriers[0].phase if h else old.phase
+        passes = 0 if h else 1
+        again = track(rest, dt, old.frequency, psi, scale, passes, align=align, options=options)
+        carriers[j] = old if again is None else again
+        carriers[j].add_to(rest, -1.0)
 
 
 def _next_carrier(

@@ -94,6 +94,9 @@ class PhaseExpansion:
     ) -> PhaseExpansion:
         return replace(self, parts=substituted(self.parts, substitutions, families))
 
+    def of_hybrid(self, hybrid: HybridExpansion) -> PhaseExpansion:
+        return replace(self, parts=hybrid)
+
     def arrays(self) -> dict[str, np.ndarray]:
         carriers = np.array(self.columns.carriers)
         return {"outputs": self.outputs, "carriers": carriers, **self.parts.arrays()}

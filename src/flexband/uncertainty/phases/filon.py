@@ -21,7 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.terms import multiply, sum_of
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
 from flexband.uncertainty.phases.options import MOMENTS
@@ -99,7 +101,7 @@ def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
         for e in range(len(sections.phi)):
             section(sections, t, e, rows)
             squares(rows, norms, parts, base, square)
-            np.dot(psi, rows, values)
+            multiply(psi, rows, values)
             first[:], second[:] = 0.0, 0.0
             for k in range(len(turning)):
                 c, d, s = turning[k]
@@ -134,8 +136,10 @@ def _weigh(phase, orders, grid, rest, weights):  # noqa: PLR0912
     axis_phase, fast = np.zeros((n, highest)), np.zeros((n, nodes.shape[1]))
     W, M = np.zeros((n, lagrange.shape[2]), np.complex128), np.zeros(n, np.complex128)
     for j in range(len(phase)):
-        v = np.argmax(orders[j])
-        if orders[j].sum() == orders[j, v]:
+        v = 0
+        for w in range(n):
+            v = w if orders[j, w] > orders[j, v] else v
+        if sum_of(orders[j]) == orders[j, v]:
             axis_phase[v, orders[j, v]] = phase[j]
     for v in range(n):
         axis_phase[v, 0] = 0.0

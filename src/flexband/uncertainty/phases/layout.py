@@ -66,15 +66,15 @@ class PartColumns(NamedTuple):
         """
         runs, _, times = stage.base.shape
         if not stage.carriers:
-            return stage.base.reshape(runs, -1)
+            return stage.base.reshape(runs, self.width * times)
         packed = np.empty((runs, self.width, times))
-        base, carriers = self.unpack(packed.reshape(runs, -1))
+        base, carriers = self.unpack(packed.reshape(runs, self.width * times))
         base[:] = stage.base
         for columns, c in zip(carriers, stage.carriers, strict=True):
             parts = c.phase[:, None], np.real(c.envelope), np.imag(c.envelope)
             for part, values in zip(columns, parts, strict=True):
                 part[:] = values
-        return packed.reshape(runs, -1)
+        return packed.reshape(runs, self.width * times)
 
     def unpack(self, series: np.ndarray) -> tuple[np.ndarray, Carriers]:
         """Return the base, shape (…, outputs, times), and the parts of each carrier."""

@@ -17,7 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.terms import multiply
 from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
@@ -145,7 +147,7 @@ def average(rows, psi, weights, parts, turning, work, mean, base, first, square,
     psi : Ψ at the points ξ, shape (N, points).
     """
     values, wb, cos, sin, re, im, w_re, w_im = work
-    np.dot(rows.T, psi, values)
+    multiply(rows.T, psi, values)
     for c in range(parts.carriers):
         at = parts.phase + c * parts.block
         cos_and_sin(values[at], rows[0, at], cos[c], sin[c])

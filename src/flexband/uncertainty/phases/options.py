@@ -70,8 +70,6 @@ class PhaseSearchOptions(NamedTuple):
     ----------
     max_scan_points : of a grid in η.
     scanned_reach : phase change [rad] above which a scan has to resolve the waves.
-    scan_block : points per matrix product: so few that the linear algebra library starts no
-        threads.
     negligible_coefficient : fraction of the largest coefficient below which a coefficient of a
         smooth moment is dropped.
     descents : points of the scan from which an extreme is searched.
@@ -83,7 +81,6 @@ class PhaseSearchOptions(NamedTuple):
 
     max_scan_points: int = 2048
     scanned_reach: float = 0.3
-    scan_block: int = 16
     negligible_coefficient: float = 1e-9
     descents: int = 3
     max_steps: int = 40

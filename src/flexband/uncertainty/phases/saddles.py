@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
+from flexband.uncertainty.expansions.bounds.terms import inner, largest, multiply, sum_of
 from flexband.uncertainty.phases.moments import (
     average,
     fill,
@@ -40,7 +42,7 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
     rows, phase = np.empty((N, width)), np.empty(N)
     mean, base, first, square, second = moment_arrays(outputs, carriers, len(turning))
     saddle, frame = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
-    powers = np.empty((n, orders.max() + 1), np.complex128)
+    powers = np.empty((n, largest(orders.flat, 0, orders.size) + 1), np.complex128)
     basis, values = np.empty((2 * len(rule), N)), np.empty((2 * len(rule), width))
     factors = np.empty(len(rule), np.complex128)
     sampled = np.full(psi.shape[1], 1 / psi.shape[1])
@@ -66,7 +68,7 @@ def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turn
                         rows, psi, sampled, parts, turning, work, mean, base, first, square, second
                     )
                     break
-                np.dot(basis, rows, values)
+                multiply(basis, rows, values)
                 for q in range(len(rule)):
                     re, im = values[q], values[len(rule) + q]
                     for o in range(outputs):
@@ -124,12 +126,12 @@ def saturated(phase, orders):
     """Return whether the slope of the phase is large within `slope_range` standard deviations."""
     slope, bend = 0.0, 0.0
     for j in range(len(phase)):
-        if orders[j].sum() == 1:
+        if sum_of(orders[j]) == 1:
             slope += phase[j] ** 2
         else:
             for v in range(orders.shape[1]):
                 if orders[j, v]:
-                    far = MOMENTS.slope_range ** (orders[j].sum() - 1)
+                    far = MOMENTS.slope_range ** (sum_of(orders[j]) - 1)
                     bend += abs(phase[j]) * orders[j, v] * far
     return np.sqrt(slope) - bend >= MOMENTS.saturated
 
@@ -158,8 +160,9 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
     step, curve = np.empty(n, np.complex128), np.empty((n, n), np.complex128)
     first = np.zeros(n)
     for j in range(len(phase)):
-        if orders[j].sum() == 1:
-            first[np.argmax(orders[j])] = phase[j]
+        if sum_of(orders[j]) == 1:
+            for a in range(n):
+                first[a] = phase[j] if orders[j, a] else first[a]
     saddle[:] = 0.0
     good, step_size = True, 0.0
     for sweep in range(MOMENTS.newton_steps + 1):
@@ -172,14 +175,17 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
                     total -= curve[a, k] * curve[b, k]
                 good = good and (a != b or total.real > 0.05)
                 curve[a, b] = np.sqrt(total) if a == b else total / curve[b, b]
-        step_size = np.abs(step).sum()
+        step_size = 0.0
+        for a in range(n):
+            step_size += abs(step[a])
         if sweep == MOMENTS.newton_steps or not good or step_size < 1e-6:
             break
         substitute(curve, step)
         saddle += step
-    size, scale = (np.abs(saddle) ** 2).sum(), 1.0 + 0j
+    size, scale = 0.0, 1.0 + 0j
     frame[:] = 0.0
     for a in range(n):
+        size += saddle[a].real ** 2 + saddle[a].imag ** 2
         scale /= curve[a, a]
         frame[a, a] = 1.0
     if not (good and size < 4 * MOMENTS.saturated**2 and step_size < 1e-3 * MOMENTS.saturated):
@@ -190,11 +196,13 @@ def _contour(phase, orders, powers, saddle, frame):  # noqa: PLR0912
             for k in range(a + 1, n):
                 frame[a, b] -= curve[k, a] * frame[k, b]
             frame[a, b] /= curve[a, a]
-    first /= np.sqrt((first**2).sum()) + 1e-300  # the first axis of ζ along the slope: a reflection
+    first /= np.sqrt(inner(first, first)) + 1e-300  # the first axis of ζ along the slope
     first[0] -= 1.0
-    long = (first**2).sum()
+    long = inner(first, first)
     for a in range(n if long > 1e-12 else 0):
-        frame[a] -= 2 * (frame[a] * first).sum() * first / long
+        factor = 2 * inner(frame[a], first) / long
+        for b in range(n):
+            frame[a, b] -= factor * first[b]
     return True, scale
 
 

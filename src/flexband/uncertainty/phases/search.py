@@ -8,10 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import cached_on_disk, compiled
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
-from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, copy, fill, largest
+from flexband.uncertainty.expansions.bounds.terms import (
+    chebyshev_powers,
+    copy,
+    fill,
+    largest,
+    multiply,
+)
 from flexband.uncertainty.phases.options import SEARCH
 
 
@@ -39,8 +46,7 @@ def search(
     best, which = np.empty(starts), np.empty(starts, np.int64)
     eta = np.empty(m)
     for t in range(times):
-        for k in range(0, len(points), SEARCH.scan_block):
-            np.dot(basis[k : k + SEARCH.scan_block], smooth[t], scanned[k : k + SEARCH.scan_block])
+        multiply(basis, smooth[t], scanned)
         for p in range(len(points)):
             _turn(scanned[p, columns.phase :], turning, turns[p])
         for o in range(columns.outputs):
@@ -93,7 +99,7 @@ def _moments(v, turns, columns):
 @compiled
 def _descend(chosen, index, columns, turning, c, sign, eta):
     """Move η to a nearby minimum of sign (μ + c σ) by quasi-Newton steps; return the minimum."""
-    m, highest = len(eta), largest(index.reshape(-1), 0, index.size)
+    m, highest = len(eta), largest(index.flat, 0, index.size)
     work = (
         np.empty((3, highest + 1, m, 1)),
         np.empty((1 + m, len(index))),
@@ -152,14 +158,14 @@ def _value(chosen, index, columns, turning, c, sign, eta, work, gradient):
     """Return sign (μ + c σ) at η and fill its gradient."""
     powers, basis, rows = work
     m = len(eta)
-    chebyshev_powers(eta.reshape(m, 1), powers)
+    chebyshev_powers(eta[:, None], powers)
     fill(basis, 1.0)
     for a in range(-1, m):  # −1: not differentiated
         for v in range(m):
             d = 1 if v == a else 0
             for i in range(len(index)):
                 basis[1 + a, i] *= powers[d, index[i, v], v, 0]
-    np.dot(basis, chosen, rows)
+    multiply(basis, chosen, rows)
     turns = np.empty(columns.turns, np.complex128)
     _turn(rows[0, columns.block :], turning, turns)
     mean, variance = _moments(rows[0], turns, columns)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError
-from flexband.execution.executors import Outcome
+from flexband.execution.calls import Outcome
 from flexband.response import Response
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
@@ -141,25 +141,26 @@ class Evaluated:
             return part
         return aligned(part, self.labels)
 
+    def check_size(self, smallest: float = 1e-120) -> None:
+        """Raise `InputError` if an output is not zero, but smaller than `smallest` in all runs.
+
+        Its square would vanish, as those of large values overflow.
+        """
+        assert self.values is not None
+        signal = series(self.values)
+        size = np.maximum(
+            np.nanmax(signal, axis=(0, 2), initial=0.0),
+            -np.nanmin(signal, axis=(0, 2), initial=0.0),
+        )
+        for name, magnitude in zip(names_of_outputs(self.values), size.tolist(), strict=True):
+            if 0 < magnitude < smallest:
+                raise InputError(
+                    f"{name} is at most {magnitude:.3g} in size in "
+                    f"{number_of(len(self.values), 'run')}, and its square vanishes; it must be "
+                    f"zero, or reach {smallest:g}: choose another unit"
+                )
+
 
 def _in_words(error: Exception) -> str:
     text = str(error) if isinstance(error, RunError | InputError) else ""
     return text or f"{type(error).__name__}: {error}"
-
-
-def check_size(values: xr.DataArray, smallest: float = 1e-120) -> None:
-    """Raise `InputError` if an output is not zero, but smaller than `smallest` in all runs.
-
-    Its square would vanish, as those of large values overflow.
-    """
-    signal = series(values)
-    size = np.maximum(
-        np.nanmax(signal, axis=(0, 2), initial=0.0), -np.nanmin(signal, axis=(0, 2), initial=0.0)
-    )
-    for name, magnitude in zip(names_of_outputs(values), size.tolist(), strict=True):
-        if 0 < magnitude < smallest:
-            raise InputError(
-                f"{name} is at most {magnitude:.3g} in size in {number_of(len(values), 'run')}, "
-                "and its square "
-                f"vanishes; it must be zero, or reach {smallest:g}: choose another unit"
-            )

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from os import PathLike
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,20 +22,22 @@ from flexband.errors import (
     shown,
     warning_once,
 )
-from flexband.execution.executors import Performing, in_process, performing
-from flexband.execution.fingerprint import fingerprint
+from flexband.execution.calls import Performing, in_process
+from flexband.execution.executors import ExecutorLike, performing
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
-from flexband.execution.store import Owner, Store, as_store
+from flexband.execution.store import Store, StoreLike, as_store
 from flexband.progress import Advance, Progress, RunListener, listener, listening
 from flexband.response import ResponseFunction, as_response
-from flexband.uncertainty.inputs.choices import first_case
-from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInputs, first_case
 from flexband.uncertainty.methods.method import MAX_RUNS
 from flexband.uncertainty.runs.evaluated import Evaluated
-from flexband.uncertainty.runs.reuse import located, texts
+from flexband.uncertainty.runs.reuse import located, recorder
 from flexband.words import all_of, are, number_of
+
+OutputCheck = Callable[[xr.DataArray], object]
+"""``check(outputs)``: raises an error if outputs, without samples, are not as they should be."""
 
 POLICIES = ("stop", "half step", "skip")
 """What to do about a run that fails."""
@@ -62,11 +62,11 @@ class EvaluationOptions:
     """
 
     batch: int = BATCH
-    store: Store | str | PathLike[str] | None = None
-    executor: Any = None
+    store: StoreLike = None
+    executor: ExecutorLike = None
     failed: str = "stop"
     most_runs: int = MAX_RUNS
-    check: Callable[[xr.DataArray], object] | None = None
+    check: OutputCheck | None = None
     progress: Progress | None = None
 
     def __post_init__(self) -> None:
@@ -296,7 +296,7 @@ def setting(case: str, finer: Iterable[str]) -> str:
 @contextmanager
 def evaluations(
     response: ResponseFunction,
-    inputs: Mapping[str, Any],
+    inputs: GivenInputs,
     options: EvaluationOptions = EvaluationOptions(),
 ) -> Iterator[Evaluations]:
     """Give what makes the runs of a study; its store is closed with the context."""
@@ -310,21 +310,14 @@ def evaluations(
         if store is None:
             yield Evaluations(perform, None, options.failed, options.batch)
             return
-        space = Space(first_case(inputs))
-        names = list(space.recorded_at(*space.nominal()))
-        fields = {
-            name: input_ for name, input_ in space.inputs.items() if isinstance(input_, Field)
-        }
-        fingerprints = ", ".join(f"{name}: {fingerprint(field)}" for name, field in fields.items())
-        about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
-        record = RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
+        record = recorder(store, response, Space(first_case(inputs)))
         try:
             yield Evaluations(perform, record, options.failed, options.batch)
         finally:
             record.close()
 
 
-def forget_failed(response: ResponseFunction, inputs: Mapping[str, Any], store: Store) -> None:
+def forget_failed(response: ResponseFunction, inputs: GivenInputs, store: Store) -> None:
     """Let the failed runs of a store be made again, and report how many there are."""
     placed, _ = located(response, inputs, store)
     with evaluations(response, placed, EvaluationOptions(store=store)) as evaluate:

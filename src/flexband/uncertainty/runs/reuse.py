@@ -7,11 +7,8 @@ they are; runs at other points serve where a design has the same points.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,13 +16,22 @@ from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
-from flexband.execution.store import Store
+from flexband.execution.store import Owner, Store
 from flexband.files import read_json, write_json
 from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
-from flexband.uncertainty.inputs.constants import Constant
-from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
+from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs
+
+
+def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecorder:
+    """Return a store as it is open for the runs of a response."""
+    names = list(space.recorded_at(*space.nominal()))
+    fields = fields_of(space.inputs).items()
+    fingerprints = ", ".join(f"{name}: {fingerprint(field)}" for name, field in fields)
+    about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
+    return RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
 
 
 def generic_runs(
@@ -36,11 +42,12 @@ def generic_runs(
     They are within the intervals of this space, and the random inputs were the same. There are none
     for spaces with fields, nor where no input is an interval.
     """
-    none = np.zeros((0, space.random_dimension)), np.zeros((0, space.interval_dimension))
-    fields = any(isinstance(input_, Field) for input_ in space.inputs.values())
-    runs = record.of_other_intervals(setting, texts(space, random=False), texts(space, random=True))
-    if fields or record.labels is None or not len(runs) or not space.interval_dimension:
-        return *none, np.zeros((0,))
+    n, m = space.random_dimension, space.interval_dimension
+    none = np.zeros((0, n)), np.zeros((0, m)), np.zeros((0,))
+    intervals, random = texts(space, random=False), texts(space, random=True)
+    runs = record.of_other_intervals(setting, intervals, random)
+    if fields_of(space.inputs) or record.labels is None or not (len(runs) and m):
+        return none
     runs = runs[:10_000]  # comparing more takes longer than making some
     names = list(space.recorded_at(*space.nominal()))
     numbers = record.inputs(runs)
@@ -55,33 +62,33 @@ def generic_runs(
         if len(chosen) == most:
             break
     if not chosen:
-        return *none, np.zeros((0,))
+        return none
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
     return xi, eta, record.read(runs[chosen])[0]
 
 
 def located(
-    response: ResponseFunction, inputs: Mapping[str, Any], store: Store | None
-) -> tuple[dict[str, Any], int]:
+    response: ResponseFunction, inputs: GivenInputs, store: Store | None
+) -> tuple[dict[str, GivenInput], int]:
     """Return what `locate_fields` does, or the domains that `keep_domains` has written."""
-    loose = [k for k, field in inputs.items() if isinstance(field, Field) and field.domain is None]
+    loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}
     if store is not None and loose:
         with suppress(OSError, ValueError, TypeError, KeyError, InputError):
             content = read_json(Path(store.folder) / FileName.DOMAINS)
             if content["owner"] == _owner(response, store):
-                domains = {name: tuple(content["domains"][name]) for name in loose}
-                placed = {n: replace(inputs[n], domain=d) for n, d in domains.items()}
+                domains = content["domains"]
+                placed = {n: field.placed(tuple(domains[n])) for n, field in loose.items()}
                 return {**inputs, **placed}, 0
     return locate_fields(response, inputs)
 
 
 def keep_domains(
-    response: ResponseFunction, inputs: Mapping[str, Any], record: RunRecorder | None
+    response: ResponseFunction, inputs: GivenInputs, record: RunRecorder | None
 ) -> None:
     """Write the domains of the fields among the inputs into the folder of an open store."""
     if record is None:
         return
-    domains = {name: field.domain for name, field in inputs.items() if isinstance(field, Field)}
+    domains = {name: field.domain for name, field in fields_of(inputs).items()}
     content = {"owner": _owner(response, record.store), "domains": domains}
     file = Path(record.store.folder) / FileName.DOMAINS
     with suppress(OSError):  # the store says what is wrong with it
@@ -94,13 +101,8 @@ def _owner(response: ResponseFunction, store: Store) -> list[str]:
 
 def texts(space: Space, *, random: bool) -> str:
     """Return the random inputs, or all others but constants, as text."""
-    kinds = {
-        name: input_ for name, input_ in space.inputs.items() if not isinstance(input_, Constant)
-    }
-    descriptions = [
-        f"{name} = {input_!r}" for name, input_ in sorted(kinds.items()) if input_.random == random
-    ]
-    return "; ".join(descriptions)
+    inputs = sorted(space.uncertain.items())
+    return "; ".join(f"{name} = {input_!r}" for name, input_ in inputs if input_.random == random)
 
 
 def _alone(numbers: np.ndarray) -> np.ndarray:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -21,15 +21,12 @@ from flexband.errors import (
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget, Progress
 from flexband.response import Response, ResponseFunction, as_response
-from flexband.uncertainty.inputs.choices import cases
-from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
-from flexband.uncertainty.inputs.unfolding import in_words
+from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import Evaluate, Method, check_runs
-from flexband.uncertainty.runs.evaluated import check_size
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
@@ -48,7 +45,7 @@ Answer = TypeVar("Answer")
 def in_cases(
     solve: Callable[[CountedRuns], Result],
     function: ResponseFunction,
-    inputs: Mapping[str, Any],
+    inputs: GivenInputs,
     method: Method,
     options: EvaluationOptions,
 ) -> dict[str, Result]:
@@ -100,7 +97,7 @@ class CountedRuns:
     def __init__(
         self,
         response: Response,
-        inputs: Mapping[str, Any],
+        inputs: GivenInputs,
         method: Method,
         evaluations: Evaluations,
         options: EvaluationOptions,
@@ -179,6 +176,8 @@ class CountedRuns:
         self.labels = evaluation.values[:0].copy()  # a view would keep all values
         if first and self.check is not None:
             self.check(self.labels)
+        if recorded and not self.calls:
+            evaluation.check_size()
         return evaluation.values
 
     def keep(self, response: Response, call: Call) -> None:
@@ -255,7 +254,7 @@ class CountedRuns:
             return Budget.of(self.total, self.each)
         return self.total
 
-    def attributes(self, doubts: str = "") -> dict[str, object]:
+    def attributes(self, doubts: str = "") -> dict[str, str | int | list[float]]:
         """Return the number of runs and the method, and report that all runs are done.
 
         `doubts` say why the method does not trust its results. Inputs that change no output are
@@ -295,9 +294,7 @@ class CountedRuns:
                 values = self(response, (), *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
-        for name, input_ in self.space.inputs.items():
-            if isinstance(input_, Constant):
-                continue
+        for name in self.space.uncertain:
             if name in unread:
                 warn(f"input {name!r} changes no output: the response never reads it")
             elif name in idle:
@@ -311,7 +308,6 @@ class CountedRuns:
 
 
 def _succeeded(values: np.ndarray) -> np.ndarray:
-    """Return which runs did not fail."""
     return np.asarray(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
 
 
@@ -326,8 +322,6 @@ class Level(Evaluate):
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
-        if not self.runs.calls:
-            check_size(values)
         self.runs.keep(self.response, (xi, eta, values.values))
         return values
 

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -80,7 +79,7 @@ def bands(
 
 def remark(space: Space) -> dict[str, str]:
     """Return, as an attribute of results, that they are over all values of what is chosen."""
-    names = [name for name, input_ in space.inputs.items() if isinstance(input_, Chosen)]
+    names = list(space.chosen)
     text = f"over all values of {', '.join(names)}; surrogate.narrowed has those of one"
     return {"remark": text} if names else {}
 

@@ -12,14 +12,14 @@ import xarray as xr
 
 from flexband.errors import InputError, shown
 from flexband.uncertainty.inputs.choices import Choice
-from flexband.uncertainty.inputs.unfolding import in_words
+from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
 from flexband.uncertainty.surrogates.bands import VARIABLES, described
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
-def over_choices(given: Mapping[str, Any], bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
+def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return bands over all combinations of options.
 
     Parameters
@@ -118,7 +118,7 @@ class SurrogateOfChoices:
     surrogates : label of the combination -> its surrogate.
     """
 
-    given: Mapping[str, Any]
+    given: GivenInputs
     surrogates: Mapping[str, Surrogate]
 
     def __repr__(self) -> str:
@@ -128,8 +128,7 @@ class SurrogateOfChoices:
     @cached_property
     def choices(self) -> dict[str, Choice]:
         """The discrete inputs, in the order of their names."""
-        named = sorted(self.given.items())
-        return {name: choice for name, choice in named if isinstance(choice, Choice)}
+        return choices_of(self.given)
 
     def evaluate(self, **values: Any) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).

@@ -28,7 +28,7 @@ def check(surrogate: Surrogate) -> None:
     dimensions = space.random_dimension, space.interval_dimension
     axes = axes_of(labels)
     outputs, times = math.prod(axes.shape), axes.times
-    for expansion in surrogate.expansions:
+    for expansion in (*surrogate.expansions, *surrogate.correction):
         _check_expansion(expansion, *dimensions, times)
     numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
@@ -37,6 +37,11 @@ def check(surrogate: Surrogate) -> None:
             "versions took "
             "outputs without a time for one: make the surrogate again"
         )
+    if surrogate.correction:
+        for expansion, part in zip(surrogate.expansions, surrogate.correction, strict=True):
+            shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
+            if shapes[0] != shapes[1] or not np.array_equal(expansion.outputs, part.outputs):
+                raise InputError("a correction must be that of its expansions")
     if surrogate.held_out is not None:
         _check_held_out(surrogate.held_out, *dimensions, outputs, times)
     _check_attributes(diagnostics.attrs)
@@ -68,7 +73,6 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
 
 
 def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
-    """Check the shapes of held-out runs, and that they are numbers."""
     runs = len(held.missed)
     shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
     for name, shape in (shapes | {"overshoot": (outputs, times)}).items():
@@ -97,7 +101,6 @@ def _check_index(index: np.ndarray, dimension: int) -> None:
 
 
 def _check_attributes(attributes: Mapping[Any, Any]) -> None:
-    """Check that attributes are numbers, texts, or lists of these."""
     for name, value in attributes.items():
         values = value if isinstance(value, list) else [value]
         if not isinstance(name, str) or not all(isinstance(v, str | int | float) for v in values):

@@ -7,20 +7,19 @@ registered ones. Nothing in a file is executed, and all of it is checked.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_instance, shown, without_warnings
-from flexband.uncertainty.expansions.expansion import Expansion
-from flexband.uncertainty.inputs.choices import Choice, cases
+from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -28,17 +27,29 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, choices_of
 from flexband.uncertainty.surrogates.archive import read_archive, write_archive
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.consistency import check
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-FORMAT = 7
+if TYPE_CHECKING:
+    from flexband.uncertainty.expansions.expansion import Expansion
+
+FORMAT = 8
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
-held-out runs are kept."""
+held-out runs are kept, since 8 the error of the discretization may be corrected."""
+
+READABLE_FORMATS = (7, FORMAT)
+"""Formats that are read: what is in a later one may be absent."""
+
+Entry = TypeVar("Entry")
+
+Record = str | float | None | Sequence["Record"] | Mapping[str, "Record"]
+"""What JSON has."""
 
 _FUNCTIONS = {"correlation": RandomField.correlations, "function": Field.functions}
 """Functions by name, by what they are in a record."""
@@ -81,7 +92,6 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
 
 
 def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the record of a surrogate, and its arrays."""
     labels, diagnostics = surrogate.labels, surrogate.diagnostics
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
@@ -90,8 +100,9 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
     }
-    for k, expansion in enumerate(surrogate.expansions):
-        arrays |= {f"expansions/{k}/{name}": v for name, v in expansion.arrays().items()}
+    for group in ("expansions", "correction"):
+        for k, expansion in enumerate(getattr(surrogate, group)):
+            arrays |= {f"{group}/{k}/{name}": v for name, v in expansion.arrays().items()}
     held = surrogate.held_out
     if held is not None:
         arrays |= {f"held_out/{name}": np.asarray(v) for name, v in vars(held).items()}
@@ -106,8 +117,7 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
     return about, arrays
 
 
-def _recorded_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the records of inputs by name."""
+def _recorded_inputs(inputs: GivenInputs) -> dict[str, Record]:
     records = {}
     for name, input_ in inputs.items():
         try:
@@ -131,7 +141,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
         raise InputError(f"there is no file {file}")
     try:
         about, arrays, intact = read_archive(file)
-        if about["format"] != FORMAT:
+        if about["format"] not in READABLE_FORMATS:
             raise InputError(
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"
@@ -146,8 +156,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
 
 
-def _path(file: Any) -> Path:
-    """Return the path of a file that could be there; raise `InputError` if none can."""
+def _path(file: str | PathLike[str]) -> Path:
     check_instance("file", file, str | PathLike, "a path")
     try:
         path = Path(file)
@@ -161,16 +170,12 @@ def _path(file: Any) -> Path:
 
 
 def _choices(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> SurrogateOfChoices:
-    """Return the surrogates of all combinations of options."""
     given = {name: _restored(input_record) for name, input_record in about["given"].items()}
     labels, surrogates = cases(given), {}
     for k, (label, record) in enumerate(zip(labels, about["parts"], strict=True)):
         surrogates[label] = surrogate = _surrogate(record, _under(f"{k}/", arrays))
-        if any(
-            surrogate.space.given.get(name) != labels[label][name]
-            for name, choice in given.items()
-            if isinstance(choice, Choice)
-        ):
+        kept = surrogate.space.given
+        if any(kept.get(name) != labels[label][name] for name in choices_of(given)):
             raise InputError(f"the choices of {label} must be those of its surrogate")
     if len(arrays) != sum(len(_under(f"{k}/", arrays)) for k in range(len(surrogates))):
         raise ValueError("arrays without a use")
@@ -182,24 +187,31 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     named = {k: (dims, arrays[k], attrs) for k, (dims, attrs) in about["named"].items()}
     coords, variables = _under("coords/", named), _under("diagnostics/", named)
     labels = xr.DataArray(np.zeros(about["shape"]), dims=about["dims"], coords=coords)
-    expansion_arrays = [_under(f"expansions/{k}/", arrays) for k in range(len(about["expansions"]))]
     held = _under("held_out/", arrays)
-    if len(arrays) != len(named) + len(held) + sum(map(len, expansion_arrays)):
+    corrected = any(name.startswith("correction/") for name in arrays)
+    groups = {
+        group: [_under(f"{group}/{k}/", arrays) for k in range(len(about["expansions"]))]
+        for group in ("expansions", "correction")[: 1 + corrected]
+    }
+    counts = (len(part) for parts in groups.values() for part in parts)
+    if len(arrays) != len(named) + len(held) + sum(counts):
         raise ValueError("arrays without a use")
     space = Space({name: _restored(record) for name, record in about["inputs"].items()})
-    expansions = tuple(
-        _expansion(kind, part_arrays, space)
-        for kind, part_arrays in zip(about["expansions"], expansion_arrays, strict=True)
-    )
+    expansions = {
+        group: tuple(
+            _expansion(kind, part_arrays, space)
+            for kind, part_arrays in zip(about["expansions"], parts, strict=True)
+        )
+        for group, parts in groups.items()
+    }
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
     held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
-    surrogate = Surrogate(space, labels, expansions, diagnostics, held_out)
+    surrogate = Surrogate(space, labels, diagnostics=diagnostics, held_out=held_out, **expansions)
     check(surrogate)
     return surrogate
 
 
 def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Expansion:
-    """Return an expansion of one of the registered kinds."""
     # the module of each kind of expansion that a file may hold, imported only if one holds it
     expansions = {
         "DirectExpansion": "flexband.uncertainty.expansions.direct",
@@ -208,15 +220,14 @@ def _expansion(kind: str, arrays: Mapping[str, np.ndarray], space: Space) -> Exp
     return getattr(import_module(expansions[kind]), kind).of_arrays(space.families, **arrays)
 
 
-def _under(start: str, named: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries whose names start so, without the start."""
+def _under(start: str, named: Mapping[str, Entry]) -> dict[str, Entry]:
     return {k.removeprefix(start): v for k, v in named.items() if k.startswith(start)}
 
 
-def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def _attributes(attributes: Mapping[Hashable, object]) -> dict[str, Record]:
     """Return attributes as finite numbers, texts, and lists of these."""
 
-    def plain(value: Any) -> Any:
+    def plain(value: object) -> Record:
         if isinstance(value, np.ndarray | np.generic):
             value = value.tolist()
         if isinstance(value, list | tuple):
@@ -228,10 +239,10 @@ def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     return {str(name): plain(value) for name, value in attributes.items()}
 
 
-def _recorded(value: Any) -> Any:
+def _recorded(value: object) -> Record:
     """Return an input, or the value of one of its fields, as a record."""
     if isinstance(value, Input | Correlated | Choice):
-        named = {f.name: getattr(value, f.name) for f in fields(value)}  # pyright: ignore[reportArgumentType]
+        named = {f.name: getattr(value, f.name) for f in fields(value)}
         kind, module = type(value).__name__, type(value).__module__
         return {"input": kind, "module": module, "fields": _recorded(tuple(named.items()))}
     if isinstance(value, np.ndarray | np.generic):
@@ -270,9 +281,12 @@ def _restored(record: Any) -> Any:
             if isinstance(registered[name], type):
                 return registered[name](**dict(_restored(record["fields"])))
             return registered[name]
-    if record["input"] == "Choice":
-        return Choice(*dict(_restored(record["fields"]))["options"])
-    return _kind(record["input"], record["module"])(**dict(_restored(record["fields"])))
+    values, kind = dict(_restored(record["fields"])), record["input"]
+    if kind == "Choice":
+        return Choice(*values["options"])
+    if kind == "Correlated":
+        values["inputs"] = dict(values["inputs"])
+    return _kind(kind, record["module"])(**values)
 
 
 def _kind(name: str, module: str) -> type:

@@ -37,6 +37,8 @@ class Surrogate:
     expansions : each of some of its outputs: all dims but that of time together (`axes_of`).
     diagnostics : expected errors, carriers, orders: whatever the method reports.
     held_out : what it misses in runs that were not fitted; None if the method has no such runs.
+    correction : how much of each expansion corrects the error of step and elements, which runs
+        have: expansions of the same outputs and parts; none if nothing is corrected.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Surrogate:
     expansions: tuple[Expansion, ...]
     diagnostics: xr.Dataset
     held_out: HeldOut | None = None
+    correction: tuple[Expansion, ...] = ()
 
     def __post_init__(self) -> None:
         check_instance("labels", self.labels, xr.DataArray)
@@ -75,6 +78,26 @@ class Surrogate:
         """The dim of time; None where there is none, or one time has been selected."""
         axes = axes_of(self.labels)
         return axes.time if axes.times == self.times else None
+
+    @property
+    def uncorrected(self) -> Surrogate:
+        """The surrogate of the response with the error of step and elements that its runs have."""
+        if not self.correction:
+            return self
+        pairs = zip(self.expansions, self.correction, strict=True)
+        expansions = tuple(
+            expansion.of_hybrid(expansion.hybrid + part.hybrid * -1.0) for expansion, part in pairs
+        )
+        return replace(self, expansions=expansions, correction=())
+
+    def corrected(self, values: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the values of runs at ξ and η, (points, …), as the surrogate is corrected.
+
+        Only corrected runs can be compared with a corrected surrogate.
+        """
+        if not self.correction:
+            return values
+        return values + (self.standard(xi, eta) - self.uncorrected.standard(xi, eta))
 
     def with_attrs(self, **attrs: Any) -> Surrogate:
         """Return the surrogate with further attributes of its diagnostics."""
@@ -141,10 +164,13 @@ class Surrogate:
         """
         part = part_of(self.space, inputs)
         families = part.space.families
-        expansions = [
-            expansion.substituted(part.substitutions, families) for expansion in self.expansions
-        ]
-        surrogate = replace(self, space=part.space, expansions=tuple(expansions), held_out=None)
+        expansions, correction = (
+            tuple(expansion.substituted(part.substitutions, families) for expansion in expansions)
+            for expansions in (self.expansions, self.correction)
+        )
+        surrogate = replace(
+            self, space=part.space, expansions=expansions, correction=correction, held_out=None
+        )
         held, values = None, np.zeros((0, 1, 1))
         if self.held_out is not None:
             held = runs_in(part, self.held_out)

@@ -200,7 +200,6 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
 
 
 def _names(labels: xr.DataArray, output: int) -> list[str]:
-    """Return the labels of an output, by its number."""
     dims, shape, *_ = axes_of(labels)
     places = np.unravel_index(output, shape) if dims else ()
     return [

@@ -12,7 +12,6 @@ from typing import NamedTuple
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
-    inlined,
     load,
     magnitude,
     maximum,
@@ -69,7 +68,7 @@ def shift_accelerations(structure, z, a, ratio, chosen):
         store(a, i, where(chosen, present + ratio * (old - present), old))
 
 
-@inlined
+@compiled
 def error_of_step(structure, method, values, work, ratio, limits):
     """Return the largest error of a coordinate in a step, over the tolerance.
 

@@ -49,7 +49,6 @@ from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
     filled,
-    inlined,
     less,
     load,
     magnitude,
@@ -86,7 +85,7 @@ def set_functions(count, values, n, place, length, chosen):
         store(values.rates, second_row, where(chosen, second, load(values.table_rates, row)))
 
 
-@inlined
+@compiled
 def jumped(structure, values, work, step):
     """Return the largest change of an acceleration since `keep_state`, as a length over a step."""
     state, largest = structure.state, filled(0.0)
@@ -97,7 +96,7 @@ def jumped(structure, values, work, step):
     return step * step * largest
 
 
-@inlined
+@compiled
 def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
@@ -128,7 +127,7 @@ def next_length(error, failed, early, event, step):
     return step * where(early, event * (1.0 + CONTROL.overshoot), ratio)
 
 
-@inlined
+@compiled
 def blame(values, n, trial, failed, failure, lost):
     """Note why lanes are `lost`: what their last step failed of, or that it was the shortest."""
     code = where(failed, load(trial, 0), filled(FAILURE.too_small))
@@ -138,7 +137,7 @@ def blame(values, n, trial, failed, failure, lost):
     store(failure, 2, where(lost, row, load(failure, 2)))
 
 
-@inlined
+@compiled
 def cover(
     structure, method, limits, tolerance, values, n, length, work, known, stepping, failure, stop
 ):
@@ -201,7 +200,7 @@ def cover(
     return lost
 
 
-@inlined
+@compiled
 def march_freely(structure, method, limits, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)

@@ -17,10 +17,10 @@ from flexband.mechanics.kernels.elements.continuum import (
     add_continuum_tangent,
     continuum_energy,
 )
-from flexband.mechanics.kernels.lanes import inlined
+from flexband.mechanics.kernels.lanes import compiled
 
 
-@inlined
+@compiled
 def add_elastic_forces(structure, values, z, r):
     """Add the elastic and damping forces F(q, q̇) to `r`."""
     velocity = structure.state.velocity
@@ -29,7 +29,7 @@ def add_elastic_forces(structure, values, z, r):
     add_cable_forces(structure.cables, values.cables, z, velocity, r)
 
 
-@inlined
+@compiled
 def add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks):
     """Add weight × (∂F/∂q + rate ∂F/∂q̇) to `matrix`; `blocks` is work space."""
     velocity = structure.state.velocity
@@ -40,7 +40,7 @@ def add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks):
     add_cable_tangent(structure.cables, values.cables, z, velocity, weight, rate, matrix, blocks)
 
 
-@inlined
+@compiled
 def elastic_energy(structure, values, z):
     """Return the elastic energy of all flexible bodies [J]."""
     energy = beam_energy(structure.beams, values.beams, z)

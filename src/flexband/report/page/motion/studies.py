@@ -8,8 +8,9 @@ from flexband.mechanics.response import SensorResponse
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.motion.motion import SAMPLES, motion_data
 from flexband.study.study import Study
-from flexband.uncertainty.inputs.choices import Choice, first_case
+from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.report.page.arrays import JsonRecord
-from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
 from flexband.uncertainty.inputs.fields.random_field import RandomField
@@ -19,15 +18,13 @@ RELATIVE = "coefficient of variation"
 
 def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
-    intervals, remarks, first = [], [], 0
+    intervals, remarks, columns = [], [], space.columns(random=False)
     for name, input_ in space.of_kind(random=False).items():
         if not isinstance(input_, Interval):
             remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
         elif input_.lower < input_.upper:
-            intervals.append(
-                {"name": name, "lower": input_.lower, "upper": input_.upper, "variable": first}
-            )
-        first += input_.dimension
+            ends = {"lower": input_.lower, "upper": input_.upper}
+            intervals.append({"name": name, **ends, "variable": columns[name]})
     return intervals, remarks
 
 
@@ -39,20 +36,18 @@ def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[Json
     inputs : where Python finds the inputs of the surrogate.
     resolved : whether the page can compute all moments for less scatter.
     """
-    scatters, remarks, first = [], [], 0
-    groups = [group for group in space.given.values() if isinstance(group, Correlated)]
+    scatters, remarks, columns = [], [], space.columns(random=True)
     for name, input_ in space.of_kind(random=True).items():
         scatter = _scatter(input_, f"{inputs}[{name!r}]")
-        if any(name in group.members for group in groups):
+        if name in space.correlated:
             remarks.append(f"{name} keeps its scatter: it is correlated with other inputs.")
         elif scatter is None:
             remarks.append(f"{name} keeps its scatter: it is {_kind(input_)}.")
         elif not resolved:
             remarks.append(f"{name} keeps its scatter: a vibration has too many random inputs.")
         else:
-            variables = list(range(first, first + input_.dimension))
+            variables = list(range(columns[name], columns[name] + input_.dimension))
             scatters.append({"name": name, "variables": variables, **scatter})
-        first += input_.dimension
     return scatters, remarks
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import compiled
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     aim,

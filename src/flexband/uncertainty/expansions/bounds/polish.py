@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.caching import compiled
+from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     chebyshev_powers,
-    copy,
     fill,
     largest,
     product,
@@ -42,9 +41,8 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     )
     gradient, hessian = np.empty((m, lanes)), np.empty((m, m, lanes))
     new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
-    trial, value = np.empty((m, lanes)), np.empty(lanes)
+    trial, value = eta.copy(), np.empty(lanes)
     x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
-    copy(trial.reshape(-1), eta.reshape(-1))
     fill(least, np.inf)
     most = 0
     for n in range(lanes):

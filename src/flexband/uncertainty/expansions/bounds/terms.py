@@ -7,11 +7,12 @@ that of lanes, and no operation mixes them.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from flexband.caching import compiled
+from flexband.compilation.machine_code import compiled
 
 
 class ExpansionTerms(NamedTuple):
@@ -69,9 +70,9 @@ class ExpansionTerms(NamedTuple):
 @compiled
 def fill(array, value):
     """Set all numbers of an array."""
-    flat = array.reshape(-1)
-    for k in range(len(flat)):
-        flat[k] = value
+    numbers = array.flat
+    for k in range(array.size):
+        numbers[k] = value
 
 
 @compiled
@@ -79,6 +80,41 @@ def copy(into, values):
     """Copy an array of one dimension into another one."""
     for k in range(len(into)):
         into[k] = values[k]
+
+
+@partial(compiled, fastmath={"contract"})
+def multiply(a, b, product):
+    """Fill the product of two matrices; each is contiguous in its rows, or a transpose of such."""
+    for i in range(len(product)):
+        row = product[i]
+        fill(row, 0.0)
+        for k in range(0, len(b) - 3, 4):  # four at a time load and store less
+            f0, f1, f2, f3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
+            b0, b1, b2, b3 = b[k], b[k + 1], b[k + 2], b[k + 3]
+            for j in range(len(row)):
+                row[j] += f0 * b0[j] + f1 * b1[j] + f2 * b2[j] + f3 * b3[j]
+        for k in range(len(b) - len(b) % 4, len(b)):
+            factor, other = a[i, k], b[k]
+            for j in range(len(row)):
+                row[j] += factor * other[j]
+
+
+@compiled
+def sum_of(values):
+    """Return the sum of values."""
+    sum_of_values = values[0]
+    for k in range(1, len(values)):
+        sum_of_values += values[k]
+    return sum_of_values
+
+
+@compiled
+def inner(a, b):
+    """Return Σ_k a_k b_k."""
+    sum_of_products = a[0] * b[0]
+    for k in range(1, len(a)):
+        sum_of_products += a[k] * b[k]
+    return sum_of_products
 
 
 @compiled

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.special import ndtri
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_spread
 from flexband.uncertainty.expansions.families import LEGENDRE, Family
-from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution, Moments
-from flexband.uncertainty.inputs.inputs import between, place_between
+from flexband.uncertainty.inputs.distribution import (
+    NO_SCATTER,
+    Distribution,
+    FrozenDistribution,
+    Moments,
+    of_scipy,
+)
+from flexband.uncertainty.inputs.inputs import Numbers, between, place_between
 
 MIN_SHAPE, LARGEST_SHAPE = 0.02, 1e10
 """Of a beta distribution. Below the least, nearly all values are the bounds; one that is given by
@@ -38,11 +42,9 @@ class Uniform(Distribution):
     upper: float
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
-        return stats.uniform(self.lower, self.upper - self.lower)
+        return of_scipy("uniform")(self.lower, self.upper - self.lower)
 
     @property
     def family(self) -> Family:
@@ -77,12 +79,10 @@ class Triangular(Distribution):
     upper: float
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
         width = self.upper - self.lower
-        return stats.triang((self.mode - self.lower) / width, self.lower, width)
+        return of_scipy("triang")((self.mode - self.lower) / width, self.lower, width)
 
     @property
     def kinks(self) -> list[float]:
@@ -129,13 +129,11 @@ class Beta(Moments):
     own = ("alpha", "beta")
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
+        return of_scipy("beta")(*self.parameters, self.lower, self.upper - self.lower)
 
-        return stats.beta(*self.parameters, self.lower, self.upper - self.lower)
-
-    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+    def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:
         """Return the shapes m s and (1 − m) s, with m (1 − m)/(1 + s) the variance on (0, 1)."""
         width = self.upper - self.lower
         m, complement = (mean - self.lower) / width, (self.upper - mean) / width
@@ -169,7 +167,6 @@ class Beta(Moments):
 
 
 def _check_bounds(distribution: Distribution, lower: float, upper: float) -> None:
-    """Raise `InputError` if there is no number between two bounds."""
     name = type(distribution).__name__
     if lower >= upper:
         also = f". {NO_SCATTER}" if lower == upper else ""

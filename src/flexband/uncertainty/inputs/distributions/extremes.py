@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.optimize import elementwise
 from scipy.special import gamma, gammaln
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_spread
-from flexband.uncertainty.inputs.distribution import Moments, Spread
+from flexband.uncertainty.inputs.distribution import FrozenDistribution, Moments, Spread, of_scipy
+from flexband.uncertainty.inputs.inputs import Numbers
 
 MIN_SHAPE, LARGEST_SHAPE = 0.2, 1e4
 """Of a Weibull distribution."""
@@ -43,14 +42,12 @@ class Weibull(Moments):
     own = ("scale", "shape")
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
         scale, shape = self.parameters
-        return stats.weibull_min(shape, self.location, scale)
+        return of_scipy("weibull_min")(shape, self.location, scale)
 
-    def of_moments(self, mean: Any, std: Any) -> tuple[Any, Any]:
+    def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:
         """Return scale and shape: (std/m)² = Γ(1 + 2/shape)/Γ(1 + 1/shape)² − 1."""
         above = mean - self.location
         variation = np.log1p((std / above) ** 2)
@@ -80,7 +77,7 @@ class Weibull(Moments):
     def check(self) -> None:
         """Raise `InputError` if scale or shape is not positive."""
         super().check()
-        scale, shape = self.parameters
+        scale, shape = map(float, self.parameters)
         if not MIN_SHAPE <= shape <= LARGEST_SHAPE:
             raise InputError(
                 f"Weibull shape must be from {MIN_SHAPE:g} to {LARGEST_SHAPE:g}; got {shape:g}"
@@ -88,7 +85,7 @@ class Weibull(Moments):
         check_spread("Weibull scale", scale, self.location)
 
 
-def _variation(shape: Any) -> Any:
+def _variation(shape: Numbers) -> Numbers:
     """Return log(1 + (std/mean)²) of a Weibull distribution at location 0."""
     return gammaln(1 + 2 / shape) - 2 * gammaln(1 + 1 / shape)
 
@@ -109,9 +106,7 @@ class Gumbel(Spread):
     """
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
         scale = self.spread * np.sqrt(6) / np.pi
-        return stats.gumbel_r(self.mean - np.euler_gamma * scale, scale)
+        return of_scipy("gumbel_r")(self.mean - np.euler_gamma * scale, scale)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -11,7 +11,8 @@ from scipy.special import log_ndtr
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_positive
 from flexband.uncertainty.expansions.families import HERMITE, Family
-from flexband.uncertainty.inputs.distribution import Spread
+from flexband.uncertainty.inputs.distribution import FrozenDistribution, Spread, of_scipy
+from flexband.uncertainty.inputs.inputs import Numbers
 
 LARGEST_LOGARITHM, LARGEST_VARIATION = 300.0, 100.0
 """|mean| + variance of a logarithm, and std over mean, of a lognormal number."""
@@ -42,11 +43,9 @@ class Normal(Spread):
     usual_cv: ClassVar[float] = 1.0
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
-        return stats.norm(self.mean, self.spread)
+        return of_scipy("norm")(self.mean, self.spread)
 
     @property
     def family(self) -> Family:
@@ -103,21 +102,19 @@ class LogNormal(Spread):
         return cls(log_mean=mean, log_std=std)
 
     @property
-    def logarithm(self) -> tuple[Any, Any]:
+    def logarithm(self) -> tuple[Numbers, Numbers]:
         """Mean and standard deviation of the natural logarithm."""
-        if self.log_mean is not None:
+        if self.log_mean is not None and self.log_std is not None:
             return self.log_mean, self.log_std
-        mean: Any = self.mean
-        variance = np.log1p((self.spread / mean) ** 2)
-        return np.log(mean) - variance / 2, np.sqrt(variance)
+        assert self.mean is not None
+        variance = np.log1p((self.spread / self.mean) ** 2)
+        return np.log(self.mean) - variance / 2, np.sqrt(variance)
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
         mean, std = self.logarithm
-        return stats.lognorm(std, scale=np.exp(mean))
+        return of_scipy("lognorm")(std, scale=np.exp(mean))
 
     @property
     def family(self) -> Family:
@@ -190,11 +187,9 @@ class TruncatedNormal(Spread):
     upper: float | None = None
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        from scipy import stats  # noqa: PLC0415
-
-        return stats.truncnorm(*self._limits(), self.mean, self.spread)
+        return of_scipy("truncnorm")(*self._limits(), self.mean, self.spread)
 
     def check(self) -> None:
         """Raise `InputError` if the limits leave nothing."""
@@ -218,7 +213,7 @@ class TruncatedNormal(Spread):
                     f"{near:.3g} standard deviations or more from the mean"
                 )
 
-    def _limits(self) -> tuple[Any, Any]:
+    def _limits(self) -> tuple[Numbers, Numbers]:
         """Return the limits in standard deviations from the mean."""
         low = -np.inf if self.lower is None else (self.lower - self.mean) / self.spread
         high = np.inf if self.upper is None else (self.upper - self.mean) / self.spread

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -54,7 +55,7 @@ class Samples(Distribution):
     True
     """
 
-    values: Any
+    values: Sequence[float] | np.ndarray
     bandwidth: float | None = None
 
     def __repr__(self) -> str:
@@ -89,7 +90,7 @@ class Samples(Distribution):
             )
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> None:
         """None: SciPy has no such distribution."""
         return None
 

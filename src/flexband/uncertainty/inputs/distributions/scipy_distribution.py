@@ -1,24 +1,36 @@
-"""Any continuous distribution of `scipy.stats`."""
+"""Any continuous distribution of `scipy.stats`.
+
+Their quantiles take long: they are computed once, as polynomials on panels.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
-from typing import Any
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers
-from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution, of_scipy
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
-from flexband.uncertainty.inputs.distributions.tabulated import Tabulated
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.distributions.quantiles import Quantiles
+from flexband.uncertainty.inputs.inputs import Input, Interval, Numbers
+
+if TYPE_CHECKING:
+    from scipy.stats import rv_continuous
+
+Given = TypeVar("Given")
+
+REACHES, ACCURACY = (30.0, 20.0, 12.0, 9.0), 1e-6
+"""Standard normal variables up to which there are panels, the first at which quantiles are the
+inverse of probabilities; else 7: all but 3·10⁻¹² of the values."""
 
 
 @frozen(repr=False)
-class ScipyDistribution(Tabulated):
+class ScipyDistribution(Distribution):
     """A number with a continuous distribution of `scipy.stats`, which stands in `inputs` itself.
 
     Parameters
@@ -47,34 +59,50 @@ class ScipyDistribution(Tabulated):
         return self.distribution
 
     @property
-    def frozen(self) -> Any:
+    def frozen(self) -> FrozenDistribution:
         """The distribution of SciPy."""
-        return _named(self.distribution)(**dict(self.parameters))
+        return of_scipy(self.distribution)(**dict(self.parameters))
 
     @property
     def intervals(self) -> dict[str, Interval]:
         """The parameters that are intervals, by name."""
         return {k: value for k, value in self._named().items() if isinstance(value, Interval)}
 
-    def replaced(self, parameters: Mapping[str, Any]) -> ScipyDistribution:
-        """Return the distribution with other numbers as parameters."""
-        return ScipyDistribution(self.distribution, tuple((self._named() | {**parameters}).items()))
+    def replaced(self, parameters: Mapping[str, float | Input]) -> ScipyDistribution:
+        """Return the distribution with other numbers or intervals as parameters."""
+        named = self._named()
+        named.update(parameters)
+        return ScipyDistribution(self.distribution, tuple(named.items()))
 
-    def at(self, parameters: Mapping[str, Any]) -> ScipyDistribution:
+    def at(self, parameters: Mapping[str, Numbers]) -> ScipyDistribution:
         """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
         arrays = {name: np.atleast_1d(value) for name, value in parameters.items()}
-        return super().at({"parameters": tuple((self._named() | arrays).items())})
+        named = tuple((self._named() | arrays).items())
+        return super().at({"parameters": named})  # pyright: ignore[reportArgumentType]
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so."""
-        arrays = any(np.ndim(value) for value in self._named().values())
-        return self.exact(z) if arrays else super().at_normal(z)
+        if any(np.ndim(value) for value in self._named().values()):
+            return super().at_normal(z)
+        z = np.asarray(z, dtype=float)
+        low, high = self.quantiles.reach
+        values, outside = self.quantiles(np.clip(z, low, high)), (z < low) | (z > high)
+        if np.any(outside):
+            values = np.array(values)
+            values[outside] = super().at_normal(z[outside])
+        return values
 
-    def exact(self, z: np.ndarray) -> np.ndarray:
-        """Return SciPy's quantiles."""
-        return Distribution.at_normal(self, z)
+    @cached_property
+    def quantiles(self) -> Quantiles:
+        """The numbers at values of a standard normal variable, as polynomials."""
+        return Quantiles.of(super().at_normal, next(filter(self._reaches, REACHES), 7.0))
+
+    def _reaches(self, reach: float) -> bool:
+        z = np.array([-reach, reach])
+        with np.errstate(all="ignore"):
+            return bool(np.all(np.abs(self.to_normal(super().at_normal(z)) - z) < ACCURACY))
 
     def check(self) -> None:
         """Raise `InputError` if there is no such distribution."""
@@ -82,10 +110,11 @@ class ScipyDistribution(Tabulated):
         for name, value in given.items():
             given[name] = float(check_numbers(f"{self.distribution} {name}", value))
         object.__setattr__(self, "parameters", tuple(given.items()))
-        missing = set(_shapes(_named(self.distribution))) - given.keys()
+        generator = of_scipy(self.distribution)
+        missing = set(_shapes(generator)) - given.keys()
         if missing:
             raise InputError(f"{self!r} needs {', '.join(sorted(missing))}")
-        frozen_distribution = self.frozen
+        frozen_distribution = generator(**given)
         if np.isnan(frozen_distribution.support()).any():
             raise InputError(f"{self!r} has parameters out of their range")
         with np.errstate(all="ignore"):
@@ -98,7 +127,7 @@ class ScipyDistribution(Tabulated):
 
     def _named(self) -> dict[str, Any]:
         """Return the parameters by name; raise `InputError` if they are not pairs of SciPy's."""
-        known = [*_shapes(_named(self.distribution)), "loc", "scale"]
+        known = [*_shapes(of_scipy(self.distribution)), "loc", "scale"]
         given = self.parameters if isinstance(self.parameters, tuple) else (self.parameters,)
         for pair in given:
             if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] not in known:
@@ -109,7 +138,7 @@ class ScipyDistribution(Tabulated):
         return dict(given)
 
 
-def as_input(value: Any) -> Any:
+def as_input(value: Given) -> Given | Distribution:
     """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
 
     Raises
@@ -123,14 +152,14 @@ def as_input(value: Any) -> Any:
 
     if isinstance(value, stats.rv_continuous | stats.rv_discrete):
         raise InputError(f"{value.name} must have parameters, as scipy.stats.norm(10.0, 0.5) has")
-    generator = getattr(value, "dist", None)
+    if not isinstance(value, stats.distributions.rv_frozen):
+        return value
+    generator = value.dist
     if isinstance(generator, stats.rv_discrete):
         raise InputError(
             f"{generator.name} is discrete; a Choice has an expansion for each of its options"
         )
-    if not isinstance(generator, stats.rv_continuous):
-        return value
-    if type(getattr(stats, str(generator.name), None)) is not type(generator):
+    if type(vars(stats).get(str(generator.name))) is not type(generator):
         raise InputError(
             f"{generator.name} must be a distribution that scipy.stats has by this name; "
             "Samples take values of any other"
@@ -157,16 +186,5 @@ def _made(distribution: str, parameters: tuple[tuple[str, float], ...]) -> Scipy
     return ScipyDistribution(distribution, parameters)
 
 
-def _named(name: str) -> Any:
-    """Return a continuous distribution of SciPy."""
-    from scipy import stats  # noqa: PLC0415
-
-    distribution = getattr(stats, name, None) if isinstance(name, str) else None
-    if not isinstance(distribution, stats.rv_continuous):
-        raise InputError(f"scipy.stats has no continuous distribution {name!r}")
-    return distribution
-
-
-def _shapes(generator: Any) -> list[str]:
-    """Return the names of the shapes of a distribution."""
+def _shapes(generator: rv_continuous) -> list[str]:
     return [name.strip() for name in (generator.shapes or "").split(",") if name.strip()]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -33,12 +34,15 @@ class Field(Input):
     domain: tuple[float, float] | None
 
     def _check_domain(self) -> None:
-        """Raise `InputError` if the domain is none."""
         if self.domain is not None:
             start, end = check_numbers(f"{self.kind} domain [m or s]", self.domain, 2)
             if start >= end:
                 raise InputError(f"{self.kind} domain must run upwards; got {self.domain}")
             object.__setattr__(self, "domain", (float(start), float(end)))
+
+    def placed(self, domain: tuple[float, float] | None) -> Self:
+        """Return the field on another domain."""
+        return replace(self, domain=domain)
 
     @property
     def kind(self) -> str:
@@ -140,7 +144,12 @@ class Field(Input):
         return self.value(drawn)(x)
 
 
-def profile(name: str, value: Any, x: np.ndarray) -> np.ndarray:
+def fields_of(inputs: Mapping[str, object]) -> dict[str, Field]:
+    """Return the fields among inputs."""
+    return {name: input_ for name, input_ in inputs.items() if isinstance(input_, Field)}
+
+
+def profile(name: str, value: Profile | Interval | np.ndarray, x: np.ndarray) -> np.ndarray:
     """Return a parameter at positions x of shape (…, points), shape x.shape or (n, points).
 
     It is a `Profile`, one number per sample, shape (n,), or an interval, of which it is the middle.

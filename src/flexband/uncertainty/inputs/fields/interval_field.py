@@ -165,6 +165,10 @@ class IntervalField(Field):
             )
         return np.clip(standard, -1.0, 1.0)
 
+    def mean_or_midpoint(self) -> np.ndarray:
+        """Return the values at `places` in the middle of the limits."""
+        return self.value(np.zeros((1, self.dimension)))(self.places)
+
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values at `places`, each of shape (n,), by names such as "name(0.5)"."""
         values = self.value(standard)(self.places)

@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import field, replace
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from flexband.uncertainty.inputs.fields.eole import eole
 from flexband.uncertainty.inputs.fields.field import Field, Profile, check_profile, profile
 from flexband.uncertainty.inputs.fields.galerkin import karhunen_loeve, orthogonal_series
 from flexband.uncertainty.inputs.fields.series import Discretization, Series
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Interval, Numbers
 from flexband.words import number_of
 
 
@@ -149,7 +149,7 @@ class RandomField(Field):
         named = {"mean": self.mean, "std": self.std}
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
-    def at(self, parameters: Mapping[str, Any]) -> Self:
+    def at(self, parameters: Mapping[str, Numbers]) -> Self:
         """Return the field at values of parameters that are intervals, numbers or of shape (n,)."""
         if not parameters:
             return self
@@ -158,6 +158,10 @@ class RandomField(Field):
         for name, value in parameters.items():
             object.__setattr__(field_copy, name, value)
         return field_copy
+
+    def mean_or_midpoint(self) -> np.ndarray:
+        """Return the standard variables of the mean, which `standard` takes."""
+        return np.zeros((1, self.dimension))
 
     def nominal(self, x: np.ndarray) -> np.ndarray:
         """Return the mean at positions x, shape x.shape."""

@@ -1,0 +1,88 @@
+"""Add machine code to a wheel: for each instruction set, what a study compiles at first.
+
+    python .ci/objects.py WHEEL
+
+writes a wheel for Linux on x86-64, whatever the version of Python, beside the given one, which is
+for all platforms. The processor must have all instruction sets.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
+
+INSTRUCTION_SETS = ("x86-64-v3", "x86-64-v4")
+TAG = "py3-none-manylinux_2_17_x86_64"
+
+COMPILE = """
+import sys
+from pathlib import Path
+from flexband.compilation import caching
+from flexband.study.compiling import PARTS
+
+def keep(entry, content, kind):
+    file = entry.files(kind)[0]
+    Path(sys.argv[1], file.name).write_bytes(caching.sealed(content))
+
+caching.Entry.keep = keep
+for _, use in PARTS.values():
+    use()
+"""
+
+
+def objects(wheel: Path, name: str, folder: Path) -> None:
+    """Write the objects of a wheel's entries for an instruction set to a folder."""
+    home = folder / name
+    with ZipFile(wheel) as archive:
+        archive.extractall(home)
+    environment = os.environ | {
+        "PYTHONPATH": str(home),
+        "NUMBA_CPU_NAME": name,
+        "NUMBA_CPU_FEATURES": "",
+        "NUMBA_CACHE_DIR": str(home / "empty"),
+    }
+    command = [sys.executable, "-c", COMPILE, str(folder / "objects")]
+    subprocess.run(command, env=environment, cwd=home, check=True)
+
+
+def with_objects(wheel: Path) -> Path:
+    """Return a copy of a wheel that has objects."""
+    name, version = wheel.stem.split("-")[:2]
+    info = f"{name}-{version}.dist-info"
+    result = wheel.with_name(f"{name}-{version}-{TAG}.whl")
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        (folder / "objects").mkdir()
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(lambda cpu: objects(wheel, cpu, folder), INSTRUCTION_SETS))
+        with ZipFile(wheel) as archive:
+            files = {entry: archive.read(entry) for entry in archive.namelist()}
+        for file in sorted((folder / "objects").iterdir()):
+            files[f"{name}/compilation/objects/{file.name}"] = file.read_bytes()
+    tags = f"{info}/WHEEL"
+    text = re.sub("Tag: .*", f"Tag: {TAG}", files[tags].decode())
+    files[tags] = text.replace("Root-Is-Purelib: true", "Root-Is-Purelib: false").encode()
+    record = f"{info}/RECORD"
+    del files[record]
+    lines = [f"{entry},sha256={_digest(data)},{len(data)}\n" for entry, data in files.items()]
+    files[record] = "".join([*lines, f"{record},,\n"]).encode()
+    with ZipFile(result, "w", ZIP_DEFLATED) as archive:
+        for entry, data in files.items():
+            archive.writestr(entry, data)
+    return result
+
+
+def _digest(data: bytes) -> str:
+    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
+if __name__ == "__main__":
+    print(with_objects(Path(sys.argv[1])))

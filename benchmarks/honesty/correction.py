@@ -1,0 +1,270 @@
+"""Claimed and true errors with and without the correction of step and elements.
+
+Mechanisms of many kinds, with too long steps and few elements, or with both left to the method, are
+drawn from seeds; the method may be tuned to seeds below 1 000 000. References have no correction, a
+tolerance of a tenth, steps 32 times and elements four times as fine as those of corrected bands;
+16 times and twice if the method chose these. Errors and rates are those of
+`benchmarks.honesty.honesty`.
+
+Finished cases are added to a file, and a further call goes on from there: several may run at once
+with other seeds or kinds. `--show` makes the tables of all cases of the file.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import warnings
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import xarray as xr
+
+import flexband as fb
+from benchmarks.harness import options, report
+from benchmarks.honesty.corrected_draws import DRAWS, CoarseMechanism
+from benchmarks.honesty.rates import Outcome, errors, right, too_small, widths
+from flexband.mechanics.response import DynamicResponse
+
+FINER = {False: (32, 4), True: (16, 2)}
+"""How much finer steps and elements of the references are, where they are given, and chosen."""
+
+MOST = 200
+"""Runs of a reference."""
+
+TOLERANCE = 0.01
+"""Of the width of the bands."""
+
+UNSURE = 0.2
+"""Of the corrected bands' error: references with a larger error of their own judge nothing."""
+
+LARGER = 1.0
+"""Gain below which the correction makes a case worse."""
+
+NO_WIDTH = 1e-12
+"""In units of an output: narrower bands are rounding."""
+
+BANDS = ("mean", "error_bar")
+
+
+def solved(drawn: CoarseMechanism, *, correct: bool) -> xr.Dataset:
+    """Return the bands of a case as the method gives them."""
+    times = {"duration": drawn.duration, "output_step": drawn.step, "threads": 1}
+    step = {} if drawn.free else {"step": drawn.step}
+    response = fb.dynamic_response(drawn.mechanism, **times, **step)
+    return fb.propagate(response, drawn.inputs, fb.AdaptivePCCI(TOLERANCE, correct=correct))
+
+
+def truth(drawn: CoarseMechanism, halved: Sequence[str]) -> xr.Dataset:
+    """Return bands of fine steps and elements.
+
+    Parameters
+    ----------
+    halved : what the method halved.
+    """
+    steps, elements = (
+        count * 2 ** halved.count(name)
+        for count, name in zip(FINER[drawn.free], ("step", "elements"), strict=True)
+    )
+
+    def fine(**values) -> xr.DataArray:
+        mechanism = drawn.mechanism(elements, **values)
+        motion = fb.simulate(
+            mechanism, duration=drawn.duration, step=drawn.step, substeps=steps, threads=1,
+            integrator=fb.GeneralizedAlpha(tolerance=1e-12),
+        )  # fmt: skip
+        return motion if "sample" in motion.dims else motion.expand_dims(sample=1)
+
+    return fb.propagate(fine, drawn.inputs, fb.AdaptivePCCI(TOLERANCE / 10, MOST))
+
+
+@contextmanager
+def counted_work() -> Iterator[list[float]]:
+    """Give a list to which every call of a response adds its steps, times elements and samples."""
+    work: list[float] = []
+    simulate = DynamicResponse.__call__
+
+    def call(response: DynamicResponse, **values) -> xr.DataArray:
+        motion = simulate(response, **values)
+        known = response.discretization(**values)
+        elements = sum(n for name, n in known.items() if name != "step")
+        work.append(motion.sizes["sample"] * response.duration / response.step * max(1, elements))
+        return motion
+
+    with patch.object(DynamicResponse, "__call__", call):
+        yield work
+
+
+def judged(kind: str, seed: int) -> dict[str, object]:
+    """Return what is known of a case, as numbers and texts."""
+    rng = np.random.default_rng([seed, zlib.crc32(kind.encode())])
+    drawn, begin = DRAWS[kind](rng), time.process_time()
+    record: dict[str, object] = {"kind": kind, "seed": seed, "free": drawn.free}
+    try:
+        bands_of, work = {}, {}
+        for correct in (False, True):
+            with counted_work() as calls, warnings.catch_warnings(record=True) as issued:
+                warnings.simplefilter("always", fb.errors.FlexbandWarning)
+                bands_of[correct] = solved(drawn, correct=correct)
+            record["halved"] = any("completed with half" in str(w.message) for w in issued)
+            work[correct] = sum(calls)
+        exact = truth(drawn, bands_of[True].attrs.get("halved", []))
+    except Exception as error:
+        return record | {"failure": f"{type(error).__name__}: {error}"[:200]}
+    both = tuple(exact[name].transpose("bound", "output", "time").values for name in BANDS)
+    record["reference"] = float(exact.attrs["expected_error"])
+    for correct, bands in bands_of.items():
+        whole = bands.drop_vars([f"{name}_expansion_error" for name in BANDS])
+        del whole.attrs["expansion_error"]
+        true, claim = (part.mean(axis=-1).max(axis=0) for part in errors(whole, both))
+        bar = both[1]
+        wide = widths(both) > np.maximum(1e-6 * np.abs(bar).max(axis=(0, 2)), NO_WIDTH)
+        attrs = bands.attrs
+        record["corrected" if correct else "plain"] = {
+            "true": true[wide].tolist(),
+            "claim": claim[wide].tolist(),
+            "runs": int(attrs["runs"]),
+            "expansion": float(attrs["expansion_error"]),
+            "step": float(attrs.get("step_error", 0.0)),
+            "elements": float(attrs.get("elements_error", 0.0)),
+            "counts": [
+                int(attrs[k]) for k in ("runs_fitted", "runs_checked", "runs_refined")
+            ] + [int(attrs["runs_coarser"])],
+            "work": work[correct],
+            "kinds": str(attrs.get("corrected", "")),
+            "discretization": attrs["discretization"],
+        }  # fmt: skip
+    return record | {"seconds": time.process_time() - begin}
+
+
+def outcomes(records: Sequence[Mapping], name: str) -> list[Outcome]:
+    """Return the outcomes of cases with or without correction."""
+    return [
+        Outcome(
+            record["kind"],
+            record["seed"],
+            record[name]["runs"],
+            max(record[name]["true"], default=0.0),
+            max(record[name]["claim"], default=0.0),
+        )
+        for record in records
+    ]
+
+
+def gain(record: Mapping) -> float:
+    """Return how many times smaller the true error is at equal engine time, of a given step.
+
+    It is that of the corrected outputs, whose errors the correction changes. Uncorrected errors are
+    taken to fall with the square of the step.
+    """
+    plain, corrected = record["plain"], record["corrected"]
+    pairs = zip(plain["true"], corrected["true"], strict=True)
+    changed = [(before, after) for before, after in pairs if before != after]
+    before, after = (max(values, default=1.0) for values in zip(*changed, strict=True))
+    return before * (plain["work"] / corrected["work"]) ** 2 / max(after, 1e-300)
+
+
+def row(name: str, records: Sequence[Mapping]) -> list[str]:
+    """Return the line of a kind."""
+    plain, done = (outcomes(records, which) for which in ("plain", "corrected"))
+    applied = [record for record in records if record["corrected"]["kinds"]]
+    given = [gain(record) for record in applied if not record["free"]]
+    work = [
+        record["plain"]["work"] / record["corrected"]["work"]
+        for record in applied
+        if record["free"]
+    ]
+    middle = [np.median([100 * o.true for o in some]) for some in (plain, done)]
+    ratios = [o.claim / max(o.true, 1e-300) for o in done]
+    return [
+        name,
+        str(len(records)),
+        str(len(applied)),
+        *(f"{v:.2g}" for v in middle),
+        f"{100 * np.median([one.claim for one in done]):.2g}",
+        f"{np.median(ratios):.2g}",
+        str(sum(right(o, TOLERANCE) for o in done)),
+        str(sum(right(o, TOLERANCE) for o in plain)),
+        str(sum(map(too_small, done))),
+        str(sum(map(too_small, plain))),
+        f"{np.median(given):.2g}" if given else "",
+        str(sum(v < LARGER for v in given)),
+        f"{np.median(work):.2g}" if work else "",
+    ]
+
+
+HEADER = [
+    "kind", "cases", "corrected", "true error uncorrected [%]", "true error [%]", "claim [%]",
+    "claim/true, median", "right", "right uncorrected", "too small by 5",
+    "too small by 5 uncorrected", "gain at equal engine time, median", "gain below 1",
+    "engine time saved where free, median",
+]  # fmt: skip
+
+
+def show(folder: Path, lines: Sequence[str]) -> None:
+    """Write the tables of all cases of a file."""
+    records = {(r["kind"], r["seed"]): r for r in map(json.loads, lines)}
+    failed = [r for r in records.values() if "failure" in r]
+    halved = [r for r in records.values() if r.get("halved") and "failure" not in r]
+    whole = [r for r in records.values() if "failure" not in r and not r.get("halved")]
+    sure = [
+        r for r in whole
+        if r["reference"] <= max(UNSURE * max(r["corrected"]["true"], default=0.0), 1e-3)
+    ]  # fmt: skip
+    rows = [
+        row(kind, of_kind) for kind in DRAWS if (of_kind := [r for r in sure if r["kind"] == kind])
+    ]
+    rows.append(row("all", sure))
+    applied = [r for r in sure if r["corrected"]["kinds"]]
+    if applied:
+        rows.append(row("all that are corrected", applied))
+    small = [f"{o.family}:{o.seed}" for o in outcomes(sure, "corrected") if too_small(o)]
+    wrong = [
+        f"{o.family}:{o.seed}"
+        for o in outcomes(sure, "corrected")
+        if not too_small(o) and not right(o, TOLERANCE)
+    ]
+    given = [r for r in applied if not r["free"]]
+    worse = [f"{r['kind']}:{r['seed']} ({gain(r):.2g})" for r in given if gain(r) < LARGER]
+    notes = [
+        f"too small by 5: {', '.join(small) or 'none'}",
+        f"not right, since too large: {', '.join(wrong) or 'none'}",
+        f"worse at equal engine time: {', '.join(worse) or 'none'}",
+        f"{len(whole) - len(sure)} cases whose reference is not sure enough, {len(failed)} failed",
+        f"{len(halved)} with runs that needed half the step, whose error is not estimated",
+    ]
+    report(folder, "correction", HEADER, rows, {"cases": list(records.values())}, notes)
+
+
+def main() -> None:
+    chosen = options(
+        __doc__,
+        40,
+        seed=(0, "first seed; documented tables have 1000000 or higher"),
+        kinds=("", "kinds, separated by commas; all by default"),
+        show=(0, "1: make the tables only"),
+        file=("correction.jsonl", "name of the file of finished cases"),
+    )
+    file = chosen.output / chosen.file
+    file.parent.mkdir(parents=True, exist_ok=True)
+    known = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    finished = {(r["kind"], r["seed"]) for r in map(json.loads, known)}
+    kinds = chosen.kinds.split(",") if chosen.kinds else list(DRAWS)
+    each = -(-chosen.samples // len(kinds))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in range(chosen.seed, chosen.seed + each * (not chosen.show)):
+            for kind in kinds:
+                if (kind, seed) not in finished:
+                    line = json.dumps(judged(kind, seed))
+                    with file.open("a", encoding="utf-8") as opened:
+                        opened.write(line + "\n")
+    show(chosen.output, file.read_text(encoding="utf-8").splitlines())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,288 @@
+"""Machine code of compiled functions, kept on disk as long as nothing that it was made of changes.
+
+The name of a file is a hash of all that its content depends on, so that no old code runs after an
+upgrade. A wheel for a platform comes with the code of most functions, in the folder `SHIPPED`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from ctypes import CFUNCTYPE, c_int, c_void_p
+from functools import cache, singledispatch
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from llvmlite import binding
+from numba import typeof
+from numba.core.compiler_lock import global_compiler_lock
+
+from flexband.compilation.machine_code import (
+    ENTRY,
+    SETTINGS,
+    compiled,
+    instruction_set,
+    object_code,
+    target_machine,
+)
+from flexband.files import replaced, user_folder
+from flexband.source_hash import PACKAGE, Source, sources
+
+KEPT = 8
+"""Files of a function that are kept in a folder, the last used ones: one for each version of the
+package, processor and kind of arguments."""
+
+SHIPPED = Path(__file__).with_name("objects")
+"""Folder of the code that flexband was installed with."""
+
+DEPENDENCIES = ("numba", "llvmlite", "numpy")
+"""Packages whose version the code that is compiled on this machine depends on."""
+
+LOADED = time.time()
+"""Before the first function is compiled: a file that changed later may not be the code in memory.
+"""
+
+
+class Addressed:
+    """An argument of compiled code that is passed as the address of a table of numbers.
+
+    Attributes
+    ----------
+    kind : what is where in the table.
+    address : of the table.
+    """
+
+    kind: str
+    address: int
+
+
+Code = tuple[Callable[[int], int], binding.ExecutionEngine]
+"""A C function of the address of a table of arguments, which returns a positive number if it fails,
+and what keeps it in memory."""
+
+
+class Entry:
+    """A function that Python calls and that returns nothing, with machine code on disk.
+
+    Attributes
+    ----------
+    codes : what has been called so far, for each kind of arguments.
+    """
+
+    def __init__(self, function: Callable, options: dict):
+        self.dispatcher = compiled(function, **options)
+        self.options = sorted(options.items())
+        self.module = function.__module__
+        self.name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
+        self.source = Path(function.__code__.co_filename)
+        self.is_closure = function.__closure__ is not None
+        self.codes: dict[str, Code] = {}
+
+    def __call__(self, *arguments: object) -> None:
+        """Call the function, whose machine code is read or made before it is called first."""
+        numbers: list[int] = []
+        kind = ", ".join([_add_numbers(argument, numbers) for argument in arguments])
+        code = self.codes.get(kind)
+        if code is None:
+            with global_compiler_lock:
+                code = self.codes.get(kind) or self._code(kind, arguments)
+                self.codes[kind] = code
+        table = np.array(numbers, np.int64)
+        if code[0](table.ctypes.data) > 0:
+            raise MemoryError(f"{self.name} found no memory for its arrays")
+
+    def _code(self, kind: str, arguments: tuple) -> Code:
+        for file in self.files(_hash(kind)) if self.usable else ():
+            with suppress(OSError):
+                content = file.read_bytes()
+                if content != sealed(content[32:]):
+                    file.unlink()  # it is damaged
+                    continue
+                with suppress(OSError):
+                    os.utime(file)
+                return _loaded(content[32:])
+        content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
+        if self.usable:
+            self.keep(content, _hash(kind))
+        return _loaded(content)
+
+    def keep(self, content: bytes, kind: str) -> None:
+        """Write an object to the first folder that can be written to, and drop old ones there."""
+        for file in self.files(kind)[1:]:
+            try:
+                with replaced(file) as partial:
+                    partial.write_bytes(sealed(content))
+            except OSError:
+                continue
+            for old in sorted(file.parent.glob(f"{self.name}-*"), key=_used)[:-KEPT]:
+                with suppress(OSError):
+                    old.unlink()
+            return
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is known what the code depends on, which a closure is not."""
+        return not self.is_closure and _basis(self.module) is not None
+
+    def files(self, kind: str) -> list[Path]:
+        """Return where code may be: as it was installed, then as it was made on this machine.
+
+        What is made here depends on the versions of the packages and of Python, too. It is in
+        NUMBA_CACHE_DIR if that is set, else beside the source, or in the folder of the user.
+        """
+        made_of = self.options, _basis(self.module), _settings()
+        versions = *map(_version, (self.module.partition(".")[0], *DEPENDENCIES)), sys.version
+        beside = [] if SETTINGS.CACHE_DIR else [self.source.parent / "__pycache__"]
+        name = f"{self.name}-{_hash((made_of, versions, SETTINGS.USING_SVML))}-{kind}.o"
+        return [
+            SHIPPED / f"{self.name}-{_hash(made_of)}-{kind}.o",
+            *(folder / name for folder in (*beside, user_folder())),
+        ]
+
+
+def cached_on_disk(function: Callable, **options: Any) -> Any:
+    """Compile a function that Python calls, and keep its machine code on disk.
+
+    Its arguments are numbers, arrays, tuples of them, and tables; it returns nothing. Further
+    options are Numba's.
+    """
+    return function if SETTINGS.DISABLE_JIT else Entry(function, options)
+
+
+def sealed(content: bytes) -> bytes:
+    """Return an object as it is in a file, after its checksum."""
+    return hashlib.sha256(content).digest() + content
+
+
+def kept(entry: Any) -> bool:
+    """Return whether there is machine code of an entry, for some arguments, or there can be none.
+
+    Parameters
+    ----------
+    entry : what `cached_on_disk` returned.
+    """
+    if SETTINGS.DISABLE_JIT or not entry.usable:
+        return True
+    files = entry.files("*")
+    there = (kept_file for file in files for kept_file in file.parent.glob(file.name))
+    return any(there) or not any(_may_write(file.parent) for file in files[1:])
+
+
+@singledispatch
+def _add_numbers(argument: Any, numbers: list[int]) -> str:
+    """Append the numbers that an argument is to compiled code, and return its kind."""
+    numbers.append(int(argument))
+    return "int64" if type(argument) is int else np.asarray(argument).dtype.name
+
+
+@_add_numbers.register
+def _(argument: float, numbers: list[int]) -> str:
+    numbers += struct.unpack("q", struct.pack("d", argument))
+    return "float64"
+
+
+@_add_numbers.register
+def _(argument: np.ndarray, numbers: list[int]) -> str:
+    flags, data, size = argument.flags, argument.ctypes.data, argument.size
+    numbers += (0, 0, size, argument.itemsize, data, *argument.shape, *argument.strides)
+    layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
+    access = "" if flags.writeable else ", read only"
+    return f"{argument.dtype.str}{argument.ndim}{layout}{access}"
+
+
+@_add_numbers.register
+def _(argument: tuple, numbers: list[int]) -> str:
+    kinds = [_add_numbers(part, numbers) for part in argument]
+    return f"{type(argument).__name__}({', '.join(kinds)})"
+
+
+@_add_numbers.register
+def _(argument: Addressed, numbers: list[int]) -> str:
+    numbers.append(argument.address)
+    return argument.kind
+
+
+def _loaded(content: bytes) -> Code:
+    """Return the entry of an object.
+
+    Each object has another engine: of several symbols of one name, an engine uses the first.
+    """
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), target_machine())
+    engine.add_object_file(binding.ObjectFileRef.from_data(content))
+    engine.finalize_object()
+    return CFUNCTYPE(c_int, c_void_p)(engine.get_function_address(ENTRY)), engine
+
+
+def _used(file: Path) -> float:
+    """Return when a file was last used."""
+    try:
+        return file.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _may_write(folder: Path) -> bool:
+    """Return whether files may be written to a folder, which is made if it is missing."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return there.is_dir() and os.access(there, os.W_OK)
+
+
+def _hash(content: object) -> str:
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+
+
+def _settings() -> tuple[object, ...]:
+    """Return what else than sources machine code depends on."""
+    return sys.platform, instruction_set(), SETTINGS.BOUNDSCHECK
+
+
+@cache
+def _basis(module: str) -> tuple[tuple[str, str], ...] | None:
+    """Return the files that the code of a module's functions is made of; None if it is not known.
+
+    These are the modules of its package and of this one that it imports, directly or not, and all
+    other files in their folders, since types and overloads are not imported where they are used.
+    """
+    tops = module.partition(".")[0], PACKAGE.name  # whose functions those of others call
+    known: dict[Path, Source] = {}
+    waiting, followed = {module}, set()
+    try:
+        while files := {file for name in waiting if (file := _file(name))} - followed:
+            known |= sources(
+                other for folder in {f.parent for f in files} for other in folder.glob("*.py")
+            )
+            followed |= files
+            names = {name for file in files for name in known[file].modules}
+            waiting = {name for name in names if name.partition(".")[0] in tops}
+        if not known or max(file.stat().st_ctime for file in known) > LOADED:
+            return None
+    except (OSError, SyntaxError, ValueError):
+        return None
+    return tuple(sorted((file.name, source.hash) for file, source in known.items()))
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+@cache
+def _file(module: str) -> Path | None:
+    """Return the file of a module; None if it has none."""
+    top, *names = module.split(".")
+    origin = getattr(sys.modules.get(top), "__file__", None)
+    if origin is None:
+        return None
+    path = Path(origin).parent.joinpath(*names)
+    candidates = (path / "__init__.py", path.with_suffix(".py"))
+    return next((file for file in candidates if file.is_file()), None)

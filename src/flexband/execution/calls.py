@@ -1,0 +1,180 @@
+"""Calls of a response, in this process or another, and what they came to.
+
+A task is one call of the response. Its outcome is what it returned or raised, with its wall time
+and its warnings, which are issued again in the process of the study.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager
+from functools import lru_cache
+from typing import Any, NamedTuple, Protocol
+
+import cloudpickle
+
+from flexband.errors import FlexbandWarning, InputError, RunError, warn
+from flexband.execution.fingerprint import fingerprint, modules_of_user
+from flexband.response import ResponseFunction
+
+Arguments = dict[str, Any]
+Tasks = Sequence[Callable[[], Arguments]]
+
+
+class Outcome(NamedTuple):
+    """What one call of a response came to; `lost` if its worker died of it."""
+
+    value: Any
+    error: Exception | None
+    seconds: float
+    remarks: tuple[tuple[str, type[FlexbandWarning]], ...] = ()
+    lost: bool = False
+
+
+class Performing(Protocol):
+    """Performs tasks: yields their numbers and outcomes as they finish.
+
+    Tasks that are left when the generator is closed are ended.
+    """
+
+    def __call__(
+        self, response: ResponseFunction, tasks: Tasks
+    ) -> Generator[tuple[int, Outcome], None, None]: ...
+
+
+class Workers(ABC):
+    """An `executor` of this library, which performs tasks in processes that it starts or knows."""
+
+    @abstractmethod
+    def open(self) -> AbstractContextManager[Performing]:
+        """Give what performs tasks."""
+
+
+def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
+    """Call the response; `SystemExit` is an error as any other."""
+    begin = time.perf_counter()
+    try:
+        value, error = response(**arguments), None
+    except Exception as raised:
+        value, error = None, raised
+    except SystemExit as raised:
+        value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
+    return Outcome(value, error, time.perf_counter() - begin)
+
+
+def in_process(
+    response: ResponseFunction, tasks: Tasks
+) -> Generator[tuple[int, Outcome], None, None]:
+    """Perform one task after another in this process."""
+    for number, arguments in enumerate(tasks):
+        yield number, perform(response, arguments())
+
+
+@lru_cache(maxsize=4)
+def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> ResponseFunction:
+    """Return a response that another process of the same study has pickled.
+
+    `with_modules` is the response with the user's modules, for a process that does not have them,
+    or has others: then its fingerprint is not `code`.
+    """
+    try:
+        function = cloudpickle.loads(response)
+    except (ModuleNotFoundError, AttributeError):
+        if not with_modules:
+            raise
+        return cloudpickle.loads(with_modules)
+    return cloudpickle.loads(with_modules) if code and fingerprint(function) != code else function
+
+
+def perform_elsewhere(
+    response: bytes, arguments: bytes, with_modules: bytes = b"", code: str = ""
+) -> bytes:
+    """Perform a task that another process of the same study has pickled; return its outcome."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", FlexbandWarning)
+        try:
+            own = unpickled(response, with_modules, code)
+            outcome = perform(own, cloudpickle.loads(arguments))
+        except Exception as error:  # a module that is missing there
+            outcome = Outcome(None, error, 0.0)
+    own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
+    outcome = outcome._replace(remarks=tuple((str(w.message), w.category) for w in own))
+    if outcome.error is not None:
+        lines = traceback.format_exception(outcome.error)
+        outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
+    try:
+        return _returning(outcome)
+    except Exception as reason:
+        error = outcome.error or reason
+        plain = RuntimeError(f"{type(error).__name__}: {error}")
+        return cloudpickle.dumps(outcome._replace(value=None, error=plain))
+
+
+def _returning(outcome: Outcome) -> bytes:
+    data = cloudpickle.dumps(outcome)
+    if outcome.error is not None:
+        cloudpickle.loads(data)  # some errors can be pickled, but not made again
+    return data
+
+
+def received(data: bytes) -> Outcome:
+    """Return an outcome of `perform_elsewhere`, and issue its warnings."""
+    try:
+        outcome: Outcome = cloudpickle.loads(data)
+        for text, kind in outcome.remarks:
+            warn(text, kind)
+    except Exception as error:  # an unknown class, or a warning that is to be an error
+        return Outcome(None, error, 0.0)
+    return outcome
+
+
+def dumped(response: ResponseFunction) -> bytes:
+    """Return a response for another process; raise `InputError` if that is not possible."""
+    try:
+        return cloudpickle.dumps(response)
+    except Exception as error:
+        raise InputError(
+            f"the response cannot be sent to another process: {type(error).__name__}: {error}"
+        ) from None
+
+
+def dumped_with_modules(response: ResponseFunction) -> bytes:
+    """Return a response with the modules of the user that it needs; b"" if that is not possible."""
+    done = cloudpickle.list_registry_pickle_by_value()
+    named = {m.__name__: m for m in modules_of_user()}
+    modules = [named[name] for name in named.keys() & sys.modules.keys() - done]
+    for module in modules:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        return cloudpickle.dumps(response)
+    except Exception:  # what a module has besides the response may be anything
+        return b""
+    finally:
+        for module in modules:
+            cloudpickle.unregister_pickle_by_value(module)
+
+
+def sent_by(response: ResponseFunction) -> tuple[bytes, tuple[bytes, str]]:
+    """Return a response for another process, and what `unpickled` takes besides."""
+    pickled, whole = dumped(response), dumped_with_modules(response)
+    by_value = whole if whole != pickled else b""
+    return pickled, (by_value, fingerprint(response) if by_value else "")
+
+
+def lost_with(error: Exception) -> Outcome:
+    """Return the outcome of a task whose worker died of it; raise other errors of an executor."""
+    if type(error).__name__ == "KilledWorker":  # of Dask
+        ended = RuntimeError(f"the process of the response ended: {error}")
+        return Outcome(None, ended, 0.0, lost=True)
+    raise gone(error) from error
+
+
+def gone(error: Exception) -> RunError:
+    """Return the error of an executor that is shut down or broken."""
+    return RunError(f"the executor cannot go on: {type(error).__name__}: {error}", {})

@@ -1,0 +1,338 @@
+"""The error of step and mesh, and its correction by runs on finer discretizations.
+
+A few runs of the design are made again on a discretization twice as fine. Their change is small and
+nearly linear in the inputs, as values at fixed times, or as phases, envelopes and base. Without
+further runs the bands with and without it tell the error. With some runs that are held out of it,
+the first of them on a third level, it corrects the expansion (Richardson's extrapolation), for each
+output as values or as phases if that removes most of the error in these runs; what is left in them
+is then the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.choice import BestFits
+from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER, Extrapolation, RunChanges
+from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
+from flexband.uncertainty.expansions.expansion import extremes_of
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.phases.expansion import expansion_of
+from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.diagnostics import (
+    apart,
+    at_all_times,
+    rms,
+    share,
+    stacked,
+)
+
+
+class ExtrapolationOptions(NamedTuple):
+    """When the error of step and mesh is corrected.
+
+    Attributes
+    ----------
+    held : runs that are held out of the correction.
+    finest : how many of them are made on a third level.
+    least : errors below this part of the tolerance are not corrected.
+    most_left : an output is corrected if less than this part of its error is left in the runs that
+        were held out: a correction that leaves more is worth less than the same time spent on a
+        finer discretization.
+    max_times : times at which bands are compared.
+    """
+
+    held: int = 2
+    finest: int = 1
+    least: float = 0.1
+    most_left: float = 0.25
+    max_times: int = 600
+
+
+class CorrectedPart(StrEnum):
+    """What of an output is corrected."""
+
+    NOTHING = "nothing"
+    VALUES = "values"
+    PHASES = "phases"
+
+
+class FitCorrection(NamedTuple):
+    """The correction of the outputs of a fit.
+
+    Attributes
+    ----------
+    fit : of coarse runs.
+    kinds : of each output.
+    extrapolations : by kind; that of phases only if the fit has carriers, and they can be followed.
+    """
+
+    fit: PartsFit
+    kinds: np.ndarray
+    extrapolations: Mapping[CorrectedPart, Extrapolation]
+
+    @staticmethod
+    def of(
+        fit: PartsFit,
+        design: GrowingDesign,
+        runs: RefinedRuns,
+        dt: float,
+        options: ExtrapolationOptions,
+    ) -> FitCorrection:
+        """Decide by runs on three levels, if there are any, what of each output is corrected."""
+        changes = {CorrectedPart.VALUES: RunChanges.of_values(fit, runs)}
+        phases = RunChanges.of_phases(fit, runs, dt) if fit.frequencies else None
+        if phases is not None:
+            changes[CorrectedPart.PHASES] = phases
+        extrapolations = {
+            kind: Extrapolation.of(change, design, runs) for kind, change in changes.items()
+        }
+        kinds = np.full(len(fit.outputs), CorrectedPart.NOTHING)
+        least = np.full(len(fit.outputs), options.most_left)
+        for kind, extrapolation in extrapolations.items() if len(runs.finest) else ():
+            better = extrapolation.part < least
+            kinds[better], least[better] = kind, extrapolation.part[better]
+        return FitCorrection(fit, kinds, extrapolations)
+
+    @staticmethod
+    def none(fit: PartsFit) -> FitCorrection:
+        """Return that nothing is corrected."""
+        return FitCorrection(fit, np.full(len(fit.outputs), CorrectedPart.NOTHING), {})
+
+    @property
+    def corrects(self) -> np.ndarray:
+        """Which outputs are corrected."""
+        return self.kinds != CorrectedPart.NOTHING
+
+    @property
+    def before(self) -> np.ndarray:
+        """The error of each output in the runs on three levels, root mean square, (outputs,)."""
+        return self.extrapolations[CorrectedPart.VALUES].before
+
+    @property
+    def after(self) -> np.ndarray:
+        """What is left of it."""
+        after = self.before
+        for kind, extrapolation in self.extrapolations.items():
+            mask = self.kinds == kind
+            after = np.where(mask, extrapolation.after, after)
+        return after
+
+    def change(
+        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
+    ) -> HybridExpansion:
+        """Return how the parts of some outputs, by place, change on the finer discretization."""
+        extrapolation = self.extrapolations[kind]
+        return self._placed(kind, extrapolation.expansion, outputs, times)
+
+    def correction(
+        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
+    ) -> HybridExpansion:
+        """Return the correction of the parts of some outputs, by place."""
+        extrapolation = self.extrapolations[kind]
+        corrected = extrapolation.expansion * extrapolation.factors
+        return self._placed(kind, corrected, outputs, times)
+
+    def further(self, kind: CorrectedPart, outputs: np.ndarray, times: slice) -> HybridExpansion:
+        """Return what the third level adds to the correction."""
+        extrapolation = self.extrapolations[kind]
+        shift = extrapolation.expansion.constant(extrapolation.shift)
+        return self._placed(kind, shift, outputs, times)
+
+    def _placed(
+        self, kind: CorrectedPart, expansion: HybridExpansion, outputs: np.ndarray, times: slice
+    ) -> HybridExpansion:
+        """Return an expansion of parts in the columns of the fit; values are bases."""
+        columns = self.extrapolations[kind].changes.columns
+        some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
+        placed = PartColumns.of(len(outputs), self.fit.columns.carriers)
+        if placed.carriers == columns.carriers:
+            return some
+        return some.placed(len(outputs), placed.width, np.arange(len(outputs)))
+
+    def error(self, m: int, times: int, options: ExtrapolationOptions) -> np.ndarray:
+        """Return the error expected of mean and error bar, (2, outputs, times)."""
+        thin = slice(None, None, -(-times // options.max_times))
+        error = np.empty((2, len(self.kinds), times))
+        for kind in map(CorrectedPart, np.unique(self.kinds)):
+            outputs = np.flatnonzero(self.kinds == kind)
+            fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
+            first = fit.formed
+            if kind == CorrectedPart.NOTHING:
+                shown = (
+                    CorrectedPart.PHASES
+                    if CorrectedPart.PHASES in self.extrapolations
+                    else CorrectedPart.VALUES
+                )
+                second, factor = first + self.change(shown, outputs, thin), SECOND_ORDER
+            else:
+                first += self.correction(kind, outputs, thin)
+                second, factor = first + self.further(kind, outputs, thin), 1.0
+            bounds = (
+                stacked(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
+                for parts in (first, second)
+            )
+            moved = factor * at_all_times(apart(*bounds), thin, times)
+            if kind != CorrectedPart.NOTHING:
+                missed = self.extrapolations[kind].missed[:, outputs]
+                moved = np.hypot(moved, share(m) * np.sqrt(np.mean(missed**2, axis=0)))
+            error[:, outputs] = moved
+        return error
+
+
+class DiscretizationCorrection(NamedTuple):
+    """The correction of all outputs by what is finer, and the error that is left.
+
+    Attributes
+    ----------
+    fits : corrections of the outputs of each fit.
+    error : expected of mean and error bar, (2, outputs, times).
+    """
+
+    fits: list[FitCorrection]
+    error: np.ndarray
+
+    @staticmethod
+    def none(choice: BestFits, error: np.ndarray) -> DiscretizationCorrection:
+        """Return no correction, where the error of both bands is at most so large.
+
+        Parameters
+        ----------
+        error : shape (outputs, times).
+        """
+        fits = [FitCorrection.none(fit) for fit in choice.fits]
+        return DiscretizationCorrection(fits, np.stack([error, error]))
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """What of each output is corrected."""
+        kinds = np.full(self.error.shape[1], CorrectedPart.NOTHING)
+        for fit in self.fits:
+            kinds[fit.fit.outputs] = fit.kinds
+        return kinds
+
+
+def corrections_of(
+    choice: BestFits,
+    design: GrowingDesign,
+    runs: Mapping[str, RefinedRuns],
+    dt: float,
+    m: int,
+    together: np.ndarray | None = None,
+    *,
+    options: ExtrapolationOptions = ExtrapolationOptions(),
+) -> dict[str, DiscretizationCorrection]:
+    """Return what corrects each part of the discretization, by name.
+
+    Parameters
+    ----------
+    choice : fits of coarse runs.
+    runs : refined ones.
+    m : number of interval variables.
+    together : the first run on three levels, where all is finer at once, (outputs, times).
+    """
+    if not runs:
+        return {}
+    outputs, times = choice.missed.shape[1:]
+    missed, by_fit = np.zeros((outputs, times)), []
+    for fit in choice.fits:
+        parts = [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()]
+        of_fit = np.zeros((len(fit.outputs), times))
+        if together is not None:
+            of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
+        by_fit.append(_decided(parts, of_fit, options))
+        missed[fit.outputs] = np.where(by_fit[-1][0].corrects[:, None], of_fit, 0.0)
+    corrections = {}
+    for name, fits in zip(runs, zip(*by_fit, strict=True), strict=True):
+        error = np.empty((2, outputs, times))
+        for fit in fits:
+            error[:, fit.fit.outputs] = fit.error(m, times, options)
+        corrections[name] = DiscretizationCorrection(list(fits), np.hypot(error, missed))
+        missed = np.zeros_like(missed)  # it counts once
+    return corrections
+
+
+def _missed_together(parts: list[FitCorrection], together: np.ndarray) -> np.ndarray:
+    """Return what the sum of the changes misses of a run where all is finer, (outputs, times).
+
+    It is zero for outputs of which not all is corrected.
+    """
+    missed = np.zeros_like(together)
+    kinds = np.array([part.kinds for part in parts])
+    for pattern in np.unique(kinds, axis=1).T:
+        outputs = np.flatnonzero(np.all(kinds == pattern[:, None], axis=0))
+        if CorrectedPart.NOTHING in pattern:
+            continue
+        pairs = list(zip(parts, map(CorrectedPart, pattern), strict=True))
+        changes = [part.extrapolations[kind].changes for part, kind in pairs]
+        values = parts[0].extrapolations[CorrectedPart.VALUES].changes.first([])
+        for kind in CorrectedPart.VALUES, CorrectedPart.PHASES:
+            same = [change for change, which in zip(changes, pattern, strict=True) if which == kind]
+            if same:
+                values = values + same[0].first(same) - same[0].first([])
+        missed[outputs] = together[outputs] - values[outputs]
+    return missed
+
+
+def _decided(
+    parts: list[FitCorrection], missed: np.ndarray, options: ExtrapolationOptions
+) -> list[FitCorrection]:
+    """Return corrections of a fit of those outputs only of which little error is left in all.
+
+    Parameters
+    ----------
+    missed : by the sum of the corrections, (outputs, times).
+    """
+    before = sum(part.before for part in parts)
+    after = sum(part.after for part in parts) + rms(missed[None])
+    kept = after < options.most_left * before
+    return [
+        part._replace(kinds=np.where(kept, part.kinds, CorrectedPart.NOTHING)) for part in parts
+    ]
+
+
+def corrected(
+    fits: Sequence[PartsFit], corrections: Sequence[DiscretizationCorrection]
+) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
+    """Return fits, divided so that each is corrected as a whole, and how their parts change.
+
+    None stands for no change. Outputs of a fit share phases, which are corrected of all or none.
+
+    Parameters
+    ----------
+    corrections : of the fits, one for each part of the discretization.
+    """
+    if not corrections:
+        return list(fits), [None] * len(fits)
+    divided, changes = [], []
+    for k, fit in enumerate(fits):
+        by_name = [correction.fits[k] for correction in corrections]
+        kinds = np.array([correction.kinds for correction in by_name]).reshape(-1, len(fit.outputs))
+        patterns, group = np.unique(kinds == CorrectedPart.PHASES, axis=1, return_inverse=True)
+        for number in range(patterns.shape[1]):
+            outputs = np.flatnonzero(group.ravel() == number)
+            divided.append(fit.of_outputs(fit.outputs[outputs]))
+            changes.append(_change(by_name, outputs))
+    return divided, changes
+
+
+def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> HybridExpansion | None:
+    """Return the sum of the corrections of outputs that share phases."""
+    total = None
+    for correction in corrections:
+        kinds = correction.kinds[outputs]
+        if np.all(kinds == CorrectedPart.NOTHING):
+            continue
+        kind = CorrectedPart.PHASES if CorrectedPart.PHASES in kinds else CorrectedPart.VALUES
+        change = correction.correction(kind, outputs)
+        if kind == CorrectedPart.VALUES:
+            columns = PartColumns.of(len(outputs), correction.fit.columns.carriers)
+            mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))
+            change *= np.repeat(mask, change.coefficients.shape[1] // columns.width)
+        total = change if total is None else total + change
+    return total

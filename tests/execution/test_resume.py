@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import pytest
 
 import flexband as fb
 
@@ -53,12 +54,15 @@ def test_a_study_that_chooses_its_step_repeats_no_run_at_any_step(tmp_path):
     assert len(again) == 2
 
 
-def test_verification_is_recorded_too(tmp_path):
+@pytest.mark.parametrize(("correct", "levels"), [(False, 1), (True, 2)])
+def test_verification_is_recorded_too(tmp_path, correct, levels):
+    """It has the step of the expansion, which is twice, or four times, that of the finest runs."""
     response, other = Stepwise(), Stepwise()
-    surrogate = fb.expand(response, INPUTS, fb.AdaptivePCCI(0.02), store=tmp_path)
+    method = fb.AdaptivePCCI(0.02, correct=correct)
+    surrogate = fb.expand(response, INPUTS, method, store=tmp_path)
     first = fb.verify(surrogate, other, store=tmp_path, runs=8)
     assert len(other.made) == 8
-    assert {step for step, *_ in other.made} == {min(response.made)[0] * 2}
+    assert {step for step, *_ in other.made} == {min(response.made)[0] * 2**levels}
     again = fb.verify(surrogate, other, store=tmp_path, runs=8)
     assert len(other.made) == 8
     assert first.identical(again)

@@ -32,6 +32,11 @@ def nothing(t, x, v, p, force):
     """A force law."""
 
 
+def fading(t, x, v, s, p, force, rate):
+    """A force law with a state."""
+    rate[0] = -s[0]
+
+
 def mechanism(**parts):
     bodies = {
         "r": fb.RigidBody(mass=1.0, inertia=1.0, points={"tip": (1.0, 0.0)}),
@@ -52,6 +57,7 @@ def mechanism(**parts):
         "loads": {
             "spring": fb.Spring("r.tip", (2.0, 0.0)),
             "torsion": fb.TorsionSpring("r", "b.start", stiffness=1.0),
+            "fading": fb.ForceLaw(["r"], fading, states={"s": 1.0}),
         },
         "sensors": {"tip": fb.Position("r.tip")},
     }
@@ -110,6 +116,9 @@ OWN = {
     ("ReactionMoment", "joint"): "hold",
     ("SpringMoment", "spring"): "torsion",
     ("Stress", "body"): "b",
+    ("LawState", "load"): "fading",
+    ("LawState", "state"): "s",
+    **{(name, "sensor"): fb.Position("r.tip") for name in ("Largest", "Smallest", "Integral")},
     ("samplewise", "function_of_one"): max,
     ("table", "times"): (0.0, 1.0),
     ("table", "values"): (0.0, 1.0),

@@ -357,3 +357,21 @@ def test_a_state_that_does_not_exist_is_refused_by_name():
         fb.Mechanism(
             bodies=follower().bodies, loads=follower().loads, sensors={"z": fb.LawState("f", "z")}
         )
+
+
+@pytest.mark.parametrize("first", [0.0, 1.0, 1e-6, "steady"])
+def test_a_state_that_fades_rests_at_zero(first):
+    def fading(t, x, v, s, p, force, rate):
+        rate[0] = -s[0]
+        force[0, 2] = s[0]
+
+    mechanism = fb.Mechanism(
+        bodies={"bar": fb.RigidBody(mass=1.0, inertia=1.0, points={"tip": (1.0, 0.0)})},
+        joints={"pin": fb.Revolute("bar", (0.0, 0.0))},
+        loads={
+            "spring": fb.TorsionSpring("bar", (0.0, 0.0), stiffness=10.0),
+            "law": fb.ForceLaw(["bar"], fading, states={"s": first}),
+        },
+        sensors={"s": fb.LawState("law", "s"), "tip": fb.Position("bar.tip")},
+    )
+    assert fb.equilibrium(mechanism).values == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)

@@ -41,9 +41,6 @@ if TYPE_CHECKING:
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
 
-NO_STEP = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""In place of the integrator's coefficients."""
-
 
 class Batch(NamedTuple):
     """The results of the runs of some samples."""
@@ -241,7 +238,7 @@ def run(
     work: WorkSpace,
     outputs: np.ndarray = NOTHING[None],
     failure: np.ndarray = NOTHING,
-    method: Coefficients = NO_STEP,
+    method: Coefficients = Coefficients(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     number: float = 0.0,
     limits: StepLimits | None = None,
 ) -> None:

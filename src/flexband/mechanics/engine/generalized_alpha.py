@@ -64,8 +64,6 @@ from flexband.mechanics.kernels.state import State
 ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
 
-GOLDEN = (5**0.5 - 1) / 2
-
 
 class NewtonOptions(NamedTuple):
     """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
@@ -349,7 +347,8 @@ def kept_at(k, steps):
 
     The steps are scattered, so that no motion keeps in step with them.
     """
-    return 1 + int((k + (k * GOLDEN) % 1.0) * steps / KEPT)
+    golden = (5**0.5 - 1) / 2
+    return 1 + int((k + (k * golden) % 1.0) * steps / KEPT)
 
 
 @compiled

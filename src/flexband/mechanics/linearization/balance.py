@@ -69,7 +69,7 @@ class RestSearch(NamedTuple):
         Of the weight of the stiffness against the inertia, with every step that succeeds.
     state_step, state_steps, state_change
         Step of the states of force laws [s], longer than any time constant, the most of them, and
-        the relative change of a state that rests.
+        the change of a state that rests, relative to its largest value so far.
     """
 
     iterations: int = 100
@@ -312,9 +312,10 @@ def find_rest(
         return _rest(equations, z, spin, start, search)
     z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)
+    size = np.zeros(equations.state_count)
     for _ in range(search.state_steps):
         before, y = balance.z[equations.y0], balance.z[equations.y]
-        size = np.maximum(np.abs(y), np.abs(before))
+        size = np.maximum(size, np.maximum(np.abs(y), np.abs(before)))
         if not np.isfinite(balance.z).all():
             break
         switched = equations.switched(balance.z)

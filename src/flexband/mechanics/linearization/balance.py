@@ -310,9 +310,9 @@ def find_rest(
     """
     if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
+    size, settled = np.abs(start[equations.y]), None
     z, start = (_hurried(equations, z, search.state_step) for z in (z, start))
     balance, success = _rest(equations, z, spin, start, search)
-    size = np.zeros(equations.state_count)
     for _ in range(search.state_steps):
         before, y = balance.z[equations.y0], balance.z[equations.y]
         size = np.maximum(size, np.maximum(np.abs(y), np.abs(before)))
@@ -320,10 +320,12 @@ def find_rest(
             break
         switched = equations.switched(balance.z)
         same = np.array_equal(switched, balance.z)
+        if success:
+            settled = balance
+        if same and settled and np.all(np.abs(y - before) <= search.state_change * size):
+            return settled, True  # forces of states that fade may be too small to search with
         if same and not success:
             break
-        if same and np.all(np.abs(y - before) <= search.state_change * size):
-            return balance, True
         if not success:  # the mechanism went away from where the other mode holds it
             switched[equations.q] = start[equations.q]
         z = _hurried(equations, switched, search.state_step)

@@ -250,7 +250,7 @@ def _corrected(surrogate: Surrogate, text: str) -> dict[str, Any]:
     corrected = surrogate.diagnostics.attrs.get("corrected", "")
     if not surrogate.correction:
         return {}
-    runs = f"The runs are corrected as the surrogate is: {corrected}"
+    runs = f"The verification runs are corrected like the surrogate: {corrected}"
     return {"corrected": corrected, "verdict": f"{text}. {runs}"}
 
 

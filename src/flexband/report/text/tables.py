@@ -261,11 +261,14 @@ def remarks(
         ]
         if attrs.get("refined"):
             errors = ", ".join(f"{k} {percent(attrs[f'{k}_error'])}" for k in attrs["refined"])
-            corrected = f", which correct: {attrs['corrected']}" if attrs.get("corrected") else ""
             lines.append(
                 f"Of this, the expansion {percent(attrs['expansion_error'])}, {errors} "
-                f"({number_of(attrs['runs_refined'], 'run')} on finer discretizations{corrected})"
+                f"({number_of(attrs['runs_refined'], 'run')} on finer discretizations)"
             )
+            remaining = (
+                f"Corrected by these runs: {attrs.get('corrected')}; the errors are what remains"
+            )
+            lines += [remaining] if attrs.get("corrected") else []
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in attrs:

@@ -151,14 +151,14 @@ def test_interrupting_closes_the_store_at_once(tmp_path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from tests.execution.test_kills import study
-study({str(tmp_path / "s")!r}, {str(tmp_path / "log")!r}, seconds=0.05)
+study({str(tmp_path / "s")!r}, {str(tmp_path / "log")!r}, seconds=0.01)
 """
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
-    wait_until(lambda: len(runs_of(tmp_path / "log")) >= 2 * BATCH)
+    wait_until(lambda: len(runs_of(tmp_path / "log")) >= 5 * BATCH)
     begin = time.monotonic()
     process.send_signal(signal.SIGINT)
     error = process.communicate()[1]
-    assert time.monotonic() - begin < 10  # of the 24 s of the study; a disk may be busy
+    assert time.monotonic() - begin < 2
     assert "KeyboardInterrupt" in error
     with fb.execution.open_runs(tmp_path / "s") as runs:
         finished = len(runs_of(tmp_path / "log"))

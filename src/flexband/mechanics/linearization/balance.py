@@ -320,14 +320,14 @@ def find_rest(
             break
         switched = equations.switched(balance.z)
         same = np.array_equal(switched, balance.z)
-        if success:
-            settled = balance
+        settled = balance if success else settled
         if same and settled and np.all(np.abs(y - before) <= search.state_change * size):
             return settled, True  # forces of states that fade may be too small to search with
         if same and not success:
             break
         if not success:  # the mechanism went away from where the other mode holds it
             switched[equations.q] = start[equations.q]
+        settled = settled if same else None  # one of other modes is no rest of these
         z = _hurried(equations, switched, search.state_step)
         balance, success = _rest(equations, z, spin, z, search)
     return balance, False

@@ -27,11 +27,9 @@ def lazy_names(
 
     `__dir__` also has the modules that are imported from the package itself.
     """
-    with open(file, "rb") as source:
-        block = next(node for node in ast.parse(source.read()).body if isinstance(node, ast.If))
     origins = {
         alias.name: node.module
-        for node in block.body
+        for node in imports_for_types(file)
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }
@@ -47,6 +45,13 @@ def lazy_names(
 
     public = sorted(name for name, origin in origins.items() if origin != package)
     return public, public_name, lambda: sorted(origins)
+
+
+def imports_for_types(file: str) -> list[ast.stmt]:
+    """Return the statements below the ``if TYPE_CHECKING`` of a file, which has no other before."""
+    with open(file, "rb") as source:
+        statements = ast.parse(source.read()).body
+    return next((node.body for node in statements if isinstance(node, ast.If)), [])
 
 
 def moved_name(package: str, name: str) -> Any:

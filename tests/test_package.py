@@ -18,6 +18,7 @@ SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "words",
     "deprecation",
+    "absent",
     "namespaces",
     "errors",
     "arguments",

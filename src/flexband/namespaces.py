@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
 
+from flexband.absent import absent
 from flexband.deprecation import warn_renamed
 
 NAMESPACES = ("analysis", "errors", "execution", "fields", "methods", "models", "sections")
@@ -68,6 +69,12 @@ def moved_name(package: str, name: str) -> Any:
 
 def unknown_name(package: str, name: str) -> AttributeError:
     """Return the error of a name that does not exist; it states the nearest one, wherever it is."""
+    missing = absent(name)
+    if missing:
+        return AttributeError(
+            f"module {package!r} has no attribute {name!r}, since flexband has no "
+            f"{missing.feature}. {missing.instead} See docs/explanation/absent.md"
+        )
     near: list[str] = []
     if not name.startswith("_"):
         root = package.partition(".")[0]

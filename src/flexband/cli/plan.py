@@ -61,7 +61,7 @@ class Plan:
         try:
             plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:
-            raise StoreError("study.json does not tell which study it is") from None
+            raise StoreError("study.json is incomplete") from None
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
     def as_json(self) -> dict[str, Any]:

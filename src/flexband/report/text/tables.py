@@ -368,7 +368,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
         ]
     if exceeded and error > share:
         lines.append(f"{unmet} NOT met: {attrs.get('advice', more)}")
-        lines.append(f"Most is missed {attrs['largest_miss']}")
+        lines.append(f"The largest prediction error is {attrs['largest_miss']}")
     if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
             why = attrs.get("not_refined", TOO_COARSE)

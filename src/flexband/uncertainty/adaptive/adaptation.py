@@ -17,19 +17,9 @@ from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER
-from flexband.uncertainty.adaptive.refinement.correction import (
-    CorrectedPart,
-    DiscretizationCorrection,
-    ExtrapolationOptions,
-    corrections_of,
-)
-from flexband.uncertainty.adaptive.refinement.refined_runs import (
-    RefinedRuns,
-    in_words,
-    refined_runs,
-    refined_together,
-)
+from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
+from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
+from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -41,7 +31,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import running, share, step
+from flexband.uncertainty.surrogates.diagnostics import share, step
 
 
 class AdaptationOptions(NamedTuple):
@@ -92,9 +82,8 @@ class Adaptation:
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     choice, error : the best fits, and the error expected of them.
-    together : a held-out run where all of this is finer at once; None until it is made.
-    refined, corrections : first runs of the design on finer discretizations, by the name of what
-        is finer, and what they tell of its error; None until they are made, or told.
+    refinement, corrections : runs on finer discretizations, and what they tell of the error of what
+        is finer, by name; None until it is told.
     """
 
     def __init__(
@@ -134,10 +123,8 @@ class Adaptation:
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
-        self.refined: dict[str, RefinedRuns] | None = None
-        self.together: np.ndarray | None = None
+        self.refinement = Refinement(evaluate, corrected_above)
         self.corrections: dict[str, DiscretizationCorrection] | None = None
-        self.corrected_above, self.corrects = corrected_above, np.isfinite(corrected_above)
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -190,8 +177,7 @@ class Adaptation:
     @property
     def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        alone = sum(runs.finer for runs in (self.refined or {}).values())
-        return alone + (self.together is not None)
+        return self.refinement.finer
 
     @property
     def runs(self) -> int:
@@ -323,51 +309,21 @@ class Adaptation:
         ----------
         name : of what is finer.
         """
-        assert self.refined is not None
-        change = self.refined[name].fine[:, output] - self.refined[name].coarse.values[:, output]
+        assert self.refinement.runs is not None
+        runs = self.refinement.runs[name]
+        change = runs.fine[:, output] - runs.coarse.values[:, output]
         energy = (np.abs(np.fft.rfft(change * np.hanning(change.shape[1]))) ** 2).sum(axis=0)
         return float(np.fft.rfftfreq(change.shape[1], self.dt)[energy.argmax()])
 
-    def discretization(
-        self, *, options: ExtrapolationOptions = ExtrapolationOptions()
-    ) -> dict[str, DiscretizationCorrection]:
+    def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.
 
         None are returned if a finer run fails, which is an error where the discretization is left
         to the method.
         """
-        if self.corrections is not None:
-            return self.corrections
-        design = self.fitted.which(slice(self.design.few)).copy()
-        if self.refined is None:
-            held = self.held.which(slice(min(options.held, self.generic))).copy()
-            first = held if self.corrects else design
-            self.refined = refined_runs(self.evaluate, first, len(first) * (not self.corrects))
-        finer = self.evaluate.refinements() if self.corrects else {}
-        small: dict[str, DiscretizationCorrection] = {}
-        for name, runs in self.refined.items():
-            if self.corrects and not runs.fitted:
-                error = SECOND_ORDER * runs.change
-                if self.error.relative(error) <= self.corrected_above:
-                    small[name] = DiscretizationCorrection.none(self.choice, error)
-                    continue
-                more = runs.with_design(design, finer[name], name)
-                self.refined[name] = more.with_finest(options.finest, finer[name], name)
-        large = {name: runs for name, runs in self.refined.items() if name not in small}
-        m = self.places.shape[1]
-        given = self.choice, self.design, large, self.dt, m
-        corrections = corrections_of(*given, self.together)
-        kinds = np.array([correction.kinds for correction in corrections.values()])
-        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
-        if self.together is None and several:
-            first = self.held.which(slice(1)).copy()
-            self.together = refined_together(self.evaluate, first, list(large))
-            corrections = corrections_of(*given, self.together)
-        corrections |= small
-        self.corrections = {
-            name: corrections[name]._replace(
-                error=running(corrections[name].error, self.error.window)
-            )
-            for name in self.refined
-        }
+        if self.corrections is None:
+            few = self.fitted.which(slice(self.design.few))
+            held = self.held.which(slice(self.generic))
+            coarse = CoarseRuns(few, held, self.design.small)
+            self.corrections = self.refinement.corrections(coarse, self.error, self.dt)
         return self.corrections

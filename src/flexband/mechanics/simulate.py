@@ -40,6 +40,7 @@ from flexband.mechanics.engine.step_check import (
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.sensors.energies import Work
 from flexband.progress import ProgressListener, listener, listening
 
@@ -162,7 +163,7 @@ def simulated(
         check_integer("threads", threads, 1)
     if progress is not None:
         check_function("progress", progress)
-    mechanism.check_sensors()
+    check_sensors(mechanism, grid)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     system = assemble(mechanism)
@@ -222,6 +223,12 @@ def simulated(
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
+
+
+def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
+    """Raise `InputError` if there are no sensors, or averages are over other times."""
+    mechanism.check_sensors()
+    refuse_windows(mechanism.sensors, grid.duration, grid.step)
 
 
 def refuse_sums_over_steps(mechanism: Mechanism) -> None:

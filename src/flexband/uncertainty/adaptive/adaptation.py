@@ -20,6 +20,7 @@ from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
+from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -81,6 +82,8 @@ class Adaptation:
     design : where the runs are that are fitted.
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
+    counted : which outputs the tolerance is for.
+    spectra : what `spectrum_of_error` returned.
     choice, error : the best fits, and the error expected of them.
     refinement, corrections : runs on finer discretizations, and what they tell of the error of what
         is finer, by name; None until it is told.
@@ -125,6 +128,8 @@ class Adaptation:
         self.places, self.sloped = np.zeros((0, m)), False
         self.refinement = Refinement(evaluate, corrected_above)
         self.corrections: dict[str, DiscretizationCorrection] | None = None
+        self.counted = np.ones(runs.values.shape[1], bool)
+        self.spectra: dict[str, ErrorSpectrum] = {}
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -134,10 +139,10 @@ class Adaptation:
         tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
-            met = tested and self.error.relative(self.error.values, width) <= tolerance
+            met = tested and self._relative(width) <= tolerance
             if met:
                 width = self.error.width
-                met = self.error.relative(self.error.values) <= tolerance
+                met = self._relative(width) <= tolerance
             last = self.left - BATCH <= self._batch
             if tested and self._hold_rare(tolerance, met=met, last=last):
                 continue
@@ -153,6 +158,10 @@ class Adaptation:
             if confirmed or not self._hold_extremes(tolerance):
                 return reason
             confirmed = True
+
+    def _relative(self, width: np.ndarray) -> float:
+        """Return the largest error of the outputs that count, in parts of a width."""
+        return self.error.relative(self.error.values, np.where(self.counted, width, np.inf))
 
     @property
     def fitted(self) -> ResponseRuns:
@@ -208,7 +217,8 @@ class Adaptation:
 
     def _parts(self) -> Split:
         """Return the parts of all runs with the numbers of carriers that are in use."""
-        return Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
+        of_held = self.held.xi, self.held.eta
+        return Split.of(self.stages, self.choice.carriers, *of_held, self.counted)
 
     @property
     def _batch(self) -> int:
@@ -270,7 +280,7 @@ class Adaptation:
         count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
         if count < 1 or (met and doubted.taken):
             return False
-        part = share(m) / self.error.width
+        part = np.where(self.counted, share(m) / self.error.width, 0.0)
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
         enough = self.most >= self.options.min_batches_for_rare_runs * BATCH
         unseen = enough and self.rare_left == self.options.max_rare_runs
@@ -302,18 +312,31 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
-    def frequency_of_error(self, name: str, output: int) -> float:
-        """Return the frequency, as far as the times show it, at which finer runs differ most.
+    def spectrum_of_error(self, name: str) -> ErrorSpectrum:
+        """Return at which frequencies runs differ from those on a finer level.
+
+        It is that of a held-out run at the times of all steps, or, if the response tells nothing of
+        these, of all refined runs as far as their times show it.
 
         Parameters
         ----------
         name : of what is finer.
         """
-        assert self.refinement.runs is not None
-        runs = self.refinement.runs[name]
-        change = runs.fine[:, output] - runs.coarse.values[:, output]
-        energy = (np.abs(np.fft.rfft(change * np.hanning(change.shape[1]))) ** 2).sum(axis=0)
-        return float(np.fft.rfftfreq(change.shape[1], self.dt)[energy.argmax()])
+        if name not in self.spectra:
+            assert self.refinement.runs is not None
+            runs, at = self.refinement.runs[name], (self.held.xi[:1], self.held.eta[:1])
+            change = runs.fine - runs.coarse.values
+            spectrum = ErrorSpectrum.of(change, self.dt, resolved=False)
+            coarse = self.evaluate.at_more_times(*at)
+            fine = self.evaluate.refinements()[name].at_more_times(*at)
+            if coarse is not None and fine is not None:
+                few, many = coarse.shape[-1] - 1, fine.shape[-1] - 1
+                if many % few == 0:
+                    dt = self.dt * (change.shape[-1] - 1) / few
+                    change = series(fine)[..., :: many // few] - series(coarse)
+                    spectrum = ErrorSpectrum.of(change, dt, resolved=True)
+            self.spectra[name] = spectrum
+        return self.spectra[name]
 
     def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.

@@ -25,11 +25,9 @@ from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trus
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.unconverged import in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
-
-TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
-"""Why a discretization that the method chooses misses the tolerance, if nothing else stopped it."""
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:
@@ -151,13 +149,16 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
     ----------
     attrs : the attributes of a result.
     """
-    if not attrs["refined"] or attrs["discretization_error"] <= attrs["expansion_error"]:
+    of_discretization = attrs["refined"] and (
+        attrs["discretization_error"] > attrs["expansion_error"] or in_words(attrs)
+    )
+    if not of_discretization:
         return f"{attrs['advice']}. Most is missed {attrs['largest_miss']}"
     worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
     helps += ", or leave it out to have it chosen" * ("step" in attrs["refined"])
     if "halved" in attrs:
-        helps = attrs.get("not_refined", TOO_COARSE)
+        helps = why_not_finer(attrs)
     return f"most of it is due to {worst}; {helps}"
 
 

@@ -64,6 +64,13 @@ class Evaluate(ABC):
         """Return ξ, η and values of up to so many earlier runs at generic points."""
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
 
+    def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
+        """Return runs at the times of all steps, which are not counted; None where there are none.
+
+        Times between two of the response's divide this step into as many each.
+        """
+        return None
+
     def corrected(
         self,
         surrogate: Surrogate,

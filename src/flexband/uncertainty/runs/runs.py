@@ -350,6 +350,23 @@ class Level(Evaluate):
             runs.reused += len(stored_runs[0])
         return stored_runs
 
+    def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
+        """Return runs at the times of all steps, which are not counted; None if one fails."""
+        runs, response = self.runs, self.response.at_more_times()
+        if response is None:
+            return None
+        failures = runs.evaluations.failures
+        try:
+            with without_warnings():
+                made = runs.evaluations(
+                    response, runs.space, "", (xi, eta), None, lambda *_: None, recorded=False
+                )
+        except (RunError, InputError, MemoryError):
+            return None
+        finally:
+            runs.evaluations.failures = failures
+        return None if made.failed else made.values
+
     def corrected(
         self,
         surrogate: Surrogate,

@@ -72,6 +72,50 @@ def test_the_mean_of_a_force_that_jumps_within_a_step(masses):
     np.testing.assert_allclose(late, np.tile(forces[:, None] * 0.9, 11), atol=2e-4)
 
 
+def test_the_mean_of_a_reaction_is_that_of_a_turning_force():
+    """A bar that turns at ω: its pin bears m g, and m ω² l/2 along the bar."""
+    speed, mass, length = 20.0, 3.0, 0.4
+    model = fb.Mechanism(
+        bodies={
+            "bar": fb.RigidBody(
+                mass=mass,
+                inertia=0.04,
+                position=(length / 2, 0.0),
+                points={"O": (-length / 2, 0.0)},
+            )
+        },
+        joints={
+            "pin": fb.Revolute("bar.O", (0.0, 0.0)),
+            "drive": fb.PrescribedRotation("bar", lambda t: speed * t),
+        },
+        loads={"gravity": fb.Gravity()},
+        sensors={
+            "F": Average(fb.Reaction("pin"), 0.06),
+            "whole": Average(fb.Reaction("pin"), (0.05, 0.2)),
+            "most": fb.sensors.Largest(fb.Reaction("pin")),
+        },
+    )
+    motion = fb.simulate(model, duration=0.3, step=0.01, substeps=50)
+    t = motion["time"].values[1:]
+    first = np.maximum(t - 0.06, 0.0)
+    size = mass * speed**2 * length / 2
+
+    def mean(first, last):
+        angles = speed * first, speed * last
+        turned = angles[1] - angles[0]
+        along_x = -size * (np.sin(angles[1]) - np.sin(angles[0])) / turned
+        return along_x, mass * 9.81 + size * (np.cos(angles[1]) - np.cos(angles[0])) / turned
+
+    for name, expected in (("F", mean(first, t)), ("whole", mean(0.05, 0.2))):
+        for axis, values in zip("XY", expected, strict=True):
+            found = motion.sel(output=f"{name}_{axis}").values[1:]
+            np.testing.assert_allclose(found, np.broadcast_to(values, t.shape), atol=1e-4 * size)
+    largest = motion.sel(output="most_Y").values[-1]
+    assert largest == pytest.approx(mass * 9.81 + size, rel=1e-4)
+    with pytest.raises(fb.errors.InputError, match="Average sensor must have outputs that are"):
+        Average(fb.Reaction("pin", axes="body"), 0.1)
+
+
 def test_the_band_of_an_averaged_output_is_that_of_the_average():
     def moved(speed):
         mechanism = fb.Mechanism(

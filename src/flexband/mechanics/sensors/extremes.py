@@ -30,7 +30,7 @@ class OverSteps(Sensor):
     def __post_init__(self) -> None:
         name = type(self).__name__
         check_instance(f"{name} sensor", self.sensor, Sensor)
-        if isinstance(self.sensor, OverSteps) or type(self.sensor).derive is not Sensor.derive:
+        if isinstance(self.sensor, OverSteps) or self.sensor.derives:
             raise InputError(
                 f"{name} sensor must have outputs that are forms of the state, as those of "
                 f"positions, velocities, forces and energies are; got {type(self.sensor).__name__}"

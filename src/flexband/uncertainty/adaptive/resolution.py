@@ -282,7 +282,8 @@ class Levels:
         names, outputs = names_of_outputs(course.labels), []
         for part, stuck in self.stuck.items():
             error = self.known[part][max(self.known[part])].values
-            which = np.flatnonzero((stuck | self.waves) & (error > self.allowed))
+            named = self.waves if part == "step" else np.zeros_like(self.waves)
+            which = np.flatnonzero((stuck & ~self.waves | named) & (error > self.allowed))
             if part not in self.left_out or not len(which):
                 continue
             spectrum = course.spectrum_of_error(part)

@@ -268,7 +268,8 @@ def remarks(
             remaining = (
                 f"Corrected by these runs: {attrs.get('corrected')}; the errors are what remains"
             )
-            lines += [remaining] if attrs.get("corrected") else []
+            uncorrected = "Not corrected: the runs have the error of their step and elements"
+            lines.append(remaining if attrs.get("corrected") else uncorrected)
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in attrs:
@@ -407,4 +408,8 @@ def field_remarks(fields: Mapping[str, Field]) -> list[str]:
 def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
     """Return what fields are made of, and what runs and wall times include, as sentences."""
     repeated = "Numbers of runs do not include the one that is made again to see that it repeats."
-    return [*field_remarks(fields), "Times do not include compilation.", repeated]
+    model = (
+        "All methods are compared on the model with its step and elements, whose error none of them "
+        "corrects (correct=False)."
+    )
+    return [*field_remarks(fields), "Times do not include compilation.", repeated, model]

@@ -1,4 +1,7 @@
-"""Sensors of averages over a window of time, from integrals over all steps of the engine."""
+"""Sensors of averages over a window of time, from integrals over all steps of the engine.
+
+Which sensors add up over other times than a result has is refused here, too.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.sensors.energies import Work
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
@@ -50,12 +54,13 @@ class Average(OverSteps):
     @property
     def fixed(self) -> tuple[float, float] | None:
         """The window [s], if it does not move."""
-        return self.window if isinstance(self.window, Sequence | np.ndarray) else None
+        window = self.window
+        return None if np.ndim(window) == 0 else window  # pyright: ignore[reportReturnType]
 
     @property
     def length(self) -> float | None:
         """The length of a moving window [s]."""
-        return None if self.fixed is not None else self.window
+        return None if self.fixed is not None else float(np.asarray(self.window))
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return [*super().rows(model), *self.sensor.rows(model), Form.function(_time)]
@@ -96,6 +101,16 @@ def refuse_windows(sensors: Mapping[str, Sensor], duration: float, step: float) 
             )
 
 
-def _time(t: np.ndarray) -> np.ndarray:
+def refuse_sums_over_steps(sensors: Mapping[str, Sensor]) -> None:
+    """Raise `InputError` for sensors that add up over steps, of which a result shows only some."""
+    for name, sensor in sensors.items():
+        if isinstance(sensor, Work):
+            raise InputError(
+                f"sensor {name!r}: Work is integrated over the steps of the result, and samples "
+                "choose shorter ones here; take the difference of energies instead"
+            )
+
+
+def _time(t: float) -> float:
     """Return the time itself."""
     return t

@@ -20,7 +20,6 @@ from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
-from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -83,7 +82,6 @@ class Adaptation:
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
     counted : which outputs the tolerance is for.
-    spectra : what `spectrum_of_error` returned.
     choice, error : the best fits, and the error expected of them.
     refinement, corrections : runs on finer discretizations, and what they tell of the error of what
         is finer, by name; None until it is told.
@@ -129,7 +127,6 @@ class Adaptation:
         self.refinement = Refinement(evaluate, corrected_above)
         self.corrections: dict[str, DiscretizationCorrection] | None = None
         self.counted = np.ones(runs.values.shape[1], bool)
-        self.spectra: dict[str, ErrorSpectrum] = {}
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -311,32 +308,6 @@ class Adaptation:
 
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
-
-    def spectrum_of_error(self, name: str) -> ErrorSpectrum:
-        """Return at which frequencies runs differ from those on a finer level.
-
-        It is that of a held-out run at the times of all steps, or, if the response tells nothing of
-        these, of all refined runs as far as their times show it.
-
-        Parameters
-        ----------
-        name : of what is finer.
-        """
-        if name not in self.spectra:
-            assert self.refinement.runs is not None
-            runs, at = self.refinement.runs[name], (self.held.xi[:1], self.held.eta[:1])
-            change = runs.fine - runs.coarse.values
-            spectrum = ErrorSpectrum.of(change, self.dt, resolved=False)
-            coarse = self.evaluate.at_more_times(*at)
-            fine = self.evaluate.refinements()[name].at_more_times(*at)
-            if coarse is not None and fine is not None:
-                few, many = coarse.shape[-1] - 1, fine.shape[-1] - 1
-                if many % few == 0:
-                    dt = self.dt * (change.shape[-1] - 1) / few
-                    change = series(fine)[..., :: many // few] - series(coarse)
-                    spectrum = ErrorSpectrum.of(change, dt, resolved=True)
-            self.spectra[name] = spectrum
-        return self.spectra[name]
 
     def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.

@@ -179,8 +179,8 @@ class Levels:
         """
         errors, largest, corrected = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
-        found = course.discretization()
-        for name, correction in found.items():
+        corrections = course.discretization()
+        for name, correction in corrections.items():
             before = self.known.setdefault(name, {})
             of_outputs = course.error.of_outputs(correction.error)
             now = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
@@ -191,7 +191,7 @@ class Levels:
                 stuck &= ~unresolved
             self.stuck[name] = stuck | (vanishing & (now.values > 1))
             before[count] = now
-        for name in found:
+        for name in corrections:
             values = self.known[name][names.count(name)].values
             counted = np.where(self.stuck[name] | self.waves, 0.0, values)
             errors[name], largest[name] = float(counted.max()), int(counted.argmax())
@@ -262,14 +262,14 @@ class Levels:
         numbers = course.evaluate.discretization()
         if "step" not in numbers or not asked.any():
             return none, none
-        spectrum, step = course.spectrum_of_error("step"), numbers["step"]
+        spectrum, step = course.refinement.spectrum("step", course.dt), numbers["step"]
         if not spectrum.resolved:
             return none, none
         lag = spectrum.lag(course.dt * (course.fitted.values.shape[-1] - 1), step)
         unresolved = asked & (spectrum.energy[:, lag > options.followed].sum(axis=-1) > 0.5)
-        left = spectrum.after(options.max_for_waves - count, lag)
-        fastest = spectrum.frequency[left.argmax(axis=-1)]
-        waves = unresolved & (options.margin * now.values * np.sqrt(left.sum(-1)) > self.allowed)
+        energy = spectrum.after(options.max_for_waves - count, lag)
+        fastest = spectrum.frequency[energy.argmax(axis=-1)]
+        waves = unresolved & (options.margin * now.values * np.sqrt(energy.sum(-1)) > self.allowed)
         waves &= fastest > CarrierOptions().max_frequency / course.dt
         waves &= (fastest * step * options.least_steps < 1) & (len(numbers) > 1)  # of members
         of = course.quantities.of
@@ -286,7 +286,7 @@ class Levels:
             which = np.flatnonzero((stuck & ~self.waves | named) & (error > self.allowed))
             if part not in self.left_out or not len(which):
                 continue
-            spectrum = course.spectrum_of_error(part)
+            spectrum = course.refinement.spectrum(part, course.dt)
             step = course.evaluate.discretization().get("step", np.nan)
             for k in which:
                 cause = Cause.WAVES if self.waves[k] else Cause.STAGNANT

@@ -22,14 +22,13 @@ from flexband.errors import (
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget, Progress
 from flexband.response import Response, ResponseFunction, as_response
-from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
-from flexband.uncertainty.phase_resolved.correction import corrected_expansion
+from flexband.uncertainty.phase_resolved.given_runs import corrected_expansion
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
@@ -374,7 +373,7 @@ class Level(Evaluate):
         nodes: Sequence[np.ndarray] | None = None,
     ) -> Surrogate:
         """Return a surrogate whose error of step and elements is corrected by finer runs."""
-        return corrected_expansion(surrogate, ResponseRuns(*runs), self, nodes)
+        return corrected_expansion(surrogate, runs, self, nodes)
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""

@@ -83,12 +83,12 @@ def attributes(outputs: Sequence[Unconverged]) -> dict[str, list[Any]]:
     if not outputs:
         return {}
     columns = {
-        f"{PREFIX}{name}": [getattr(one, name) for one in outputs]
+        f"{PREFIX}{name}": [getattr(verdict, name) for verdict in outputs]
         for name in Unconverged.__dataclass_fields__
     }
-    causes = dict.fromkeys(one.cause for one in outputs)
+    causes = dict.fromkeys(verdict.cause for verdict in outputs)
     remedies = dict.fromkeys(remedy for cause in causes for remedy in REMEDIES[cause])
-    columns[f"{PREFIX}cause"] = [one.cause.value for one in outputs]
+    columns[f"{PREFIX}cause"] = [verdict.cause.value for verdict in outputs]
     return columns | {f"{PREFIX}remedies": [remedy.value for remedy in remedies]}
 
 
@@ -96,7 +96,7 @@ def of_attributes(attrs: Mapping[str, Any]) -> list[Unconverged]:
     """Return the verdicts of a result's attributes."""
     names = list(Unconverged.__dataclass_fields__)
     if f"{PREFIX}output" not in attrs:
-        return []  # a file has one value in place of a list of one
+        return []  # a file has verdict value in place of a list of one
     columns = [np.atleast_1d(attrs[f"{PREFIX}{name}"]).tolist() for name in names]
     rows = (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
     return [Unconverged(**{**row, "cause": Cause(row["cause"])}) for row in rows]
@@ -110,12 +110,12 @@ def in_words(attrs: Mapping[str, Any]) -> str:
     attrs : of a result.
     """
     groups: dict[tuple[str, Cause], list[Unconverged]] = {}
-    for one in of_attributes(attrs):
-        groups.setdefault((one.part, one.cause), []).append(one)
+    for verdict in of_attributes(attrs):
+        groups.setdefault((verdict.part, verdict.cause), []).append(verdict)
     lines = []
     for (part, cause), some in groups.items():
-        shown = ", ".join(one.output for one in some[:3]) + ", …" * (len(some) > 3)
-        worst = max(some, key=lambda one: one.error)
+        shown = ", ".join(verdict.output for verdict in some[:3]) + ", …" * (len(some) > 3)
+        worst = max(some, key=lambda verdict: verdict.error)
         text = (
             f"the error of {shown} that is due to the {part} no longer falls: it oscillates about "
             f"{worst.frequency:.3g} times per unit of time"

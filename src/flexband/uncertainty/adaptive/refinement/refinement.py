@@ -19,8 +19,10 @@ from flexband.uncertainty.adaptive.refinement.refined_runs import (
     refined_runs,
     refined_together,
 )
+from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.methods.method import Evaluate
+from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import running
 
 
@@ -46,6 +48,7 @@ class Refinement:
     ----------
     runs : by the name of what is finer; None until they are made.
     together : the first held-out run where all of this is finer at once; None until it is made.
+    spectra : what `spectrum` returned.
     """
 
     def __init__(
@@ -63,6 +66,7 @@ class Refinement:
         self.corrects = bool(np.isfinite(above))
         self.runs: dict[str, RefinedRuns] | None = None
         self.together: np.ndarray | None = None
+        self.spectra: dict[str, ErrorSpectrum] = {}
 
     @property
     def finer(self) -> int:
@@ -92,9 +96,9 @@ class Refinement:
         small: dict[str, DiscretizationCorrection] = {}
         for name, runs in self.runs.items():
             if self.corrects and not runs.fitted:
-                left = SECOND_ORDER * runs.change
-                if error.relative(left) <= self.above:
-                    small[name] = DiscretizationCorrection.none(error.choice, left)
+                change = SECOND_ORDER * runs.change
+                if error.relative(change) <= self.above:
+                    small[name] = DiscretizationCorrection.none(error.choice, change)
                     continue
                 more = runs.with_design(coarse.few.copy(), finer[name], name)
                 self.runs[name] = more.with_finest(options.finest, finer[name], name)
@@ -113,3 +117,31 @@ class Refinement:
             name: corrections[name]._replace(error=running(corrections[name].error, error.window))
             for name in self.runs
         }
+
+    def spectrum(self, name: str, dt: float) -> ErrorSpectrum:
+        """Return at which frequencies runs differ from those on a finer level.
+
+        It is that of a held-out run at the times of all steps, or, if the response tells nothing of
+        these, of all refined runs as far as their times show it.
+
+        Parameters
+        ----------
+        name : of what is finer.
+        dt : step of the times.
+        """
+        if name not in self.spectra:
+            assert self.runs is not None
+            runs = self.runs[name]
+            held = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
+            change, at = runs.fine - runs.coarse.values, (held.xi[:1], held.eta[:1])
+            spectrum = ErrorSpectrum.of(change, dt, resolved=False)
+            coarse = self.evaluate.at_more_times(*at)
+            fine = self.evaluate.refinements()[name].at_more_times(*at)
+            if coarse is not None and fine is not None:
+                few, many = coarse.shape[-1] - 1, fine.shape[-1] - 1
+                if many % few == 0:
+                    dt *= (change.shape[-1] - 1) / few
+                    change = series(fine)[..., :: many // few] - series(coarse)
+                    spectrum = ErrorSpectrum.of(change, dt, resolved=True)
+            self.spectra[name] = spectrum
+        return self.spectra[name]

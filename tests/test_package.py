@@ -20,6 +20,7 @@ ROOMS = [
     "deprecation",
     "namespaces",
     "errors",
+    "units",
     "arguments",
     "error_text",
     "prescribed_motion",

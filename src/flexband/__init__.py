@@ -22,7 +22,10 @@ if TYPE_CHECKING:
         plot as plot,
         sections as sections,
     )
-    from flexband.analysis.limits import Limit as Limit
+    from flexband.analysis.requirements.requirement import (
+        Limit as Limit,
+        Requirement as Requirement,
+    )
     from flexband.analysis.verification.verify import verify as verify
     from flexband.mechanics.assembly.mechanism import Mechanism as Mechanism
     from flexband.mechanics.bodies.beam import Beam as Beam

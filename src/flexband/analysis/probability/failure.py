@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Limits, corridors, joint
 from flexband.analysis.probability.first_passage import first_passage
 from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
@@ -19,6 +18,8 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
+from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.results import (
     check_free,
     doubts_of,
@@ -46,7 +47,7 @@ FINEST, COARSEST = 0.002, 0.5
 
 def failure_probability(
     surrogate: AnySurrogate,
-    limits: Limits,
+    limits: Requirements,
     *,
     response: ResponseFunction | None = None,
     runs: int = RUNS,

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.limits import Corridor
 from flexband.analysis.probability.at_each import AtEachTimeOptions, at_each_time
 from flexband.analysis.probability.correction import Correction, CorrectionOptions, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
@@ -18,6 +17,7 @@ from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.results import INDICATOR, Variables, places
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.surrogates.bands import BOUNDS

@@ -8,8 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from flexband.analysis.limits import Corridor
 from flexband.analysis.peaks import spacing
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads

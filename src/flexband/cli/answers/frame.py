@@ -60,7 +60,7 @@ class SavedResult(NamedTuple):
     surrogate: Surrogate | SurrogateOfChoices
     folder: Path
 
-    def limits(self, *, trust: bool) -> list[fb.Limit]:
+    def limits(self, *, trust: bool) -> list[fb.Requirement]:
         """Return the limits of the study; print a remark if it cannot be read.
 
         Raise `UsageError` if its file is run only with `trust`.

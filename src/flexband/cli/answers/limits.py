@@ -9,9 +9,9 @@ import typer
 import xarray as xr
 
 import flexband as fb
-from flexband.analysis.limits import corridors
 from flexband.analysis.probability.failure import COARSEST, FINEST
 from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+from flexband.analysis.requirements.requirement import corridors
 from flexband.analysis.selection import surrogates_of
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
@@ -106,7 +106,7 @@ def limits_of(
     only: list[str],
     *,
     trust: bool,
-) -> list[fb.Limit]:
+) -> list[fb.Requirement]:
     """Return one limit per output, or those of the study in a folder if none is given.
 
     `only` are the outputs whose limits are meant, if not all in the study are. Raise `UsageError`
@@ -139,7 +139,7 @@ def limits_of(
     return output_limits
 
 
-def selected(limits: Sequence[fb.Limit], only: list[str]) -> list[fb.Limit]:
+def selected(limits: Sequence[fb.Requirement], only: list[str]) -> list[fb.Requirement]:
     """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
     names = dict.fromkeys(limit.output or "response" for limit in limits)
     for name in only:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.margins import LeastMargin, LimitVerdict
 from flexband.analysis.probability.texts import chance
+from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
 from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text

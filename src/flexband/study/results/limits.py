@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Limit
 from flexband.analysis.margins import check_limits
 from flexband.analysis.probability.failure import failure_probability
+from flexband.analysis.requirements.requirement import Requirement
 from flexband.analysis.selection import surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
@@ -63,7 +63,7 @@ def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
 def check_limits_in(
     folder: Path,
     surrogate: Surrogate | SurrogateOfChoices,
-    limits: Sequence[Limit],
+    limits: Sequence[Requirement],
     *,
     of_study: bool = True,
     sigmas: float = 3.0,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         plot as plot,
         sections as sections,
     )
+    from flexband.analysis.requirements.production import production_yield as production_yield
     from flexband.analysis.requirements.requirement import (
         Limit as Limit,
         Requirement as Requirement,

@@ -21,6 +21,7 @@ from flexband.execution.names import FileName
 from flexband.progress import listener
 from flexband.report.progress import progress_bars
 from flexband.study.folder import StudyFolder
+from flexband.study.results.verdicts import Verdict, worst_of
 from flexband.study.run import RunOptions, run_study
 from flexband.uncertainty.runs.evaluations import BATCH
 from flexband.words import are
@@ -146,5 +147,8 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     print_result(plan, study, result, reported, as_json=as_json)
     if result.reused:
         print_text(f"{output} has this result already: no run was made.", error=True)
-    if result.doubts:
+    worst = worst_of(result.verdicts)
+    if worst is Verdict.FAIL:
+        raise typer.Exit(ExitStatus.FAILED)
+    if result.doubts or worst is Verdict.UNDECIDED:
         raise typer.Exit(ExitStatus.DOUBTFUL)

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.requirement import Requirements, several
+from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
@@ -47,6 +49,7 @@ class Study:
     response, inputs, method, sigmas : as in `propagate`.
     limits, requirements : a `Requirement` or a `Limit`, or several, which `flexband run` checks
         with the surrogate of the method. Both names mean the same; both then have all of them.
+    scatter : how tolerances scatter in production, as for `production_yield`, for the yield.
     units : texts such as ``"mm"`` by names of inputs, for the report. Nothing is converted.
 
     Raises
@@ -71,6 +74,7 @@ class Study:
     limits: Requirements = ()
     units: Mapping[str, str] = field(default_factory=dict)
     requirements: Requirements = ()
+    scatter: Scatter = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
@@ -80,6 +84,11 @@ class Study:
         both = *several(self.limits), *several(self.requirements, "requirements")
         for name in ("limits", "requirements"):
             object.__setattr__(self, name, tuple(dict.fromkeys(both)))
+        if self.scatter:
+            space = Space(first_case(self.inputs))
+            ScatteringTolerances.of(self.scatter, space)
+        object.__setattr__(self, "scatter", dict(self.scatter))
+        _check_criteria(self)
         object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
 
     @property
@@ -200,6 +209,20 @@ class Study:
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
+
+
+def _check_criteria(study: Study) -> None:
+    """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
+    for requirement in several(study.requirements):
+        criterion, label = requirement.criterion, requirement.label
+        if isinstance(criterion, ShareOfParts) and not study.scatter:
+            raise InputError(f"{label} criterion ShareOfParts requires the study's scatter")
+        random = Space(first_case(study.inputs)).of_kind(random=True)
+        if isinstance(criterion, Probability) and not random:
+            raise InputError(
+                f"{label} criterion Probability requires random inputs; ShareOfParts is about "
+                "tolerances that scatter"
+            )
 
 
 def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:

@@ -13,13 +13,14 @@ from flexband.analysis.probability.failure import COARSEST, FINEST
 from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
 from flexband.analysis.requirements.requirement import corridors
 from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.plan import Trust, plan_in
 from flexband.errors import check_integer
 from flexband.execution.names import FileName
 from flexband.report.progress import progress_bars
+from flexband.study.nominal import around_nominal
 from flexband.study.results.limits import check_limits_in, has_probability
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
@@ -46,7 +47,7 @@ def limits(
     above: Side = None,
     during: During = None,
     only: Only = None,
-    sigmas: Sigmas = 3.0,
+    sigmas: SomeSigmas = None,
     accuracy: Annotated[
         float,
         typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of probabilities."),
@@ -69,7 +70,7 @@ def limits(
 
     surrogate, place = result
     with usage():
-        checked_sigmas(sigmas)
+        sigmas = None if sigmas is None else checked_sigmas(sigmas)
     requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
@@ -87,6 +88,7 @@ def limits(
         if runs:
             options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
+        requested_limits = around_nominal(tuple(requested_limits), result.folder)
         check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
     draw_limits(check, place)
     checked, probability = check.margins, check.probability

@@ -46,6 +46,8 @@ def select(data: Data, name: str) -> Data:
 
 def deviations(bands: xr.Dataset) -> str:
     """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
+    if "deviations" in bands and "sigmas" not in bands.attrs:
+        return "kσ"  # requirements have different ones
     sigmas = bands.attrs.get("sigmas", 1.0)
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 

@@ -35,7 +35,7 @@ def test_no_public_name_is_said_to_be_absent():
 
 
 def test_other_misspellings_still_name_the_nearest():
-    with pytest.raises(AttributeError, match="did you mean 'flexband.Revolute'"):
+    with pytest.raises(AttributeError, match=r"did you mean 'flexband\.Revolute'"):
         _ = fb.Revolut
 
 

@@ -21,6 +21,7 @@ ROOMS = [
     "absent",
     "namespaces",
     "errors",
+    "units",
     "arguments",
     "error_text",
     "prescribed_motion",

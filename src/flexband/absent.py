@@ -33,8 +33,8 @@ ABSENT = (
     Absent(
         "dry friction",
         "CoulombFriction DryFriction Friction LuGre Stribeck StickSlip Brake Clutch",
-        "Friction that sticks is not a part. ForceLaw takes a smooth law of the sliding speed, such "
-        "as µN tanh(v/v₀), which creeps where it should stick.",
+        "Friction that sticks is not a part. ForceLaw takes a smooth law of the sliding speed, "
+        "such as µN tanh(v/v₀), which creeps where it should stick.",
     ),
     Absent(
         "contact",
@@ -45,14 +45,14 @@ ABSENT = (
     Absent(
         "clearance in joints",
         "Clearance ClearanceJoint Backlash Play JointClearance",
-        "Write the force between journal and bearing as a ForceLaw of their distance that lists the "
-        "gap in `events`.",
+        "Write the force between journal and bearing as a ForceLaw of their distance that lists "
+        "the gap in `events`.",
     ),
     Absent(
         "belts and chains",
         "Belt Chain Pulley Sprocket BeltDrive",
-        "Gear couples two angles by a fixed ratio, as a belt without slip and stretch does; a Spring "
-        "or a Cable is a strand.",
+        "Gear couples two angles by a fixed ratio, as a belt without slip and stretch does; a "
+        "Spring or a Cable is a strand.",
     ),
     Absent(
         "cams",
@@ -62,8 +62,8 @@ ABSENT = (
     Absent(
         "controllers",
         "Controller PID PIDController Actuator Motor Servo Hydraulics",
-        "Write control, motors and hydraulics as a ForceLaw with `states`: integral parts, currents "
-        "and pressures are its first-order states.",
+        "Write control, motors and hydraulics as a ForceLaw with `states`: integral parts, "
+        "currents and pressures are its first-order states.",
     ),
     Absent(
         "motors that prescribe the angle between two moving bodies",

@@ -16,7 +16,16 @@ from typing import Any
 from flexband.absent import absent
 from flexband.deprecation import warn_renamed
 
-NAMESPACES = ("analysis", "errors", "execution", "fields", "methods", "models", "sections")
+NAMESPACES = (
+    "analysis",
+    "errors",
+    "execution",
+    "fields",
+    "methods",
+    "models",
+    "sections",
+    "sensors",
+)
 """Packages and modules of public names, beside those of the package itself."""
 
 

@@ -96,9 +96,10 @@ def _print_version(requested: bool) -> None:
 
 
 @app.callback(
-    epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, "
-    "or the result is not trusted, or verification runs fail or do not confirm it; 4 points wait "
-    "to be run elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+    epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but a requirement is "
+    "undecided, or the tolerance is not met, or the result is not trusted, or verification runs "
+    "fail or do not confirm it; 4 points wait to be run elsewhere; 5 finished, and a requirement "
+    "is not met; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
 def main(
     version: Annotated[

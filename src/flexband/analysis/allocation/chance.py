@@ -18,7 +18,6 @@ import scipy
 from scipy.special import log_ndtr
 
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.limits import Corridor
 from flexband.analysis.probability.correction import Correction, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
@@ -26,6 +25,7 @@ from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare, rare
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

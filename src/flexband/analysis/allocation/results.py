@@ -15,7 +15,6 @@ from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
-from flexband.analysis.limits import Corridor
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.probability.correction import Correction
 from flexband.analysis.probability.statements import (
@@ -27,6 +26,7 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.results import (
     INDICATOR,
     Variables,

@@ -65,7 +65,7 @@ class SavedResult(NamedTuple):
 
         return plan_in(self.folder, trust=trust).study()
 
-    def limits(self, *, trust: bool) -> list[fb.Limit]:
+    def limits(self, *, trust: bool) -> list[fb.Requirement]:
         """Return the limits of the study; print a remark if it cannot be read.
 
         Raise `UsageError` if its file is run only with `trust`.

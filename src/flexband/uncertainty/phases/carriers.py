@@ -28,6 +28,7 @@ class CarrierOptions(NamedTuple):
     max_peaks : peaks of the spectrum that are tried for each further carrier.
     min_times : fewest times of runs in which carriers are looked for.
     min_cycles : fewest periods of a carrier in the record.
+    max_frequency : of a carrier, in periods per step of the times.
     min_energy : least energy of a carrier, as a fraction of that of the variation between the runs.
     band_ratio : ratio of the ends of a frequency band to its middle.
     harmonic_tolerance : relative distance from a multiple of the first carrier within which a lost
@@ -44,6 +45,7 @@ class CarrierOptions(NamedTuple):
     max_carriers: int = 3
     max_peaks: int = 2
     min_times: int = 32
+    max_frequency: float = 0.4
     min_cycles: float = 6.0
     min_energy: float = 1e-5
     band_ratio: float = 1.15

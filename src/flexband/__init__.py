@@ -23,7 +23,11 @@ if TYPE_CHECKING:
         sections as sections,
         sensors as sensors,
     )
-    from flexband.analysis.limits import Limit as Limit
+    from flexband.analysis.requirements.production import production_yield as production_yield
+    from flexband.analysis.requirements.requirement import (
+        Limit as Limit,
+        Requirement as Requirement,
+    )
     from flexband.analysis.verification.verify import verify as verify
     from flexband.mechanics.assembly.mechanism import Mechanism as Mechanism
     from flexband.mechanics.bodies.beam import Beam as Beam

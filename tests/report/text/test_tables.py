@@ -162,7 +162,7 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
     unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]
     assert len(unmet) == (not met)
-    assert ("Most is missed of u at e = 0.3" in lines) == (not met)
+    assert ("The largest prediction error is of u at e = 0.3" in lines) == (not met)
 
 
 @pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])

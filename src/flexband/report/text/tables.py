@@ -46,6 +46,8 @@ def select(data: Data, name: str) -> Data:
 
 def deviations(bands: xr.Dataset) -> str:
     """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
+    if "deviations" in bands and "sigmas" not in bands.attrs:
+        return "kσ"  # requirements have different ones
     sigmas = bands.attrs.get("sigmas", 1.0)
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 
@@ -370,7 +372,7 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
     others_met = in_words(attrs) and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
     if exceeded and error > share and not others_met:
         lines.append(f"{unmet} NOT met: {attrs.get('advice', more)}")
-        lines.append(f"Most is missed {attrs['largest_miss']}")
+        lines.append(f"The largest prediction error is {attrs['largest_miss']}")
     if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
             lines.append(f"{unmet} NOT met by the discretization: {why_not_finer(attrs)}")

@@ -153,7 +153,7 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
         attrs["discretization_error"] > attrs["expansion_error"] or in_words(attrs)
     )
     if not of_discretization:
-        return f"{attrs['advice']}. Most is missed {attrs['largest_miss']}"
+        return f"{attrs['advice']}. The largest prediction error is {attrs['largest_miss']}"
     worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
     helps += ", or leave it out to have it chosen" * ("step" in attrs["refined"])

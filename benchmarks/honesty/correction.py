@@ -3,7 +3,7 @@
 Mechanisms of many kinds, with too long steps and few elements, or with both left to the method, are
 drawn from seeds; the method may be tuned to seeds below 1 000 000. References have no correction, a
 tolerance of a tenth, steps 32 times and elements four times as fine as those of corrected bands;
-16 times and twice if the method chose these. Errors and rates are those of
+16 times and four times if the method chose these. Errors and rates are those of
 `benchmarks.honesty.honesty`.
 
 Finished cases are added to a file, and a further call goes on from there: several may run at once
@@ -30,7 +30,7 @@ from benchmarks.honesty.corrected_draws import DRAWS, CoarseMechanism
 from benchmarks.honesty.rates import Outcome, errors, right, too_small, widths
 from flexband.mechanics.response import DynamicResponse
 
-FINER = {False: (32, 4), True: (16, 2)}
+FINER = {False: (32, 4), True: (16, 4)}
 """How much finer steps and elements of the references are, where they are given, and chosen."""
 
 MOST = 200

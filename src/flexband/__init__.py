@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         models as models,
         plot as plot,
         sections as sections,
+        sensors as sensors,
     )
     from flexband.analysis.requirements.production import production_yield as production_yield
     from flexband.analysis.requirements.requirement import (
@@ -69,11 +70,6 @@ if TYPE_CHECKING:
         KineticEnergy as KineticEnergy,
         PotentialEnergy as PotentialEnergy,
         Work as Work,
-    )
-    from flexband.mechanics.sensors.extremes import (
-        Integral as Integral,
-        Largest as Largest,
-        Smallest as Smallest,
     )
     from flexband.mechanics.sensors.forces import (
         LawState as LawState,

@@ -30,7 +30,9 @@ def run(folder, status=0, **parts):
 def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     # the highest μ + 3σ is 2.3
     told = run(tmp_path, limits="fb.Limit(below=2.5)")
-    assert told.index("PASS response below 2.5: kept with a margin of 0.2 (") < told.index("Report:")
+    assert told.index("PASS response below 2.5: kept with a margin of 0.2 (") < told.index(
+        "Report:"
+    )
     assert "(worst tolerances, 3σ)" in told
     again = run(tmp_path, 5, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
     assert "FAIL response below 2.2: exceeded by 0.1 (" in again

@@ -13,7 +13,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_group
 
 import flexband as fb
-from flexband.cli.commands import commands, load, renamed
+from flexband.cli.commands import asks_for_help, commands, load, renamed
 from flexband.cli.messages import Ending, print_remark, print_text
 from flexband.deprecation import renamed_text
 
@@ -30,8 +30,10 @@ class _Commands(TyperGroup):
         self.commands = {**known, **self.commands}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        load(args[:1])
+        load(args)
         self.commands = get_group(app).commands
+        if asks_for_help(args):
+            args = [args[0], "--help"]
         return super().resolve_command(ctx, args)
 
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:

@@ -10,7 +10,8 @@ import xarray as xr
 
 from flexband.analysis.requirements.requirement import several
 from flexband.analysis.sensitivity.contributions import contributions
-from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
+from flexband.analysis.verification import MAX_RUNS, RUNS
+from flexband.analysis.verification.verify import verify
 from flexband.arguments import frozen
 from flexband.error_text import error_text
 from flexband.errors import (
@@ -33,7 +34,8 @@ from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
-from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
+from flexband.uncertainty.runs import BATCH
+from flexband.uncertainty.runs.evaluations import checked_policy, forget_failed
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike

@@ -14,7 +14,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 from scipy.special import log_ndtr
 
 from flexband.analysis.allocation.tolerances import Tolerances
@@ -211,7 +211,7 @@ class Chance:
         reach = np.where(is_tolerance, self.options.trust, self.options.size_trust)
         low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
         reference = abs(self._cost(x)) or 1.0
-        result: Any = minimize(
+        result: Any = scipy.optimize.minimize(
             lambda at: self._cost(at) / reference,
             x,
             jac=lambda at: self.tolerances.cost_gradient(at) / reference,

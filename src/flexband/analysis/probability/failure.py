@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.probability import COARSEST, FINEST
 from flexband.analysis.probability.first_passage import first_passage
 from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
@@ -41,9 +42,6 @@ PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choi
 
 RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
-
-FINEST, COARSEST = 0.002, 0.5
-"""Relative standard errors that can be asked for."""
 
 
 def failure_probability(

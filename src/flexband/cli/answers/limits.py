@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-import xarray as xr
 
 import flexband as fb
-from flexband.analysis.probability.failure import COARSEST, FINEST
-from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
-from flexband.analysis.requirements.requirement import corridors
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.probability import COARSEST, FINEST
 from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.plan import Trust, plan_in
+from flexband.cli.options import Trust
 from flexband.errors import check_integer
 from flexband.execution.names import FileName
-from flexband.report.progress import progress_bars
-from flexband.study.nominal import around_nominal
-from flexband.study.results.limits import check_limits_in, has_probability
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+
+if TYPE_CHECKING:  # imported when a command is called
+    import xarray as xr
+
+    from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+    from flexband.analysis.requirements.requirement import corridors
+    from flexband.analysis.selection import surrogates_of
+    from flexband.report.page.answers import limits_table
+    from flexband.report.progress import progress_bars
+    from flexband.study.nominal import around_nominal
+    from flexband.study.results.limits import check_limits_in, has_probability
+    from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+
 
 Side = Annotated[
     list[str] | None,
@@ -66,8 +71,6 @@ def limits(
     time. limits.nc, probability.nc and limits.png are written; other limits never take the place
     of the study's there. Runs are kept with those of the study.
     """
-    from flexband.report.page.answers import limits_table  # noqa: PLC0415
-
     surrogate, place = result
     with usage():
         sigmas = None if sigmas is None else checked_sigmas(sigmas)
@@ -130,7 +133,7 @@ def limits_of(
             known_limits[side] = value
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
-        if known and (known_limits := plan_in(result.folder, trust=trust).study().limits):
+        if known and (known_limits := result.study(trust=trust).limits):
             return selected(known_limits, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"

@@ -6,12 +6,14 @@ The engine updates them at every step that it takes, however short.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
+from flexband.words import with_article
 
 
 class OverSteps(Sensor):
@@ -22,29 +24,28 @@ class OverSteps(Sensor):
     """
 
     sensor: Sensor
-    window: tuple[float, float] | None
+    window: Any
     kind: int
 
     def __post_init__(self) -> None:
         name = type(self).__name__
         check_instance(f"{name} sensor", self.sensor, Sensor)
-        if isinstance(self.sensor, OverSteps) or type(self.sensor).derive is not Sensor.derive:
+        if isinstance(self.sensor, OverSteps) or self.sensor.derives:
             raise InputError(
                 f"{name} sensor must have outputs that are forms of the state, as those of "
                 f"positions, velocities, forces and energies are; got {type(self.sensor).__name__}"
             )
-        if self.window is not None:
-            first, last = check_numbers(f"{name} window [s]", self.window, 2)
-            if not 0 <= first < last:
-                raise InputError(
-                    f"{name} window [s] must be two increasing times from 0 on; got "
-                    f"({first:g}, {last:g})"
-                )
+        check_window(name, self.fixed)
+
+    @property
+    def fixed(self) -> tuple[float, float] | None:
+        """The window [s], if it does not move."""
+        return self.window
 
     @property
     def times(self) -> tuple[float, float]:
         """The first and the last time of the window [s]."""
-        return (0.0, 1e300) if self.window is None else self.window
+        return (0.0, 1e300) if self.fixed is None else self.fixed
 
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
@@ -53,12 +54,25 @@ class OverSteps(Sensor):
         return model.over_steps(self)
 
 
+def check_window(name: str, window: tuple[float, float] | None) -> None:
+    """Raise `InputError` if these are not two increasing times."""
+    if window is not None:
+        first, last = check_numbers(f"{name} window [s]", window, 2)
+        if not 0 <= first < last:
+            raise InputError(
+                f"{name} window [s] must be two increasing times from 0 on; got "
+                f"({first:g}, {last:g})"
+            )
+
+
 def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
     """Raise `InputError` for sensors that only a simulation has."""
     for name, sensor in sensors.items():
         if isinstance(sensor, OverSteps):
             kind = type(sensor).__name__
-            raise InputError(f"sensor {name!r}: a {kind} is over the steps of a simulation")
+            raise InputError(
+                f"sensor {name!r}: {with_article(kind)} is over the steps of a simulation"
+            )
 
 
 @frozen()

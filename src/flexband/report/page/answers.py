@@ -205,5 +205,7 @@ def limits_table(
 
 def yield_cell(part: xr.Dataset) -> str:
     """Return the share of the parts that meet a requirement, for a cell."""
-    text = share_in_words(part).replace(" of the parts meet it", "").replace("95 % confidence: ", "")
+    text = (
+        share_in_words(part).replace(" of the parts meet it", "").replace("95 % confidence: ", "")
+    )
     return "not given" if text.startswith("no yield") else text

@@ -56,7 +56,9 @@ def write_report(
     )  # fmt: skip
     answers, check = answers_in(folder)
     limits, probability, production = (
-        (None, None, None) if check is None else (check.margins, check.probability, check.production)
+        (None, None, None)
+        if check is None
+        else (check.margins, check.probability, check.production)
     )
     uncertain = uncertain_ones(contributions, given["inputs"])
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
@@ -86,7 +88,9 @@ def write_report(
         inputs=with_shares(given["inputs"], uncertain),
         bands=tables.summary_table(bands, checked),
         limits=limits_table(*check[:2], production) if check is not None else None,
-        limits_of=tables.deviations(limits) if limits is not None and "sigmas" in limits.attrs else "",
+        limits_of=tables.deviations(limits)
+        if limits is not None and "sigmas" in limits.attrs
+        else "",
         limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,

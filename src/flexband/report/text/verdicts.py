@@ -67,7 +67,9 @@ def _share_text(verdict: RequirementVerdict) -> str:
     parts = verdict.criterion == ShareOfParts.__name__
     allowed = f"at most {_share(verdict.at_most, parts=parts)} allowed"
     if np.isnan(value):
-        return f"no {'yield' if parts else 'probability'}, the accuracy target was missed; {allowed}"
+        return (
+            f"no {'yield' if parts else 'probability'}, the accuracy target was missed; {allowed}"
+        )
     of_parts = " of the parts fail" if parts else ""
     if value:
         between = f"{_share(low, parts=parts)} to {_share(high, parts=parts)}"

@@ -99,9 +99,7 @@ def requirement_verdicts(
     verification : result of `verify`.
     """
     margins = check.margins
-    return [
-        _verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])
-    ]
+    return [_verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])]
 
 
 def worst_of(verdicts: list[RequirementVerdict]) -> Verdict:

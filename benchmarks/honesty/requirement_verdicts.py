@@ -84,9 +84,9 @@ def case(seed: int, number: int) -> dict[str, Any]:
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         options = fb.RunOptions(failed="half step")
-        result = fb.Study(
-            response, inputs, study.method, requirements=requirements
-        ).run_in(folder, options)
+        result = fb.Study(response, inputs, study.method, requirements=requirements).run_in(
+            folder, options
+        )
     verdicts = [
         {"name": v.name, "verdict": str(v.verdict), "reason": str(v.reason), "true": true}
         for v, true in zip(result.verdicts, true_margins, strict=True)

@@ -150,7 +150,7 @@ def _verdict(
         unit=stated or least.unit,
         dim=least.dim,
         dim_unit=least.dim_unit,
-        place=least.place,
+        place=least.place_before if least.decided_between else least.place,
         input=found[0],
         input_share=found[1],
         share=share,

@@ -10,7 +10,7 @@ import typer
 
 from flexband.cli.messages import print_table, print_text
 
-COMMANDS: list[Any] = []
+_commands: list[Any] = []
 """Functions of commands that take options of methods."""
 
 
@@ -47,13 +47,13 @@ def with_method_options(command: Any) -> Callable:
     `add_method_options` adds the options of all methods, which are not in its help page.
     """
     _with_options(command, {"help_methods": HelpMethods}, False)
-    COMMANDS.append(command)
+    _commands.append(command)
     return command
 
 
 def add_method_options() -> None:
     """Add the options of all methods to the commands that take them, if any is loaded."""
-    if not COMMANDS:
+    if not _commands:
         return
     from flexband.cli.plan import METHODS  # noqa: PLC0415
     from flexband.study.options import method_options  # noqa: PLC0415
@@ -62,8 +62,8 @@ def add_method_options() -> None:
         name: Annotated[kind | None, typer.Option(hidden=True)]
         for name, (kind, _) in method_options(METHODS).items()
     }
-    while COMMANDS:
-        _with_options(COMMANDS.pop(), options, None)
+    while _commands:
+        _with_options(_commands.pop(), options, None)
 
 
 def _with_options(command: Any, options: dict[str, Any], default: object) -> None:

@@ -49,7 +49,7 @@ LOADED = time.time()
 """Before the first function is compiled: a file that changed later may not be the code in memory.
 """
 
-COMPILING: set[str] = set()
+compiling: set[str] = set()
 """Names of the functions that are being compiled."""
 
 
@@ -111,11 +111,11 @@ class Entry:
                 with suppress(OSError):
                     os.utime(file)
                 return _loaded(content[32:])
-        COMPILING.add(self.name)
+        compiling.add(self.name)
         try:
             content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
         finally:
-            COMPILING.discard(self.name)
+            compiling.discard(self.name)
         if self.usable:
             self.keep(content, _hash(kind))
         return _loaded(content)

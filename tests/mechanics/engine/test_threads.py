@@ -86,6 +86,6 @@ def test_only_compiling_is_announced(capfd, monkeypatch):
 
     threads.while_compiling(wait, after=0.0)
     assert not capfd.readouterr().err
-    monkeypatch.setattr(threads, "COMPILING", {"march"})
+    monkeypatch.setattr(threads, "compiling", {"march"})
     threads.while_compiling(wait, after=0.0)
     assert "compiling the engine" in capfd.readouterr().err

@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from flexband.compilation.caching import COMPILING
+from flexband.compilation.caching import compiling
 from flexband.errors import check_integer
 from flexband.mechanics.kernels.lane_type import zeros
 
@@ -113,7 +113,7 @@ def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
     text = "flexband: compiling the engine (once per machine, up to a minute) ..."
 
     def announce() -> None:
-        if COMPILING:
+        if compiling:
             print(text, file=sys.stderr, flush=True)
 
     timer = threading.Timer(after, announce)

@@ -28,8 +28,8 @@ class ExitStatus(IntEnum):
     USAGE = 2
     """The command line is wrong."""
     DOUBTFUL = 3
-    """Finished, but a requirement is undecided, or the result misses its tolerance, is not trusted or
-    not confirmed."""
+    """Finished, but a requirement is undecided, or the result misses its tolerance, is not trusted
+    or not confirmed."""
     WAITING = 4
     """Points wait to be run elsewhere."""
     FAILED = 5

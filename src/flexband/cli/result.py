@@ -65,7 +65,8 @@ def print_result(
     if as_json:
         doubts = [doubt_text(doubt) for doubt in result.doubts]
         print_json(
-            {"verdicts": [asdict(verdict) for verdict in verdicts], "title": title, "table": table, "answer": answer, "runs": result.runs,
+            {"verdicts": [asdict(verdict) for verdict in verdicts],
+             "title": title, "table": table, "answer": answer, "runs": result.runs,
              "doubts": doubts, "remarks": notes}
         )  # fmt: skip
         return

@@ -1,4 +1,4 @@
-"""Runs at the nominal values, on the discretization of the other runs, for requirements around it."""
+"""Runs at the nominal values, on the discretization of the others, for requirements around it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def write_nominal(
     study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
 ) -> int:
-    """Run the nominal of every combination of options if a requirement is around it; return how many.
+    """Run the nominal of each combination of options if a requirement needs it; return how many.
 
     Parameters
     ----------
@@ -80,9 +80,10 @@ def with_runs(
 ) -> tuple[xr.Dataset, int]:
     """Return margins with `run_margin`: that of a run where the surrogate does not decide.
 
-    The run is at the worst tolerances, with random inputs at their means. One that leaves the bounds
-    there by more than the error of the discretization shows that the requirement is not met, however
-    wrong the surrogate is. It is NaN where no run was made. The number of runs is returned as well.
+    The run is at the worst tolerances, with random inputs at their means. One that leaves the
+    bounds there by more than the error of the discretization shows that the requirement is not met,
+    however wrong the surrogate is. It is NaN where no run was made. The number of runs is returned
+    as well.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ def run(*arguments):
 def study_in(place, text):
     (place / "study.py").write_text(text, encoding="utf-8")
     done = run("run", place / "study.py", "-o", place / "out", "--verify", 0)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code in (0, 5), done.output  # 5: a limit is not kept
     return place / "out"
 
 

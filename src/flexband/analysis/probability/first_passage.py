@@ -65,9 +65,8 @@ def first_passage(
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m, importance = space.random_dimension, space.interval_dimension, options.ends.importance
     if tolerances is not None:
-        state = PartsState.of_parts(state, tolerances)
-        model = None if model is None else replace(model, tolerances=tolerances)
         space, n, m = Space({}), n + tolerances.dimension, 0
+        state, model = _of_parts(state, model, tolerances)
     for thin in (True, False):
         eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
@@ -118,12 +117,7 @@ def first_passage(
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
     }
-    corrections = [part for part in final if isinstance(part, Correction)]
-    if corrections:
-        of_bounds |= {
-            "runs": [part.runs for part in corrections],
-            "disagreements": [part.disagreements for part in corrections],
-        }
+    of_bounds |= _run_counts(final)
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = bool(source) and state.exact
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
@@ -132,6 +126,24 @@ def first_passage(
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
+
+
+def _of_parts(
+    state: LimitState, model: ResponseModel | None, tolerances: ScatteringTolerances
+) -> tuple[PartsState, ResponseModel | None]:
+    """Return a state and a model of parts whose tolerances scatter."""
+    scattering = None if model is None else replace(model, tolerances=tolerances)
+    return PartsState.of_parts(state, tolerances), scattering
+
+
+def _run_counts(final: Sequence[Estimate | Correction]) -> dict[str, list[int]]:
+    """Return how many runs correct the probabilities, and disagree; nothing without runs."""
+    corrections = [part for part in final if isinstance(part, Correction)]
+    counts = {
+        "runs": [part.runs for part in corrections],
+        "disagreements": [part.disagreements for part in corrections],
+    }
+    return counts if corrections else {}
 
 
 def _everywhere(

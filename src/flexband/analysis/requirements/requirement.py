@@ -222,8 +222,8 @@ class Requirement:
         """
         if not self.unit:
             return 1.0
-        units = set(np.ravel(output_labels.coords["unit"]).tolist() if "unit" in output_labels.coords
-                    else [])  # fmt: skip
+        known = output_labels.coords.get("unit", [])
+        units = set(np.ravel(known).tolist())
         if len(units) != 1:
             raise InputError(
                 f"{self.label} unit requires an output with a unit, by which numbers are "

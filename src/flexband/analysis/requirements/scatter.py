@@ -19,7 +19,7 @@ from flexband.uncertainty.inputs.space import Space
 
 @frozen()
 class Capability:
-    """A process whose dimension is normal, given by Cp and Cpk; parts beyond the tolerance are sorted out.
+    """A normal process, given by Cp and Cpk; parts beyond the tolerance are sorted out.
 
     With the tolerance from L to U, σ = (U − L) / (6 Cp), and the mean is 3 σ Cpk from the nearer
     end (ISO 22514-2).

@@ -181,7 +181,7 @@ def limits_table(
     probability: xr.Dataset | None = None,
     production: xr.Dataset | None = None,
 ) -> Table:
-    """Return one row per limit: worst case, and the probability and share of parts that leave it."""
+    """Return one row per limit: worst case, probability of leaving it, and yield."""
     header = ["limit", "verdict", "least margin", "its expected error"]
     every: Any = next(r for r in (probability, production, checked) if r is not None)
     if probability is not None:

@@ -57,7 +57,8 @@ def _place(verdict: RequirementVerdict) -> str:
         return ""
     place = verdict.place if isinstance(verdict.place, str) else number(verdict.place)
     name = "" if verdict.dim == "time" else f"{verdict.dim} "
-    return f" at {name}{place} {verdict.dim_unit}".rstrip()
+    unit = verdict.dim_unit or "s" * (verdict.dim == "time")
+    return f" at {name}{place} {unit}".rstrip()
 
 
 def _share_text(verdict: RequirementVerdict) -> str:

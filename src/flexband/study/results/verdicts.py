@@ -150,7 +150,7 @@ def _verdict(
         unit=stated or least.unit,
         dim=least.dim,
         dim_unit=least.dim_unit,
-        place=least.place,
+        place=least.place_before if least.decided_between else least.place,
         input=found[0],
         input_share=found[1],
         share=share,
@@ -177,9 +177,12 @@ def _by_margin(
         error = max(error, implied * growth(k) / growth(verification.attrs["sigmas"]))
     elif margins.attrs.get("error") == "not estimated":
         return Verdict.UNDECIDED, Reason.NO_ERROR, np.nan
-    elif verification is not None and "confirmed" in verification:
-        if not bool(_of_output(verification["confirmed"], limit, worst="min")):
-            return Verdict.UNDECIDED, Reason.NOT_CONFIRMED, error
+    elif (
+        verification is not None
+        and "confirmed" in verification
+        and not bool(_of_output(verification["confirmed"], limit, worst="min"))
+    ):
+        return Verdict.UNDECIDED, Reason.NOT_CONFIRMED, error
     kept = least.verdict
     if kept is LimitVerdict.KEPT and least.between - error >= 0:
         return Verdict.PASS, Reason.MARGIN, error

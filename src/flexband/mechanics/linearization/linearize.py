@@ -26,6 +26,7 @@ from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 class LinearStates(NamedTuple):
@@ -130,10 +131,10 @@ class Equations:
 
     def switched(self, z: np.ndarray) -> np.ndarray:
         """Return the state with the modes of force laws that its gaps have."""
-        z, count = z.copy(), (self.state.extreme - self.state.gap) // 3
+        z, count = z.copy(), (self.state.extreme - self.state.gap) // GAP_ROWS
         self.loads(z[:, None])
         gaps = self.work.z[self.state.gap :][:count, 0]
-        modes = z[self.state.gap : self.state.extreme][2 * count :]
+        modes = z[self.state.gap : self.state.extreme][2 * count : 3 * count]
         modes[gaps * modes < 0] *= -1.0
         return z
 

@@ -33,13 +33,7 @@ class OverSteps(Sensor):
                 f"{name} sensor must have outputs that are forms of the state, as those of "
                 f"positions, velocities, forces and energies are; got {type(self.sensor).__name__}"
             )
-        if self.window is not None:
-            first, last = check_numbers(f"{name} window [s]", self.window, 2)
-            if not 0 <= first < last:
-                raise InputError(
-                    f"{name} window [s] must be two increasing times from 0 on; got "
-                    f"({first:g}, {last:g})"
-                )
+        check_window(name, self.window)
 
     @property
     def times(self) -> tuple[float, float]:
@@ -49,8 +43,27 @@ class OverSteps(Sensor):
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
 
+    def kinds(self, model: SensorModel) -> list[int]:
+        """Return what is made of each of the forms that are `watched`."""
+        return [self.kind] * len(self.outputs())
+
+    def watched(self, model: SensorModel) -> Sequence[Form]:
+        """Return the forms of which the engine makes something at every step."""
+        return self.sensor.rows(model)
+
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.over_steps(self)
+
+
+def check_window(name: str, window: tuple[float, float] | None) -> None:
+    """Raise `InputError` if these are not two increasing times."""
+    if window is not None:
+        first, last = check_numbers(f"{name} window [s]", window, 2)
+        if not 0 <= first < last:
+            raise InputError(
+                f"{name} window [s] must be two increasing times from 0 on; got "
+                f"({first:g}, {last:g})"
+            )
 
 
 def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:

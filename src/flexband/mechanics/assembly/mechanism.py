@@ -344,6 +344,16 @@ class Mechanism:
         return [law for entries in self.entries.values() for law in entries.laws]
 
     @cached_property
+    def contact_laws(self) -> list[tuple[str, LawEntry]]:
+        """The laws of contacts as the engine numbers them, each with the name of its part."""
+        return [
+            (name, law)
+            for name, entries in self.entries.items()
+            for law in entries.laws
+            if law.gap_kind != GAP.event
+        ]
+
+    @cached_property
     def moments(self) -> list[MomentEntry]:
         """The moments on angles as the engine numbers them."""
         return [moment for entries in self.entries.values() for moment in entries.moments]
@@ -431,12 +441,9 @@ class Mechanism:
 
     def contact_count(self, part: str) -> int:
         """Return how many contacts a load or joint has."""
-        parts = {
-            name: [law for law in entries.laws if law.gap_kind != GAP.event]
-            for name, entries in self.entries.items()
-        }
-        _within("part with contacts", part, {name: laws for name, laws in parts.items() if laws})
-        return len(parts[part])
+        owners = [name for name, _ in self.contact_laws]
+        _within("part with contacts", part, dict.fromkeys(owners))
+        return owners.count(part)
 
     def contacts(self, part: str) -> list[ContactRows]:
         """Return the contacts of a load or joint."""

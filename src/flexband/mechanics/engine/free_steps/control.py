@@ -44,6 +44,8 @@ class StepControl(NamedTuple):
         Part of a step over which the rates of gaps are differences.
     least_speed
         Size of a mode where its gap does not move.
+    in_contact
+        Part of the tolerance of steps in which a contact is closed: depths are small.
     """
 
     safety: float = 0.9
@@ -56,6 +58,7 @@ class StepControl(NamedTuple):
     located: float = 1e-3
     difference: float = 1e-3
     least_speed: float = 1e-30
+    in_contact: float = 0.01
 
 
 CONTROL = StepControl()

@@ -81,6 +81,18 @@ def crossing(structure, values, limits, before, z, step):
 
 
 @compiled
+def in_contact(structure, z):
+    """Return where a contact is closed."""
+    state, closed = structure.state, filled(0.0)
+    count = (state.extreme - state.gap) // GAP_ROWS
+    for k in range(count):
+        if structure.laws.gap_kind[k] != GAP.event:
+            mode = load(z, state.gap + 2 * count + k)
+            closed = where(less(mode, filled(0.0)), filled(1.0), closed)
+    return closed
+
+
+@compiled
 def size_modes(state, z, chosen):
     """Set the size of modes to the speed of their gaps where `chosen` is true."""
     count = (state.extreme - state.gap) // GAP_ROWS

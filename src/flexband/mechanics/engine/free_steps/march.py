@@ -17,7 +17,12 @@ from flexband.mechanics.engine.free_steps.control import (
     length_ratio,
     shift_accelerations,
 )
-from flexband.mechanics.engine.free_steps.crossings import crossing, size_modes, switch_modes
+from flexband.mechanics.engine.free_steps.crossings import (
+    crossing,
+    in_contact,
+    size_modes,
+    switch_modes,
+)
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     ROUNDING,
@@ -171,6 +176,8 @@ def cover(
         update_law_states(structure, values, now, z, work.blocks)
         update_law_gaps(structure, values, now, z, CONTROL.difference * step, work.blocks)
         error = error_of_step(structure, scaled, values, work, ratio, limits)
+        share = where(in_contact(structure, z), filled(CONTROL.in_contact), filled(1.0))
+        error = error / share
         good = where(failed, none, less(error, filled(1.0)))
         early, event = crossing(structure, values, limits, work.before, z, step)
         short = less((1.0 - event) * step, filled(limits.smallest))

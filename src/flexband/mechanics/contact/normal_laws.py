@@ -28,7 +28,7 @@ def kept_restitution(damping: ArrayLike) -> np.ndarray:
     for _ in range(60):
         e = (low + high) / 2
         with np.errstate(divide="ignore"):
-            over = a * (1 + e) < np.log((1 + a) / np.maximum(1 - a * e, 0.0))
+            over = a * (1 + e) < np.log1p(a) - np.log1p(-np.minimum(a * e, 1.0))
         low, high = np.where(over, low, e), np.where(over, e, high)
     return np.where(a < 1e-4, 1.0 - 2.0 * a / 3.0 + 4.0 * a**2 / 9.0, (low + high) / 2)
 

@@ -22,6 +22,7 @@ from flexband.mechanics.kernels.lanes import (
     filled,
     less,
     load,
+    magnitude,
     maximum,
     store,
     where,
@@ -34,6 +35,9 @@ AXES = 3
 
 DIFFERENCE = 1e-6
 """Step of the central differences: an angle [rad], or a displacement relative to the size."""
+
+DEPTH_DIFFERENCE = 1e-2
+"""The same for contacts, relative to their depth, if that is less."""
 
 
 class GapKinds(NamedTuple):
@@ -194,6 +198,19 @@ def is_open(laws, state, z, s):
 
 
 @compiled
+def difference(laws, state, z, s, size):
+    """Return the step of the differences of a law, which is a small part of a contact's depth."""
+    begin, end = laws.gap_start[s], laws.gap_start[s + 1]
+    if begin == end or laws.gap_kind[begin] == GAP.event:
+        return filled(DIFFERENCE)
+    depth = magnitude(load(z, state.gap + begin))
+    if laws.gap_kind[begin] == GAP.length:
+        depth = depth / size
+    step = maximum(DEPTH_DIFFERENCE * depth, filled(DEPTH_DIFFERENCE * DIFFERENCE**1.5))
+    return where(less(step, filled(DIFFERENCE)), step, filled(DIFFERENCE))
+
+
+@compiled
 def add_law_tangent(
     laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
     memory,
@@ -211,8 +228,9 @@ def add_law_tangent(
         axes, count = AXES * (last - first), laws.coordinates[s]
         begin, states = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
         K, KB = B + axes * count, B + axes * count + axes * axes
+        step = difference(laws, state, z, s, size)
         for j in range(axes):
-            nudge = filled(DIFFERENCE)
+            nudge = step
             if j % AXES < 2:
                 nudge = nudge * size
             place, speed = load(memory, x + j), load(memory, v + j)

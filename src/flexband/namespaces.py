@@ -15,7 +15,16 @@ from typing import Any
 
 from flexband.deprecation import warn_renamed
 
-NAMESPACES = ("analysis", "contact", "errors", "execution", "fields", "methods", "models", "sections")
+NAMESPACES = (
+    "analysis",
+    "contact",
+    "errors",
+    "execution",
+    "fields",
+    "methods",
+    "models",
+    "sections",
+)
 """Packages and modules of public names, beside those of the package itself."""
 
 

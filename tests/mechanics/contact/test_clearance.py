@@ -51,9 +51,7 @@ def test_the_pin_of_flores_has_its_impacts():
     ).isel(time=-1)
     instants = 1e3 * motion.sel(output=["c_t1", "c_t2", "c_t3"]).values
     np.testing.assert_allclose(instants, published, rtol=1e-3)
-    first = fb.simulate(
-        worn_pin(clearances), duration=4e-4, step=1e-5, integrator=chosen(1e-8)
-    )
+    first = fb.simulate(worn_pin(clearances), duration=4e-4, step=1e-5, integrator=chosen(1e-8))
     for n, until in enumerate((4e-4, 3e-4, 2e-4)):
         largest = -first[n].sel(output="a_X").sel(time=until, method="nearest")
         assert float(largest) == pytest.approx((327_400, 201_600, 143_150)[n], rel=1e-2)

@@ -155,9 +155,7 @@ def test_impacts_without_damping_lose_an_energy_that_the_tolerance_states():
     losses = {}
     for radius in (1.0, 0.7):
         for tolerance in (1e-6, 1e-8):
-            loss, number = on_spring(
-                law, integrator=chosen(tolerance, spectral_radius=radius)
-            )
+            loss, number = on_spring(law, integrator=chosen(tolerance, spectral_radius=radius))
             assert number == 10
             losses[radius, tolerance] = abs(loss)
     assert losses[1.0, 1e-8] < 5e-6

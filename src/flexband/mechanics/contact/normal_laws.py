@@ -68,9 +68,7 @@ class NormalLaw(ABC):
         if np.any(n < 1):
             raise InputError(f"{name} exponent must be 1 or more; got {np.min(n):g}")
         check_positive(f"{name} least_speed", self.least_speed)
-        check_same_samples(
-            name, self.stiffness, self.restitution, self.exponent, self.least_speed
-        )
+        check_same_samples(name, self.stiffness, self.restitution, self.exponent, self.least_speed)
 
     @abstractmethod
     def damping(self, restitution: np.ndarray) -> np.ndarray:

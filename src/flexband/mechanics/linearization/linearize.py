@@ -148,9 +148,9 @@ class Equations:
     def closed(system: System, z: np.ndarray) -> None:
         """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
         state, kinds = system.structure.state, system.structure.laws.gap_kind
-        z[state.gap : state.extreme][2 * len(kinds) : 3 * len(kinds)][kinds != GAP.event] = (
-            -MARK.at_rest
-        )
+        z[state.gap : state.extreme][2 * len(kinds) : 3 * len(kinds)][
+            kinds != GAP.event
+        ] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:
         """Return the states of force laws that the last evaluation has solved for."""

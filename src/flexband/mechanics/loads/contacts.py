@@ -63,9 +63,7 @@ class ContactLoad(PairLoad):
     def enters(self, model: LoadModel) -> Entries:
         """Return the laws of the contacts."""
         first, second = model.frame(self.first), model.frame(self.second)
-        return contact_entries(
-            self.contacts(), first, second, closed_at_start=self.closed_at_start
-        )
+        return contact_entries(self.contacts(), first, second, closed_at_start=self.closed_at_start)
 
 
 @frozen()

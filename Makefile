@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
 
-.PHONY: install demo test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
+.PHONY: install demo compare test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
 install: .venv/installed
 
@@ -14,7 +14,10 @@ install: .venv/installed
 
 demo: install
 	$(BIN)/flexband run examples/slider_crank.py --output output/demo
-	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/demo/paper
+
+# The methods on the paper's coarse model, against LHS–Scanning of the same model.
+compare: install
+	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/compare
 
 # One thread of OpenBLAS in each of pytest's processes, of which there is one per core.
 test kernels: export OPENBLAS_NUM_THREADS = 1

@@ -64,12 +64,16 @@ class Module:
 
     @cached_property
     def imports(self) -> set[str]:
-        """Dotted names of what is imported from the package, but not for types alone."""
+        """Dotted names of what is imported from the package, but not for types alone.
+
+        Commands import what stands below ``if TYPE_CHECKING`` when they are called.
+        """
         names = set()
         types = {
             id(node)
             for block in self.tree.body
             if isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"
+            if not re.search(r"\n@(app\.command|answer_command)\(", self.text)
             for node in ast.walk(block)
         }
         for node in (node for node in self.nodes if id(node) not in types):

@@ -12,14 +12,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import flexband as fb
-from flexband.cli.commands import MODULES
+from flexband.cli.commands import MODULES, asks_for_help, commands
 
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "words",
     "deprecation",
+    "absent",
     "namespaces",
     "errors",
+    "units",
     "arguments",
     "error_text",
     "prescribed_motion",
@@ -79,6 +81,8 @@ FILES = {
     if file.name != "__init__.py"
 }
 
+COMMAND_FILES = {FILES[f"cli.{module}"] for module in MODULES}
+
 
 def room(module):
     """Return which of the rooms a module belongs to."""
@@ -88,9 +92,13 @@ def room(module):
 
 
 def imports(file):
-    """Yield every module that a file imports, inside functions as well, but not for types alone."""
+    """Yield every module that a file imports, inside functions as well, but not for types alone.
+
+    Commands import what stands below ``if TYPE_CHECKING`` when they are called.
+    """
     tree = ast.parse(file.read_text(encoding="utf-8"))
-    tree.body = [node for node in tree.body if not is_for_types(node)]
+    if file not in COMMAND_FILES:
+        tree.body = [node for node in tree.body if not is_for_types(node)]
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             yield node.module
@@ -148,7 +156,10 @@ def test_importing_loads_nothing_heavy():
     assert not {"numpy", "numba", "scipy", "xarray", "matplotlib"} & set(loaded.stdout.split())
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["status", "."]])
+HELP = [["--help"], *([name, "--help"] for name in commands())]
+
+
+@pytest.mark.parametrize("arguments", [["--version"], *HELP, ["status", "."]], ids=" ".join)
 def test_commands_that_compute_nothing_load_nothing_heavy(arguments, tmp_path):
     code = (
         "import atexit, sys; atexit.register(lambda: print(*sys.modules)); "
@@ -159,7 +170,12 @@ def test_commands_that_compute_nothing_load_nothing_heavy(arguments, tmp_path):
     )
     loaded = set(done.stdout.split())
     assert "flexband.cli.application" in loaded
-    assert not {"numba", "scipy", "xarray", "pandas", "matplotlib"} & loaded
+    assert not {"numba", "scipy", "xarray", "pandas", "zarr", "matplotlib", "plotly"} & loaded
+
+
+def test_a_help_page_is_asked_for_anywhere_but_after_two_hyphens():
+    assert asks_for_help(["run", "study.py", "--help"])
+    assert not asks_for_help(["run", "--", "--help"])
 
 
 def test_every_module_with_commands_is_known():

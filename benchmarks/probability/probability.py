@@ -22,7 +22,7 @@ from scipy.special import ndtri
 
 import flexband as fb
 from benchmarks.harness import options, report
-from flexband.analysis.limits import corridors
+from flexband.analysis.requirements.requirement import corridors
 from flexband.analysis.probability.estimates import TWO_SIDED, estimate
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import rare

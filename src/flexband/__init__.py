@@ -22,8 +22,13 @@ if TYPE_CHECKING:
         models as models,
         plot as plot,
         sections as sections,
+        sensors as sensors,
     )
-    from flexband.analysis.limits import Limit as Limit
+    from flexband.analysis.requirements.production import production_yield as production_yield
+    from flexband.analysis.requirements.requirement import (
+        Limit as Limit,
+        Requirement as Requirement,
+    )
     from flexband.analysis.verification.verify import verify as verify
     from flexband.mechanics.assembly.mechanism import Mechanism as Mechanism
     from flexband.mechanics.bodies.beam import Beam as Beam
@@ -66,11 +71,6 @@ if TYPE_CHECKING:
         KineticEnergy as KineticEnergy,
         PotentialEnergy as PotentialEnergy,
         Work as Work,
-    )
-    from flexband.mechanics.sensors.extremes import (
-        Integral as Integral,
-        Largest as Largest,
-        Smallest as Smallest,
     )
     from flexband.mechanics.sensors.forces import (
         LawState as LawState,

@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from importlib import import_module
 from typing import Any
 
+from flexband.absent import absent
 from flexband.deprecation import warn_renamed
 
 NAMESPACES = (
@@ -24,6 +25,7 @@ NAMESPACES = (
     "methods",
     "models",
     "sections",
+    "sensors",
 )
 """Packages and modules of public names, beside those of the package itself."""
 
@@ -35,11 +37,9 @@ def lazy_names(
 
     `__dir__` also has the modules that are imported from the package itself.
     """
-    with open(file, "rb") as source:
-        block = next(node for node in ast.parse(source.read()).body if isinstance(node, ast.If))
     origins = {
         alias.name: node.module
-        for node in block.body
+        for node in imports_for_types(file)
         if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }
@@ -57,6 +57,13 @@ def lazy_names(
     return public, public_name, lambda: sorted(origins)
 
 
+def imports_for_types(file: str) -> list[ast.stmt]:
+    """Return the statements below the ``if TYPE_CHECKING`` of a file, which has no other before."""
+    with open(file, "rb") as source:
+        statements = ast.parse(source.read()).body
+    return next((node.body for node in statements if isinstance(node, ast.If)), [])
+
+
 def moved_name(package: str, name: str) -> Any:
     """Return what was a name of the package and is one of a namespace, and warn; None if nothing.
 
@@ -72,6 +79,12 @@ def moved_name(package: str, name: str) -> Any:
 
 def unknown_name(package: str, name: str) -> AttributeError:
     """Return the error of a name that does not exist; it states the nearest one, wherever it is."""
+    missing = absent(name)
+    if missing:
+        return AttributeError(
+            f"module {package!r} has no attribute {name!r}, since flexband has no "
+            f"{missing.feature}. {missing.instead} See docs/explanation/absent.md"
+        )
     near: list[str] = []
     if not name.startswith("_"):
         root = package.partition(".")[0]

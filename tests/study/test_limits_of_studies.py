@@ -30,13 +30,17 @@ def run(folder, status=0, **parts):
 def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
     # the highest μ + 3σ is 2.3
     told = run(tmp_path, limits="fb.Limit(below=2.5)")
-    assert "The limit response below 2.5 is kept by μ ± 3σ: least margin 0.2" in told
-    again = run(tmp_path, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
-    assert "The limit response below 2.2 is NOT kept by μ ± 3σ: least margin -0.1" in again
+    assert told.index("PASS response below 2.5: kept with a margin of 0.2 (") < told.index(
+        "Report:"
+    )
+    assert "(worst tolerances, 3σ)" in told
+    again = run(tmp_path, 5, limits="[fb.Limit(below=2.2)]")  # another study, with the same runs
+    assert "FAIL response below 2.2: exceeded by 0.1 (" in again
+    assert "mostly due to" in again
     with xr.open_dataset(tmp_path / "out" / "probability.nc") as found:
         (probability,) = found["probability"].sel(bound="upper").values
     assert probability == pytest.approx(0.02275, rel=0.1)  # that of 2σ
-    assert "has this result already" in run(tmp_path, limits="fb.Limit(below=2.2)")
+    assert "has this result already" in run(tmp_path, 5, limits="fb.Limit(below=2.2)")
 
 
 def test_results_are_there_although_limits_cannot_be_checked(tmp_path):
@@ -77,8 +81,7 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     """Without orders the surrogate is a constant, whose error bar has no width."""
     told = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
     assert "Doubtful: new runs find an error of more than 1000 % of the error bar's width" in told
-    assert "is kept by μ ± 3σ: least margin 1" in told
-    assert "; this is NOT reliable. The probability" in told
+    assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in told
     assert "leaving a limit at any time is below 3e-12; this is NOT reliable." in told
     asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
     assert "NOT reliable: new runs find an error" in " ".join(asked.output.split())

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 import flexband as fb
-from flexband.cli.methods import METHODS
+from flexband.cli.plan import METHODS
 from flexband.study.options import method_classes, method_options, with_options
 from tests.public_names import PUBLIC
 

@@ -132,7 +132,7 @@ def test_the_command_line_shows_the_result_of_a_program(file, tmp_path):
     text = " ".join(shown.output.split())
     assert "no run was made" in text
     assert f"AdaptivePCCI, {result.runs} runs" in text or f"{result.runs} runs" in text
-    assert "The limit response below 4 is kept" in text
+    assert "PASS response below 4: kept with a margin of" in text
     assert (folder / "report.html").is_file()
     refused = CliRunner().invoke(app, ["resume", str(folder)])
     assert "a Python program runs the study" in " ".join(refused.output.split())

@@ -22,6 +22,12 @@ if TYPE_CHECKING:
         Spectrum as Spectrum,
         Trough as Trough,
     )
+    from flexband.analysis.requirements.criteria import (
+        Probability as Probability,
+        ShareOfParts as ShareOfParts,
+        WorstCase as WorstCase,
+    )
+    from flexband.analysis.requirements.scatter import Capability as Capability
     from flexband.analysis.sensitivity.contributions import contributions as contributions
     from flexband.analysis.sensitivity.sobol import sobol_indices as sobol_indices
     from flexband.analysis.sensitivity.tolerance_for import tolerance_for as tolerance_for

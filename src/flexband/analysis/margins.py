@@ -2,109 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from enum import StrEnum
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
-from flexband.analysis.limits import Corridor, Limits, corridors, joint
 from flexband.analysis.peaks import drops, spacing
+from flexband.analysis.requirements.corridors import Corridor, chosen_output, joint
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
+from flexband.analysis.requirements.least_margin import WORST_FIRST, LeastMargin, LimitVerdict
+from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
 from flexband.analysis.results import ERRORS, Variables, check_free
 from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
-
-
-class LimitVerdict(StrEnum):
-    """Whether a limit is kept for all values of the interval inputs."""
-
-    KEPT = "kept"
-    NOT_KEPT = "not kept"
-    UNDECIDED = "undecided"
-
-
-@dataclass(frozen=True)
-class LeastMargin:
-    """A verdict on a limit with its numbers, of which all texts are made.
-
-    Attributes
-    ----------
-    limit : the limit in words.
-    verdict : whether it is kept.
-    margin, error, unit : the least margin, its expected error, and their unit.
-    dim, dim_unit : the last dimension of the output, such as time; "" if there is none.
-    place : where the least margin is, along this dimension.
-    between, place_before : the least margin between the times, and the time before it.
-    inputs : values of the inputs there, in words.
-    """
-
-    limit: str
-    verdict: LimitVerdict
-    margin: float
-    error: float
-    unit: str
-    dim: str
-    dim_unit: str
-    place: float | str
-    between: float
-    place_before: float | str
-    inputs: list[str]
-
-    @staticmethod
-    def of(result: xr.Dataset) -> LeastMargin:
-        """Return that of one limit, of what `check_limits` returns."""
-        dim, places = "", ("", "")
-        if "least_margin_at" in result:
-            dim = str(result["margin"].dims[-1])
-            both = result["least_margin_at"], result["margin_between_after"]
-            is_number = both[0].dtype.kind in "iuf"
-            places = tuple(float(k) if is_number else str(k.values) for k in both)
-        unit = str(result["unit"].values) if "unit" in result.coords else ""
-        inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
-        if "worst_inputs" in result:
-            pairs = zip(result["input"].values, result["worst_inputs"].values, strict=True)
-            inputs += [f"{name} = {value:.6g}" for name, value in pairs]
-        return LeastMargin(
-            str(result["limit"].values),
-            LimitVerdict(str(result["verdict"].values)),
-            float(result["least_margin"]),
-            float(result["least_margin_error"]),
-            unit,
-            dim,
-            result[dim].attrs.get("units", "") if dim in result.coords else "",
-            places[0],
-            float(result["margin_between"]),
-            places[1],
-            inputs,
-        )
-
-    @property
-    def decided_between(self) -> bool:
-        """Whether it is the least margin between the times that may be below zero."""
-        return bool(self.dim) and self.between - self.error < 0 <= self.margin
-
-    def in_words(
-        self, number: Callable[[float], str] = "{:.4g}".format, *, with_error: bool = False
-    ) -> str:
-        """Return the least margin, and where it is: "least margin 0.2 N at time 0.1 s"."""
-        error = f" ± {self.error:.2g}" if self.error and with_error else ""
-        unit = f" {self.unit}" if self.unit else ""
-        text = f"least margin {number(self.margin)}{error}{unit}"
-        if not self.dim:
-            return text
-        places = [
-            f"{k if isinstance(k, str) else number(k)} {self.dim_unit}".rstrip()
-            for k in (self.place, self.place_before)
-        ]
-        text += f" at {self.dim} {places[0]}"
-        if self.decided_between:
-            where = "output times" if self.dim == "time" else f"values of {self.dim}"
-            text += f"; {self.between:.4g}{unit} between the {where}, after {places[1]}"
-        return text
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
 def error_of(
@@ -120,7 +35,9 @@ def error_of(
     return "", np.zeros(labels.shape[1:])
 
 
-def check_limits(surrogate: AnySurrogate, limits: Limits, *, sigmas: float = 3.0) -> xr.Dataset:
+def check_limits(
+    surrogate: AnySurrogate, limits: Requirements, *, sigmas: float | None = None
+) -> xr.Dataset:
     """Return whether each limit is kept for all values of the interval inputs, and its margin.
 
     The margin of a limit is how far it is from the error bar μ ± kσ, or, if there are no random
@@ -129,8 +46,8 @@ def check_limits(surrogate: AnySurrogate, limits: Limits, *, sigmas: float = 3.0
     Parameters
     ----------
     surrogate : what `expand` returns.
-    limits : a `Limit`, or several.
-    sigmas : k of the error bar.
+    limits : a `Requirement` or a `Limit`, or several.
+    sigmas : k of the error bar; unless given, that of each requirement's `WorstCase`, or 3.
 
     Returns
     -------
@@ -147,6 +64,9 @@ def check_limits(surrogate: AnySurrogate, limits: Limits, *, sigmas: float = 3.0
     somewhere, at a time or, in all these runs, between two, else "undecided".
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
     "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
+    `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
+    `stated_unit` and `stated_scale` (this unit in units of the output) are those of the
+    requirements.
 
     Raises
     ------
@@ -167,30 +87,116 @@ def check_limits(surrogate: AnySurrogate, limits: Limits, *, sigmas: float = 3.0
     labels = labels_of(surrogate)
     for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
         check_free(name, labels)
-    named_corridors = corridors(limits, labels)
-    bands = _bands(surrogate, named_corridors, sigmas)
-    source, error = error_of(bands, labels)
-    results = [_checked(corridor, bands, labels, error) for corridor in named_corridors.values()]
-    result = xr.concat(results, "limit").assign_coords(limit=list(named_corridors))
-    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(len(named_corridors))]
+    requirements = by_name(limits)
+    deviations = {
+        name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)
+        for name, requirement in requirements.items()
+    }
+    if len(set(deviations.values())) > 1 and any(
+        compensators(case.space) for case in surrogates_of(surrogate).values()
+    ):
+        raise InputError("limits must all have the same sigmas where there is a Compensator")
+    results, source, inputs = {}, "", ""
+    for k in dict.fromkeys(deviations.values()):
+        checked = _Checked(surrogate, requirements, k)
+        results |= {
+            name: checked.result(name).assign(_about(requirement, labels, k))
+            for name, requirement in requirements.items()
+            if deviations[name] == k
+        }
+        source, inputs = checked.source, checked.inputs
+    result = xr.concat([results[name] for name in requirements], "limit")
+    result = result.assign_coords(limit=list(requirements))
+    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(len(requirements))]
     words = [
         f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
         + f", with {', '.join(verdict.inputs)}" * bool(verdict.inputs)
         for verdict in verdicts
     ]
-    attrs = {
-        "sigmas": bands.attrs["sigmas"],
+    attrs: dict[str, Any] = {
         "error": source or "not estimated",
         "verdict": ". ".join(words) + ("" if source else ". The error of this is not estimated"),
     }
+    if len(set(deviations.values())) == 1:
+        attrs["sigmas"] = next(iter(deviations.values()))
     kept = {verdict.verdict for verdict in verdicts}
-    worst_first = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
-    worst = next(verdict for verdict in worst_first if verdict in kept)
-    attrs |= {"kept": worst.value, "inputs": bands.attrs.get("inputs", "")}
+    worst = next(verdict for verdict in WORST_FIRST if verdict in kept)
+    attrs |= {"kept": worst.value, "inputs": inputs}
     return _described(result.assign_attrs(attrs))
 
 
-def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: float) -> xr.Dataset:
+def _sigmas_of(requirement: Requirement) -> float:
+    """Return k of the error bar that tells the margin of a requirement."""
+    criterion = requirement.criterion
+    return criterion.sigmas if isinstance(criterion, WorstCase) else WorstCase().sigmas
+
+
+def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dict[str, Any]:
+    """Return what a result says of a requirement itself."""
+    criterion, number = requirement.criterion, chosen_output("", requirement.output, labels)[1]
+    of_output = labels if number is None else labels.isel(output=number)
+    shares = isinstance(criterion, Probability | ShareOfParts)
+    return {
+        "requirement": requirement.name,
+        "identifier": requirement.identifier,
+        "source": requirement.source,
+        "bounds": requirement.bounds,
+        "criterion": type(criterion).__name__,
+        "at_most": criterion.at_most if shares else np.nan,
+        "deviations": sigmas,
+        "stated_unit": requirement.unit,
+        "stated_scale": requirement.scale(of_output),
+    }
+
+
+class _Checked:
+    """The margins of requirements by bands of one k.
+
+    Attributes
+    ----------
+    source : which variable tells the error of the bands; "" if none does.
+    inputs : those of the bands, in words.
+    """
+
+    def __init__(
+        self, surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
+    ) -> None:
+        self.surrogate, self.requirements, self.sigmas = surrogate, requirements, sigmas
+        self.labels, self.cases = labels_of(surrogate), surrogates_of(surrogate)
+        self.bands: dict[str, xr.Dataset] = {}
+        self.source = self.inputs = ""
+
+    def result(self, name: str) -> xr.Dataset:
+        """Return the result for one requirement; with choices, that of the worst combination."""
+        requirement = self.requirements[name]
+        if requirement.nominal is None or "" in self.cases:
+            return self._of_case("", requirement)
+        results = [
+            self._of_case(label, requirement).assign(worst_choice=label) for label in self.cases
+        ]
+
+        def rank(result: xr.Dataset) -> tuple[int, float]:
+            kept = WORST_FIRST.index(LimitVerdict(str(result["verdict"].values)))
+            return kept, float(result["margin_between"] - result["least_margin_error"])
+
+        return min(results, key=rank)
+
+    def _of_case(self, label: str, requirement: Requirement) -> xr.Dataset:
+        if label not in self.bands:
+            self.bands[label] = (
+                self.cases[label].bands(self.sigmas)
+                if label
+                else _bands(self.surrogate, self.requirements, self.sigmas)
+            )
+        bands = self.bands[label]
+        self.source, error = error_of(bands, self.labels)
+        self.inputs = str(bands.attrs.get("inputs", ""))
+        return _checked(requirement.corridor(self.labels, label), bands, self.labels, error)
+
+
+def _bands(
+    surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
+) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
     bands = surrogate.bands(sigmas)
     cases = surrogates_of(surrogate)
@@ -203,7 +209,7 @@ def _bands(surrogate: AnySurrogate, limits: Mapping[str, Corridor], sigmas: floa
     columns = compensators(space)
     if not columns:
         return bands
-    corridor = joint(limits)
+    corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
@@ -325,17 +331,30 @@ LONG_NAMES = {
     "grid_error": "by how much the margin may be less between the times",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
+    "requirement": "name of the requirement",
+    "identifier": "identifier of the requirement",
+    "source": "where the requirement is from",
+    "bounds": "what the output must keep",
+    "criterion": "what it takes to meet the requirement",
+    "at_most": "largest probability or share of parts that is allowed",
+    "deviations": "k of μ ± kσ",
+    "stated_unit": "unit in which the requirement is stated",
+    "stated_scale": "this unit in units of the output",
 }
+
+
+UNITLESS = "worst_inputs", "at_most", "deviations", "stated_scale"
 
 
 def _described(result: xr.Dataset) -> xr.Dataset:
     """Give every variable a `long_name`, and `units` where all limits have the same."""
-    k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
+    sigmas = result.attrs.get("sigmas", "k")
+    k = "" if sigmas == 1 else f"{sigmas:g}" if isinstance(sigmas, float) else sigmas
     units = set(np.ravel(result["unit"].values).tolist()) if "unit" in result.coords else set()
     for name, words in LONG_NAMES.items():
         if name in result:
             result[name].attrs["long_name"] = words.format(k=k)
-            if len(units) == 1 and result[name].dtype.kind == "f" and name != "worst_inputs":
+            if len(units) == 1 and result[name].dtype.kind == "f" and name not in UNITLESS:
                 result[name].attrs["units"] = str(next(iter(units)))
     for name in ("least_margin_at", "margin_between_after"):
         if name in result:

@@ -13,7 +13,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_group
 
 import flexband as fb
-from flexband.cli.commands import commands, load, renamed
+from flexband.cli.commands import asks_for_help, commands, load, renamed
 from flexband.cli.messages import Ending, print_remark, print_text
 from flexband.deprecation import renamed_text
 
@@ -30,8 +30,10 @@ class _Commands(TyperGroup):
         self.commands = {**known, **self.commands}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        load(args[:1])
+        load(args)
         self.commands = get_group(app).commands
+        if asks_for_help(args):
+            args = [args[0], "--help"]
         return super().resolve_command(ctx, args)
 
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
@@ -94,9 +96,10 @@ def _print_version(requested: bool) -> None:
 
 
 @app.callback(
-    epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but the tolerance is not met, "
-    "or the result is not trusted, or verification runs fail or do not confirm it; 4 points wait "
-    "to be run elsewhere; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
+    epilog="Exit status: 0 done; 1 error; 2 wrong usage; 3 finished, but a requirement is "
+    "undecided, or the tolerance is not met, or the result is not trusted, or verification runs "
+    "fail or do not confirm it; 4 points wait to be run elsewhere; 5 finished, and a requirement "
+    "is not met; 130 stopped by Ctrl-C; 143 stopped by SIGTERM."
 )
 def main(
     version: Annotated[

@@ -1,15 +1,22 @@
 """The commands by name; the module of a command is imported when it is called.
 
-A study needs most of flexband, which takes more than a second to import, its help page nothing.
+A study needs most of flexband, which takes more than a second to import. A help page needs nothing
+of it: what a module with commands imports below ``if TYPE_CHECKING`` is imported at run time, too,
+but only if a command is called.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+
+from flexband.cli.methods import add_method_options
+from flexband.namespaces import imports_for_types
 
 MODULES = (  # the order of the help page
     "runs", "status", "report", "export", "comparison", "points", "answers.rankings",
@@ -82,14 +89,33 @@ def _names(function: ast.FunctionDef) -> Iterator[str]:
             )
 
 
-def load(arguments: Iterable[str]) -> None:
+def load(arguments: Sequence[str]) -> None:
     """Import the module of the first argument that is a command, which adds it to the application.
 
     Parameters
     ----------
     arguments : those of the command line, options included.
     """
-    today, _ = renamed([*arguments])
+    today, _ = renamed(arguments)
     name = next((argument for argument in today if argument in commands()), None)
-    if name is not None:
-        import_module(commands()[name][0])
+    if name is None:
+        return
+    import_module(commands()[name][0])
+    if not asks_for_help(arguments):
+        add_method_options()
+        for module in MODULES:
+            if loaded := sys.modules.get(f"flexband.cli.{module}"):
+                _complete(loaded)
+
+
+def asks_for_help(arguments: Sequence[str]) -> bool:
+    """Return whether a help page is requested, and nothing else."""
+    return "--help" in (arguments[: arguments.index("--")] if "--" in arguments else arguments)
+
+
+@cache
+def _complete(module: ModuleType) -> None:
+    """Import what a module imports below ``if TYPE_CHECKING``."""
+    assert module.__file__ is not None
+    imports = ast.Module(imports_for_types(module.__file__), type_ignores=[])
+    exec(compile(imports, module.__file__, "exec"), module.__dict__)

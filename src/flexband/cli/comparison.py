@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,15 +12,19 @@ import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import File, Output, Replace, check_folder
 from flexband.cli.messages import UsageError, print_table, print_text, reported_errors, usage
-from flexband.execution.fingerprint import fingerprint
 from flexband.files import try_write
-from flexband.report.progress import progress_bars
-from flexband.study.comparison import compare, usual_methods
-from flexband.study.compiling import compile_ahead
-from flexband.study.discretized import discretized
 from flexband.study.folder import StudyFolder
-from flexband.study.results.netcdf import write_netcdf
-from flexband.study.study import load_study
+
+if TYPE_CHECKING:  # imported when a command is called
+    from flexband.execution.fingerprint import fingerprint
+    from flexband.report.progress import progress_bars
+    from flexband.report.results import data_file, write_comparison_report
+    from flexband.report.text import tables
+    from flexband.study.comparison import compare, usual_methods
+    from flexband.study.compiling import compile_ahead
+    from flexband.study.discretized import discretized
+    from flexband.study.results.netcdf import write_netcdf
+    from flexband.study.study import load_study
 
 
 @app.command("compare")
@@ -44,12 +48,6 @@ def compare_methods(
     more than a million runs are left out. A step or elements that the study leaves out are
     chosen by the adaptive method.
     """
-    from flexband.report.results import (  # noqa: PLC0415
-        data_file,
-        write_comparison_report,
-    )
-    from flexband.report.text import tables  # noqa: PLC0415
-
     study = load_study(file)
     if not re.fullmatch(r"\d+,\d+(\s+\d+,\d+)*", orders.strip(), re.ASCII):
         raise UsageError(f"orders must be pairs k,q such as '1,1 2,2'; got {orders!r}")

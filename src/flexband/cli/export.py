@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import UsageError, print_text, reported_errors
 from flexband.errors import InputError
-from flexband.execution.store import open_runs
 from flexband.files import replaced
-from flexband.study.columns import column_names, different, write_csv
 from flexband.words import number_of
+
+if TYPE_CHECKING:  # imported when a command is called
+    import numpy as np
+    import xarray as xr
+
+    from flexband.execution.store import open_runs
+    from flexband.study.columns import column_names, different, write_csv
 
 
 @app.command()

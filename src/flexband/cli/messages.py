@@ -28,9 +28,12 @@ class ExitStatus(IntEnum):
     USAGE = 2
     """The command line is wrong."""
     DOUBTFUL = 3
-    """Finished, but the result does not meet its tolerance, is not trusted or not confirmed."""
+    """Finished, but a requirement is undecided, or the result misses its tolerance, is not trusted or
+    not confirmed."""
     WAITING = 4
     """Points wait to be run elsewhere."""
+    FAILED = 5
+    """Finished, and a requirement is not met."""
     STOPPED = 128
     """By a signal, whose number is added: 130 after Ctrl-C, 143 after SIGTERM."""
 

@@ -1,4 +1,4 @@
-"""The methods by name, and their options as options of a command."""
+"""The options of methods as options of a command."""
 
 from __future__ import annotations
 
@@ -8,21 +8,19 @@ from typing import Annotated, Any
 
 import typer
 
-import flexband as fb
 from flexband.cli.messages import print_table, print_text
-from flexband.study.options import method_classes, method_options
 
-METHODS = method_classes([  # the public ones, without all that else is public
-    fb.AdaptivePCCI, fb.ImprovedPCCI, fb.LHSScanning, fb.MonteCarlo, fb.PCCI,
-    fb.methods.PerturbationChebyshev, fb.methods.PhaseResolvedPCCI, fb.methods.RegressionPCCI,
-    fb.methods.SobolScanning,
-])  # fmt: skip
+COMMANDS: list[Any] = []
+"""Functions of commands that take options of methods."""
 
 
 def print_methods(requested: bool) -> None:
     """Print the values of --method and the options of methods, if that is requested; then exit."""
     if not requested:
         return
+    from flexband.cli.plan import METHODS  # noqa: PLC0415
+    from flexband.study.options import method_options  # noqa: PLC0415
+
     print_text(f"Values of --method: {', '.join(METHODS)}")
     rows = []
     for name, (kind, defaults) in method_options(METHODS).items():
@@ -44,20 +42,36 @@ HelpMethods = Annotated[
 
 
 def with_method_options(command: Any) -> Callable:
-    """Put the options of all methods in place of the ``**values`` of a command.
+    """Put --help-methods in place of the ``**values`` of a command.
 
-    They are not in its help page; --help-methods, which is added as well, lists them.
+    `add_method_options` adds the options of all methods, which are not in its help page.
     """
-    signature = inspect.signature(command, eval_str=True)
-    parameters = list(signature.parameters.values())[:-1]
+    _with_options(command, {"help_methods": HelpMethods}, False)
+    COMMANDS.append(command)
+    return command
+
+
+def add_method_options() -> None:
+    """Add the options of all methods to the commands that take them, if any is loaded."""
+    if not COMMANDS:
+        return
+    from flexband.cli.plan import METHODS  # noqa: PLC0415
+    from flexband.study.options import method_options  # noqa: PLC0415
+
     options: dict[str, Any] = {
         name: Annotated[kind | None, typer.Option(hidden=True)]
         for name, (kind, _) in method_options(METHODS).items()
     }
+    while COMMANDS:
+        _with_options(COMMANDS.pop(), options, None)
+
+
+def _with_options(command: Any, options: dict[str, Any], default: object) -> None:
+    """Put options in place of the ``**values`` of a command, or beside others."""
+    signature = inspect.signature(command, eval_str=True)
+    parameters = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
     parameters += [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-        for kind_of, default in ((options, None), ({"help_methods": HelpMethods}, False))
-        for name, kind in kind_of.items()
+        for name, kind in options.items()
     ]
     command.__signature__ = signature.replace(parameters=parameters)
-    return command

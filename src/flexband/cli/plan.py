@@ -6,29 +6,27 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from flexband.analysis.verification.verify import MAX_RUNS
+import flexband as fb
+from flexband.analysis.verification import MAX_RUNS
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.methods import METHODS
+from flexband.cli.options import POLICIES
 from flexband.errors import InputError, StoreError, check_integer, check_option, check_positive
 from flexband.execution.dask import Dask
 from flexband.execution.processes import Processes
 from flexband.study.folder import StudyFolder
-from flexband.study.options import with_options
+from flexband.study.options import method_classes, with_options
 from flexband.study.run import RunOptions
 from flexband.study.study import Study, load_study
-from flexband.uncertainty.runs.evaluations import BATCH
+from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
-POLICIES = ("stop", "half-step", "skip")
-"""Values of --failed; blanks stand for hyphens where `propagate` takes them."""
-
-Trust = Annotated[
-    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
-]
+METHODS = method_classes([  # the public ones, without all that else is public
+    fb.AdaptivePCCI, fb.ImprovedPCCI, fb.LHSScanning, fb.MonteCarlo, fb.PCCI,
+    fb.methods.PerturbationChebyshev, fb.methods.PhaseResolvedPCCI, fb.methods.RegressionPCCI,
+    fb.methods.SobolScanning,
+])  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ class Plan:
         try:
             plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:
-            raise StoreError("study.json does not tell which study it is") from None
+            raise StoreError("study.json is incomplete") from None
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
     def as_json(self) -> dict[str, Any]:

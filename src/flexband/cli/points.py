@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,21 +12,24 @@ from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output
 from flexband.cli.messages import print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
-from flexband.cli.plan import Plan, Trust, plan_in
-from flexband.cli.runs import Failed, Method, Sigmas, run_plan
+from flexband.cli.options import Failed, Method, Sigmas, Trust
+from flexband.cli.runs import run_plan
 from flexband.errors import InputError
-from flexband.execution.journal import Finished
-from flexband.execution.store import Store
 from flexband.study.folder import StudyFolder
-from flexband.study.points import RequestedPoints
-from flexband.study.study import Study
-from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
 from flexband.words import are
+
+if TYPE_CHECKING:  # imported when a command is called
+    from flexband.cli.plan import Plan, plan_in
+    from flexband.execution.journal import Finished
+    from flexband.execution.store import Store
+    from flexband.study.points import RequestedPoints
+    from flexband.study.study import Study
+    from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
 
 
 @app.command()
-@reported_errors()
 @with_method_options
+@reported_errors()
 def export_points(
     file: File,
     output: Output = Path("output"),

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-import xarray as xr
 
 import flexband as fb
 from flexband.cli.application import app
@@ -15,10 +14,15 @@ from flexband.cli.messages import UsageError, print_text, reported_errors, usage
 from flexband.errors import InputError, check_integer
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.files import try_write
-from flexband.study.results.answers import Unusable, answer_file, read_answers
-from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # imported when a command is called
+    import xarray as xr
+
+    from flexband.report.page.p_boxes import p_boxes
+    from flexband.report.page.page_file import read_given
+    from flexband.report.page.study import write_report
+    from flexband.study.results.answers import Unusable, answer_file, read_answers
+    from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -37,9 +41,6 @@ def report(
     Nothing is run. report.html is one file with all that it needs, which can be sent. Distribution
     functions take about a second each; they are kept in p_boxes.nc.
     """
-    from flexband.report.page.page_file import read_given  # noqa: PLC0415
-    from flexband.report.page.study import write_report  # noqa: PLC0415
-
     given = read_given(folder)
     if not given:
         raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
@@ -80,8 +81,6 @@ def add_p_boxes(
     surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, folder: Path, count: int
 ) -> None:
     """Write the bounds of distribution functions at some times."""
-    from flexband.report.page.p_boxes import p_boxes  # noqa: PLC0415
-
     with usage():
         check_integer("--p-boxes", count, 1, 1000)
     bounds = None if surrogate is None else p_boxes(surrogate, bands, count)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,12 +15,18 @@ from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
+from flexband.report.text.verdicts import verdict_line
+from flexband.study.results.verdicts import Verdict
 from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.cli.plan import Plan
     from flexband.study.results.result import StudyResult
     from flexband.study.study import Study
+
+
+STYLES = {Verdict.PASS: "green", Verdict.FAIL: "bold red", Verdict.UNDECIDED: "yellow"}
+"""How a line with a verdict is printed."""
 
 
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
@@ -50,6 +57,7 @@ def print_result(
     plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
 ) -> None:
     """Print the table of a result, what it answers, and the files that were written."""
+    verdicts = result.verdicts
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
     table = tables.summary_table(result.bands, result.verification)
     answer = answer_of(study, result) if reported else []
@@ -57,10 +65,14 @@ def print_result(
     if as_json:
         doubts = [doubt_text(doubt) for doubt in result.doubts]
         print_json(
-            {"title": title, "table": table, "answer": answer, "runs": result.runs,
+            {"verdicts": [asdict(verdict) for verdict in verdicts], "title": title, "table": table, "answer": answer, "runs": result.runs,
              "doubts": doubts, "remarks": notes}
         )  # fmt: skip
         return
+    for verdict in verdicts:
+        print_text(verdict_line(verdict), STYLES[verdict.verdict])
+    if verdicts:
+        print_text("")
     print_table(title, table)
     files = [f"Report: {result.folder / FileName.REPORT}"] * reported
     kinds: dict[str, str] = {

@@ -5,33 +5,31 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from flexband.analysis.verification.verify import RUNS
+from flexband.analysis.verification import RUNS
 from flexband.cli.application import app
 from flexband.cli.files import File, Folder, Output, check_folder
 from flexband.cli.messages import Ending, ExitStatus, print_text, reported_errors, usage
 from flexband.cli.methods import with_method_options
-from flexband.cli.plan import POLICIES, Plan, Trust, plan_in
-from flexband.cli.result import print_result, write_report_of
+from flexband.cli.options import POLICIES, Failed, Method, Sigmas, Trust
 from flexband.errors import RunsNeeded
 from flexband.execution.names import FileName
 from flexband.progress import listener
-from flexband.report.progress import progress_bars
 from flexband.study.folder import StudyFolder
-from flexband.study.run import RunOptions, run_study
-from flexband.uncertainty.runs.evaluations import BATCH
+from flexband.uncertainty.runs import BATCH
 from flexband.words import are
 
-Method = Annotated[
-    str | None, typer.Option(help="Used instead of the study's; see --help-methods.")
-]
-Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ (the study's).")]
-Failed = Annotated[
-    str, typer.Option(help=f"If a run fails: {', '.join(POLICIES)}.", show_default=False)
-]
+if TYPE_CHECKING:  # imported when a command is called
+    from flexband.cli.plan import Plan, plan_in
+    from flexband.cli.result import print_result, write_report_of
+    from flexband.report.progress import progress_bars
+    from flexband.study.results.verdicts import Verdict, worst_of
+    from flexband.study.run import RunOptions, run_study
+
+
 Executor = Annotated[
     str | None,
     typer.Option(
@@ -50,8 +48,8 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 @app.command()
-@reported_errors()
 @with_method_options
+@reported_errors()
 def run(
     file: File,
     output: Output = Path("output"),
@@ -146,5 +144,8 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     print_result(plan, study, result, reported, as_json=as_json)
     if result.reused:
         print_text(f"{output} has this result already: no run was made.", error=True)
-    if result.doubts:
+    worst = worst_of(result.verdicts)
+    if worst is Verdict.FAIL:
+        raise typer.Exit(ExitStatus.FAILED)
+    if result.doubts or worst is Verdict.UNDECIDED:
         raise typer.Exit(ExitStatus.DOUBTFUL)

@@ -49,6 +49,9 @@ LOADED = time.time()
 """Before the first function is compiled: a file that changed later may not be the code in memory.
 """
 
+COMPILING: set[str] = set()
+"""Names of the functions that are being compiled."""
+
 
 class Addressed:
     """An argument of compiled code that is passed as the address of a table of numbers.
@@ -108,7 +111,11 @@ class Entry:
                 with suppress(OSError):
                     os.utime(file)
                 return _loaded(content[32:])
-        content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
+        COMPILING.add(self.name)
+        try:
+            content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
+        finally:
+            COMPILING.discard(self.name)
         if self.usable:
             self.keep(content, _hash(kind))
         return _loaded(content)

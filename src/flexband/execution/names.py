@@ -18,6 +18,8 @@ class FileName(StrEnum):
     VERIFICATION = "verification.nc"
     CONTRIBUTIONS = "contributions.nc"
     CONTRIBUTIONS_PICTURE = "contributions.png"
+    NOMINAL = "nominal.nc"
+    """The response at the nominal values, if a requirement is around it."""
     PAGE = "page.json"
     """What the report shows of the study's code."""
     REPORT = "report.html"
@@ -50,9 +52,9 @@ class RunStatus(IntEnum):
 
 ANSWERS = (
     "allocation", "p_boxes", "derived", "limits", "narrowed", "p_box", "path", "probability",
-    "quantiles", "range", "sobol",
+    "quantiles", "range", "sobol", "yield",
 )  # fmt: skip
 """Answers, which commands write as NAME.nc and NAME.png."""
 
-WRITTEN_BY_RUN = ("limits", "path", "probability")
+WRITTEN_BY_RUN = ("limits", "path", "probability", "yield")
 """Answers that ``flexband run`` writes, too."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.optimize import linear_sum_assignment
 
 from flexband.errors import (
     InputError,
@@ -177,7 +177,7 @@ def _matched(
     agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), candidates.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]
-    chosen = np.stack([linear_sum_assignment(-matrix)[1] for matrix in agreement])
+    chosen = np.stack([scipy.optimize.linear_sum_assignment(-matrix)[1] for matrix in agreement])
     frequency = np.take_along_axis(candidates.frequency, chosen, axis=1)
     same = np.abs(candidates.frequency[:, None] - frequency[..., None]) <= tracking.equal * np.abs(
         frequency[..., None]

@@ -40,7 +40,7 @@ from flexband.mechanics.engine.step_check import (
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.sensors.energies import Work
+from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
 from flexband.progress import ProgressListener, listener, listening
 
 
@@ -162,13 +162,13 @@ def simulated(
         check_integer("threads", threads, 1)
     if progress is not None:
         check_function("progress", progress)
-    mechanism.check_sensors()
+    check_sensors(mechanism, grid)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     system = assemble(mechanism)
     free = integrator.step_limits(system.structure.state, grid.step)
     if free:
-        refuse_sums_over_steps(mechanism)
+        refuse_sums_over_steps(mechanism.sensors)
     check_memory(
         system, count, threads or available_cores(), substeps, polynomials=free is not None
     )
@@ -224,14 +224,10 @@ def simulated(
     return result if system.samples > 1 else result.isel(sample=0), system
 
 
-def refuse_sums_over_steps(mechanism: Mechanism) -> None:
-    """Raise `InputError` for sensors that add up over steps, of which a result shows only some."""
-    for name, sensor in mechanism.sensors.items():
-        if isinstance(sensor, Work):
-            raise InputError(
-                f"sensor {name!r}: Work is integrated over the steps of the result, and samples "
-                "choose shorter ones here; take the difference of energies instead"
-            )
+def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
+    """Raise `InputError` if there are no sensors, or averages are over other times."""
+    mechanism.check_sensors()
+    refuse_windows(mechanism.sensors, grid.duration, grid.step)
 
 
 def _raise_failures(

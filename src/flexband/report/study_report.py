@@ -56,10 +56,10 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
 def answer_of(study: Study, result: StudyResult) -> list[str]:
     """Return what the first lines of a report say."""
     inputs = inputs_table(_inputs(study, result), study.units)
-    limits, probability = (result.limits or (None, None))[:2]
+    check = result.limits
     given = {"doubts": result.doubts, "unchecked": result.limits_unchecked}
     shares = uncertain_ones(result.contributions, inputs)
-    return verdict(given, result.bands, result.verification, shares, limits, probability)
+    return verdict(given, result.bands, result.verification, shares, check)
 
 
 def remarks(study: Study, result: StudyResult) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,13 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import cases, first_case
 from flexband.uncertainty.methods.least_squares import RegressionPCCI
-from flexband.uncertainty.methods.method import Evaluate, Method, as_method, check_runs
+from flexband.uncertainty.methods.method import (
+    Evaluate,
+    ExpansionMethod,
+    Method,
+    as_method,
+    check_runs,
+)
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
 from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
@@ -150,7 +156,9 @@ def usual_methods(
 
 def _uncorrected(method: Method) -> Method:
     """Return the method without a correction of step and elements."""
-    return replace(method, correct=False) if isinstance(method, AdaptivePCCI) else method
+    if isinstance(method, ExpansionMethod) and is_dataclass(method) and method.correct:
+        return replace(method, correct=False)
+    return method
 
 
 def _affordable(method: Method, space: Space, count: int) -> bool:

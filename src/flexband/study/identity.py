@@ -27,7 +27,16 @@ def identity(study: Study, *options: object) -> str:
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
     limits = tuple(map(str, study.limits))
-    settings = texts, study.sigmas, limits, options, versions(), source_hash(*COMPUTING)
+    limits += tuple(repr(requirement.criterion) for requirement in study.limits)
+    settings = (
+        texts,
+        study.sigmas,
+        limits,
+        repr(study.scatter),
+        options,
+        versions(),
+        source_hash(*COMPUTING),
+    )
     digest = hashlib.sha256(repr(settings).encode())
     named = tuple(sorted(inputs.items()))
     for part in (study.response, study.method, named, study.limits):

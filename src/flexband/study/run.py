@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.requirements.requirement import several
 from flexband.analysis.sensitivity.contributions import contributions
-from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
+from flexband.analysis.verification import MAX_RUNS, RUNS
+from flexband.analysis.verification.verify import verify
 from flexband.arguments import frozen
 from flexband.error_text import error_text
 from flexband.errors import (
@@ -27,11 +29,13 @@ from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
+from flexband.study.nominal import around_nominal, with_runs, write_nominal
 from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
-from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
+from flexband.uncertainty.runs import BATCH
+from flexband.uncertainty.runs.evaluations import checked_policy, forget_failed
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike
@@ -168,7 +172,7 @@ def run_study(
             seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
             listener().stage("the answers")
             shares = _contributions(study, surrogate, files)
-            limits, unchecked = _limits(study, surrogate, home.path)
+            limits, unchecked = _limits(progress, options, surrogate)
             result = StudyResult(
                 folder=home.path,
                 label=study.method.label,
@@ -206,8 +210,13 @@ def _bands(
         with without_warnings(ToleranceWarning):  # which is one of the doubts
             surrogate = study.expand(**how)
         files.write_surrogate(surrogate)
+        execution = {k: how[k] for k in ("store", "executor", "failed")}
+        nominal = write_nominal(study, surrogate, progress.folder.path, **execution)
         listener().stage("the bands of the expansion")
         bands = surrogate.bands(study.sigmas)
+        if nominal:
+            bands.attrs["runs"] += nominal
+            bands.attrs["runs_nominal"] = nominal
     else:
         surrogate, bands = None, study.run(**how)
         files.write_surrogate(None)
@@ -258,13 +267,27 @@ def _contributions(
     return shares
 
 
-def _limits(study: Study, surrogate: StudySurrogate, folder: Path) -> tuple[LimitCheck | None, str]:
-    """Return whether the limits of a study are kept, or why that is not known."""
-    if not study.limits:
+def _limits(
+    progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate
+) -> tuple[LimitCheck | None, str]:
+    """Return whether the requirements of a study are kept, or why that is not known."""
+    study, folder = progress.study, progress.folder.path
+    if not study.requirements:
         return None, ""
     if surrogate is None:
         return None, "the method expands no response"
     try:
-        return check_limits_in(folder, surrogate, study.limits), ""
+        requirements = around_nominal(several(study.requirements), folder)
+
+        def run_margin(margins: xr.Dataset) -> xr.Dataset:
+            if study.runs_elsewhere:
+                return margins
+            how = {"store": progress.store, "executor": options.executor, "failed": options.failed}
+            return with_runs(study, surrogate, requirements, margins, **how)[0]
+
+        check = check_limits_in(
+            folder, surrogate, requirements, scatter=study.scatter, run_margin=run_margin
+        )
     except Exception as error:  # the bands are there
         return None, str(error) or type(error).__name__
+    return check, ""

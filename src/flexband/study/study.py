@@ -5,7 +5,7 @@ from __future__ import annotations
 import runpy
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field, replace
 from itertools import chain
 from pathlib import Path
@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.limits import Limit, several
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts
+from flexband.analysis.requirements.requirement import Requirements, several
+from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
@@ -24,7 +26,8 @@ from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
+from flexband.uncertainty.runs import BATCH
+from flexband.uncertainty.runs.evaluations import Evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 if TYPE_CHECKING:
@@ -45,16 +48,17 @@ class Study:
     Parameters
     ----------
     response, inputs, method, sigmas : as in `propagate`.
-    limits : a `Limit` or several, which `flexband run` checks with the surrogate of the method,
-        by μ ± 3σ.
+    limits, requirements : a `Requirement` or a `Limit`, or several, which `flexband run` checks
+        with the surrogate of the method. Both names mean the same; both then have all of them.
+    scatter : how tolerances scatter in production, as for `production_yield`, for the yield.
     units : texts such as ``"mm"`` by names of inputs, for the report. Nothing is converted.
 
     Raises
     ------
     InputError
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
-        not a positive number, `limits` are none, or `units` has a name that is no input's or a
-        unit that is no text.
+        not a positive number, `limits` or `requirements` are none, or `units` has a name that is no
+        input's or a unit that is no text.
 
     Examples
     --------
@@ -68,15 +72,24 @@ class Study:
     inputs: Mapping[str, Any]
     method: Method
     sigmas: float = 1.0
-    limits: Sequence[Limit] = ()
+    limits: Requirements = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    requirements: Requirements = ()
+    scatter: Scatter = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
         as_method(self.method)
         object.__setattr__(self, "inputs", dict(self.inputs))
         object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
-        object.__setattr__(self, "limits", several(self.limits))
+        both = *several(self.limits), *several(self.requirements, "requirements")
+        for name in ("limits", "requirements"):
+            object.__setattr__(self, name, tuple(dict.fromkeys(both)))
+        if self.scatter:
+            space = Space(first_case(self.inputs))
+            ScatteringTolerances.of(self.scatter, space)
+        object.__setattr__(self, "scatter", dict(self.scatter))
+        _check_criteria(self)
         object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
 
     @property
@@ -108,7 +121,7 @@ class Study:
             store=store,
             executor=executor,
             failed=failed,
-            check=self._check_limits,
+            check=self._check_requirements,
             progress=progress,
         )
 
@@ -165,14 +178,14 @@ class Study:
             store=store,
             executor=executor,
             failed=failed,
-            check=self._check_limits,
+            check=self._check_requirements,
             progress=progress,
         )
 
-    def _check_limits(self, labels: xr.DataArray) -> None:
-        """Raise `InputError` if a limit does not fit the outputs."""
-        for limit in self.limits:
-            limit.corridor(labels)
+    def _check_requirements(self, labels: xr.DataArray) -> None:
+        """Raise `InputError` if a requirement does not fit the outputs."""
+        for requirement in several(self.requirements):
+            requirement.check_fits(labels)
 
     def using(self, method: Method) -> Study:
         """Return the same study with another method."""
@@ -197,6 +210,20 @@ class Study:
     def fields(self) -> dict[str, Field]:
         """Return the fields among the inputs, with their domains set."""
         return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
+
+
+def _check_criteria(study: Study) -> None:
+    """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
+    for requirement in several(study.requirements):
+        criterion, label = requirement.criterion, requirement.label
+        if isinstance(criterion, ShareOfParts) and not study.scatter:
+            raise InputError(f"{label} criterion ShareOfParts requires the study's scatter")
+        random = Space(first_case(study.inputs)).of_kind(random=True)
+        if isinstance(criterion, Probability) and not random:
+            raise InputError(
+                f"{label} criterion Probability requires random inputs; ShareOfParts is about "
+                "tolerances that scatter"
+            )
 
 
 def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:

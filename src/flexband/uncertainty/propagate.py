@@ -13,8 +13,9 @@ from flexband.progress import Progress
 from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Method, as_method
+from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
-from flexband.uncertainty.runs.evaluations import BATCH, EvaluationOptions, OutputCheck
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices

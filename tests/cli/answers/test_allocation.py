@@ -37,7 +37,7 @@ def test_tolerances_are_allocated_and_confirmed(folder):
     arguments = ("allocate", folder, "--below", "y=0.6", "--cost", "a=3", "--cost", "b=2")
     printed = run(*arguments)
     assert printed.exit_code == 0, printed.output
-    assert "Confirmed by 1 new run" in " ".join(printed.output.split())
+    assert "Checked by 1 verification run" in " ".join(printed.output.split())
     with xr.open_dataset(folder / "allocation.nc") as found:
         assert found["tolerance"].values == pytest.approx([0.12, 0.12], rel=1e-5)
     assert (folder / "allocation.png").read_bytes()[:4] == b"\x89PNG"

@@ -27,8 +27,8 @@ def worn_pin(clearance, law=None):
     )  # fmt: skip
     slider = fb.PointMass(mass=0.14, position=(r + length, 0.0))
     crank = fb.RigidBody(mass=1.0, inertia=1e-3, points={"end": (r, 0.0)}, rate=SPEED)
-    acceleration = fb.Smallest(fb.Acceleration("slider"))
-    later = fb.Smallest(fb.Acceleration("slider"), window=(0.012, 1.0))
+    acceleration = fb.sensors.Smallest(fb.Acceleration("slider"))
+    later = fb.sensors.Smallest(fb.Acceleration("slider"), window=(0.012, 1.0))
     return fb.Mechanism(
         bodies={"crank": crank, "rod": rod, "slider": slider},
         joints={

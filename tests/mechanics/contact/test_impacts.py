@@ -83,7 +83,7 @@ def floor(law, **ball):
         sensors={
             "x": fb.Position("ball"),
             "v": fb.Velocity("ball"),
-            "low": fb.Smallest(fb.Position("ball")),
+            "low": fb.sensors.Smallest(fb.Position("ball")),
             "c": contact.Contacts("c", first=10),
         },
     )

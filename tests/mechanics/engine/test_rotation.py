@@ -154,7 +154,7 @@ def test_a_lag_that_adds_up_over_swings_is_warned_of(radius):
     model = fb.Mechanism(
         bodies={"disc": disc},
         joints={"pin": fb.Revolute("disc", (0.0, 0.0))},
-        loads={"k": fb.TorsionSpring("disc", (0.0, 0.0), 0.5, rest_angle=-8 * np.pi)},
+        loads={"k": fb.TorsionSpring("disc", stiffness=0.5, rest_angle=-8 * np.pi)},  # to ground
         sensors={"angle": fb.Angle("disc")},
     )
     step = 1e-3 if radius > 0 else 5e-4

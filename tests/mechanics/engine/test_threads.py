@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+from flexband.mechanics.engine import threads
 from flexband.mechanics.engine.threads import in_parallel, interruptible, stop_flag
 
 PENDULUM = """
@@ -77,3 +78,14 @@ def test_interruptible_returns_the_result_or_raises_the_error():
     assert interruptible(lambda: 5) == 5
     with pytest.raises(ZeroDivisionError):
         interruptible(lambda: 1 / 0)
+
+
+def test_only_compiling_is_announced(capfd, monkeypatch):
+    def wait():
+        time.sleep(0.3)
+
+    threads.while_compiling(wait, after=0.0)
+    assert not capfd.readouterr().err
+    monkeypatch.setattr(threads, "COMPILING", {"march"})
+    threads.while_compiling(wait, after=0.0)
+    assert "compiling the engine" in capfd.readouterr().err

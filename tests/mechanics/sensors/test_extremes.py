@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
+from flexband.sensors import Integral, Largest, Smallest
 from tests.mechanics.engine.test_free_steps import STIFFNESS, G, bounces, chosen
 
 W = 10.0
@@ -25,8 +26,8 @@ def oscillator(**sensors):
 def test_extremes_and_integrals_of_a_vibration_between_the_times_of_the_result(options):
     place = fb.Position("m")
     model = oscillator(
-        most=fb.Largest(place), least=fb.Smallest(place), late=fb.Largest(place, (0.35, 0.4)),
-        sum=fb.Integral(place), part=fb.Integral(fb.Velocity("m"), (0.05, 0.25)),
+        most=Largest(place), least=Smallest(place), late=Largest(place, (0.35, 0.4)),
+        sum=Integral(place), part=Integral(fb.Velocity("m"), (0.05, 0.25)),
     )  # fmt: skip
     motion = fb.simulate(model, duration=0.8, step=0.2, **options)
 
@@ -50,9 +51,9 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
     model = fb.Mechanism(
         bodies={"ball": fb.PointMass(mass=1.0, position=(0.0, 0.1))},
         loads={"floor": fb.ForceLaw(["ball"], bounces, (STIFFNESS,), events=["floor"])},
-        sensors={"low": fb.Smallest(fb.Position("ball")),
-                 "most": fb.Largest(fb.Acceleration("ball")),
-                 "turn": fb.Integral(fb.Acceleration("ball"))},
+        sensors={"low": Smallest(fb.Position("ball")),
+                 "most": Largest(fb.Acceleration("ball")),
+                 "turn": Integral(fb.Acceleration("ball"))},
     )  # fmt: skip
     integrator = chosen(1e-9, spectral_radius=0.9)
     motion = fb.simulate(model, duration=0.2, step=0.2, integrator=integrator)
@@ -70,7 +71,11 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
     ("sensor", "options", "message"),
     [
         (fb.Angle("m"), {}, "Largest sensor must have outputs that are forms of the state"),
-        (fb.Largest(fb.Position("m")), {}, "Largest sensor must have outputs that are forms"),
+        (
+            Largest(fb.Position("m")),
+            {},
+            "Largest sensor must have outputs that are forms",
+        ),
         ("x", {}, "Largest sensor must be a Sensor"),
         (fb.Position("m"), {"window": (0.2, 0.1)}, "must be two increasing times from 0 on"),
         (fb.Position("m"), {"window": (-0.2, 0.1)}, "must be two increasing times from 0 on"),
@@ -79,10 +84,10 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
 )
 def test_bad_extremes_are_refused_by_name(sensor, options, message):
     with pytest.raises(fb.errors.InputError, match=re.escape(message)):
-        fb.Largest(sensor, **options)
+        Largest(sensor, **options)
 
 
 @pytest.mark.parametrize("solve", [fb.equilibrium, lambda mechanism: fb.modes(mechanism, 1)])
 def test_extremes_are_refused_where_there_are_no_steps(solve):
     with pytest.raises(fb.errors.InputError, match="sensor 'most': a Largest is over the steps"):
-        solve(oscillator(most=fb.Largest(fb.Position("m"))))
+        solve(oscillator(most=Largest(fb.Position("m"))))

@@ -149,6 +149,9 @@ def told(expansion, discretization, refined):
     )
 
 
+NOT_CORRECTED = "Not corrected: the runs have the error of their step and elements"
+
+
 @pytest.mark.parametrize(("error", "met"), [(0.02, False), (0.005, True)])
 def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     lines = remarks(told(error, "not estimated", 0))
@@ -159,7 +162,7 @@ def test_a_tolerance_is_mentioned_if_it_is_not_met(error, met):
     assert lines[1] == "The error of the discretization (step, elements) is not estimated"
     unmet = [line for line in lines if line.startswith("The tolerance of 1 % is NOT met")]
     assert len(unmet) == (not met)
-    assert ("Most is missed of u at e = 0.3" in lines) == (not met)
+    assert ("The largest prediction error is of u at e = 0.3" in lines) == (not met)
 
 
 @pytest.mark.parametrize(("error", "coarse"), [(0.4, True), (1.28, True), (0.002, False)])
@@ -170,7 +173,8 @@ def test_a_coarse_discretization_is_mentioned(error, coarse):
         f"Of this, the expansion 0.4 %, discretization {percent(error)} (5 runs on "
         "finer discretizations)"
     )
-    assert [line.startswith("The discretization is coarse") for line in lines[2:]] == [
+    assert lines[2] == NOT_CORRECTED
+    assert [line.startswith("The discretization is coarse") for line in lines[3:]] == [
         True
     ] * coarse
 
@@ -185,9 +189,16 @@ def test_the_discretization_and_what_is_due_to_it_are_told():
     lines = remarks(own)
     assert "the expansion 0.4 %, step 0.2 %, elements 0.1 % (10 runs" in lines[1]
     chosen = "Discretization: step 0.000125, elements of link 8 (chosen by the method)"
-    assert lines[2:] == [chosen, "A vibration of 184.4 Hz has 43.4 steps per period"]
+    vibration = "A vibration of 184.4 Hz has 43.4 steps per period"
+    assert lines[2:] == [NOT_CORRECTED, chosen, vibration]
+    own.attrs["corrected"] = "step of u by phases"
+    assert remarks(own)[2:] == [
+        "Corrected by these runs: step of u by phases; the errors are what remains",
+        chosen,
+        vibration,
+    ]
     del own.attrs["halved"]
-    assert remarks(own)[2] == chosen.partition(" (")[0]
+    assert remarks(own)[3] == chosen.partition(" (")[0]
     unmet = own.assign_attrs(expected_error=0.02, discretization_error=0.016, halved=["step"])
     assert remarks(unmet)[-1].startswith("The tolerance of 1 % is NOT met by the discretization")
 

@@ -130,9 +130,9 @@ def off_by_a_third(h, x, e):
     return ((x * bar) / 2 + e + 0.8 * h**2 * (1 + 0.1 * e),)
 
 
-@pytest.fixture(scope="module")
-def shifted():
-    surrogate = fb.expand(StepError(off_by_a_third), INPUTS, CORRECTED)
+@pytest.fixture(scope="module", params=[CORRECTED, fb.PCCI(2, 2, correct=True)], ids=str)
+def shifted(request):
+    surrogate = fb.expand(StepError(off_by_a_third), INPUTS, request.param)
     assert surrogate.diagnostics.attrs["corrected"] == "step of u0 by values"
     return surrogate
 

@@ -20,7 +20,8 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
-from flexband.analysis.limits import Limits, corridors, joint
+from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 def allocate(
     surrogate: Surrogate,
-    limits: Limits,
+    limits: Requirements,
     costs: Mapping[str, Cost | float],
     *,
     response: ResponseFunction | None = None,

@@ -14,11 +14,10 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 from scipy.special import log_ndtr
 
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.limits import Corridor
 from flexband.analysis.probability.correction import Correction, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
@@ -26,6 +25,7 @@ from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare, rare
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -211,7 +211,7 @@ class Chance:
         reach = np.where(is_tolerance, self.options.trust, self.options.size_trust)
         low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
         reference = abs(self._cost(x)) or 1.0
-        result: Any = minimize(
+        result: Any = scipy.optimize.minimize(
             lambda at: self._cost(at) / reference,
             x,
             jac=lambda at: self.tolerances.cost_gradient(at) / reference,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
+import scipy
 
 from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.search import Allocated, allocated
@@ -78,12 +78,13 @@ def _chosen(
     costs = np.concatenate([input_grades.costs for input_grades in grades])
     owner = np.repeat(np.arange(len(grades)), [len(input_grades.costs) for input_grades in grades])
     one_each = (owner == np.arange(len(grades))[:, None]).astype(float)
-    conditions = [LinearConstraint(one_each, 1, 1)]
+    optimize = scipy.optimize
+    conditions = [optimize.LinearConstraint(one_each, 1, 1)]
     if cuts:
-        conditions.append(LinearConstraint(np.array(cuts, dtype=float), 1, np.inf))
-    solution = milp(
-        costs, constraints=conditions, integrality=np.ones(len(costs)), bounds=Bounds(0, 1),
-        options={"mip_rel_gap": 0.0},
+        conditions.append(optimize.LinearConstraint(np.array(cuts, dtype=float), 1, np.inf))
+    solution = optimize.milp(
+        costs, constraints=conditions, integrality=np.ones(len(costs)),
+        bounds=optimize.Bounds(0, 1), options={"mip_rel_gap": 0.0},
     )  # fmt: skip
     return np.concatenate(logs)[np.flatnonzero(solution.x > 0.5)]
 

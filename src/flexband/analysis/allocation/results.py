@@ -15,7 +15,6 @@ from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
-from flexband.analysis.limits import Corridor
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.probability.correction import Correction
 from flexband.analysis.probability.statements import (
@@ -27,6 +26,7 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.results import (
     INDICATOR,
     Variables,
@@ -274,8 +274,9 @@ def _verdict(
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
         )
-    shifted = ", limits shifted by what runs showed" if confirmation.shift.any() else ""
-    return f"{text}. Confirmed by {_new(confirmation.runs)}{shifted}"
+    shifted = "; the tolerances were corrected for the small differences they showed"
+    shifted = shifted if confirmation.shift.any() else ""
+    return f"{text}. Checked by {_new(confirmation.runs)}{shifted}"
 
 
 def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
@@ -287,7 +288,7 @@ def _confirmed(confirmation: Confirmed) -> TolerancesConfirmed:
 
 
 def _new(runs: int) -> str:
-    return number_of(runs, "new run")
+    return number_of(runs, "verification run")
 
 
 WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")

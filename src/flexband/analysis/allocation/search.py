@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize, nnls
+import scipy
 
 from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import STEP
@@ -244,7 +244,7 @@ def _solved(
     start = np.concatenate([x, problem.adjusted])
     kept = _kept(worst, problem.split(start)[1], x, options)
     first = np.concatenate([kept, problem.adjusted])
-    solution: Any = minimize(
+    solution: Any = scipy.optimize.minimize(
         lambda v: cost(v) / reference,
         start if len(still) else first,
         jac=lambda v: np.append(worst.tolerances.cost_gradient(v[:count]), still) / reference,
@@ -334,5 +334,5 @@ def _multipliers(
     if not columns.size:  # which `nnls` does not survive
         return np.zeros(0)
     size = np.maximum(np.abs(columns).max(axis=0, initial=0), 1e-300)
-    multipliers, _ = nnls(columns / size, cost)
+    multipliers, _ = scipy.optimize.nnls(columns / size, cost)
     return (multipliers / size)[: len(gradients)]

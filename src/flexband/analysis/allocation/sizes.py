@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
 from flexband.analysis.descent import descend
@@ -98,7 +98,7 @@ def _with_most_room(
         return np.column_stack([(after - before).T / (2 * step), -np.ones(after.shape[1])])
 
     downward = np.append(np.zeros(len(place)), -1.0)
-    solution: Any = minimize(
+    solution: Any = scipy.optimize.minimize(
         lambda v: -v[-1],
         np.append(place, margins(place[None]).min()),
         jac=lambda v: downward,

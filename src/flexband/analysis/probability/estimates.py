@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 from scipy.special import ndtri
-from scipy.stats import chi2
 
 from flexband.analysis.peaks import drops
 from flexband.analysis.probability.importance import Mixture
@@ -172,7 +172,7 @@ def clear(
     estimates = np.where(few, 0.0, probability)
     low, high = interval(estimates, error, none)
     count = np.where(few, n, 1.0)
-    bound = probability / count * chi2.ppf(0.975, 2 * (count + 1)) / 2
+    bound = probability / count * scipy.stats.chi2.ppf(0.975, 2 * (count + 1)) / 2
     return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Limits, corridors, joint
+from flexband.analysis.probability import COARSEST, FINEST
 from flexband.analysis.probability.first_passage import first_passage
 from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
@@ -19,6 +19,9 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
+from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.requirement import Requirements, corridors
+from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.analysis.results import (
     check_free,
     doubts_of,
@@ -40,13 +43,10 @@ PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choi
 RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
 
-FINEST, COARSEST = 0.002, 0.5
-"""Relative standard errors that can be asked for."""
-
 
 def failure_probability(
     surrogate: AnySurrogate,
-    limits: Limits,
+    limits: Requirements,
     *,
     response: ResponseFunction | None = None,
     runs: int = RUNS,
@@ -128,6 +128,33 @@ def failure_probability(
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """
+    return probabilities_of_leaving(
+        surrogate,
+        limits,
+        response=response,
+        runs=runs,
+        accuracy=accuracy,
+        seed=seed,
+        store=store,
+        executor=executor,
+        progress=progress,
+    )
+
+
+def probabilities_of_leaving(
+    surrogate: AnySurrogate,
+    limits: Requirements,
+    *,
+    scatter: Scatter | None = None,
+    response: ResponseFunction | None,
+    runs: int,
+    accuracy: float,
+    seed: int,
+    store: StoreLike,
+    executor: ExecutorLike,
+    progress: Progress | None,
+) -> xr.Dataset:
+    """Return what `failure_probability` does; with `scatter`, of parts whose tolerances scatter."""
     surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
@@ -140,9 +167,14 @@ def failure_probability(
     labels = labels_of(surrogate)
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
-    limit_corridors = corridors(limits, labels)
+    corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
+    names = list(next(iter(corridors_of.values())))
     spaces = [case.space for case in surrogates.values()]
-    if not all(space.random_dimension for space in spaces):
+    tolerances = {
+        label: None if scatter is None else ScatteringTolerances.of(scatter, case.space)
+        for label, case in surrogates.items()
+    }
+    if scatter is None and not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
         )
@@ -151,21 +183,25 @@ def failure_probability(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
             f"{chosen[0]}. check_limits and allocate adjust it"
         )
-    if len(limit_corridors) > 1:
-        limit_corridors[ANY] = joint(limit_corridors)
+    if len(names) > 1:
+        names.append(ANY)
+        for limit_corridors in corridors_of.values():
+            limit_corridors[ANY] = joint(limit_corridors)
     results = {}
-    intervals = any(space.interval_dimension for space in spaces)
+    intervals = scatter is None and any(space.interval_dimension for space in spaces)
     options = {"store": store, "executor": executor}
-    probabilities = len(limit_corridors) * (1 + intervals)
+    probabilities = len(names) * (1 + intervals)
     with models(surrogates, response, runs, probabilities, progress, **options) as known:
         for label, case in surrogates.items():
             each = [
-                first_passage(case, corridor, known[label], accuracy, seed)
-                for corridor in limit_corridors.values()
+                first_passage(
+                    case, corridor, known[label], accuracy, seed, tolerances=tolerances[label]
+                )
+                for corridor in corridors_of[label].values()
             ]
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
-            results[label] = xr.concat(each, "limit").assign_coords(limit=list(limit_corridors))
+            results[label] = xr.concat(each, "limit").assign_coords(limit=names)
     known_of = {label: _known(dataset) for label, dataset in results.items()}
     result = known_of[""] if "" in known_of else _over_choices(known_of)
     if any(map(missed_tolerance, surrogates.values())):
@@ -178,13 +214,14 @@ def failure_probability(
         where = f" with {label}" if label else ""
         reasons = doubts_of(case, corrected=known[label] is not None)
         doubts += [f"Not reliable: {reason}{where}" for reason in reasons]
-    words = [in_words(result.isel(limit=k)) for k in range(len(limit_corridors))]
+    words = [in_words(result.isel(limit=k)) for k in range(len(names))]
     attrs = {
         "accuracy": accuracy,
         "seed": seed,
         "confidence": 0.95,
         "error": source or "not estimated",
         "verdict": ". ".join([*words, *doubts]),
+        "doubts": doubts,
     }
     return described(result.assign_attrs(remark(spaces[0]) | attrs))
 

@@ -9,17 +9,19 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.limits import Corridor
 from flexband.analysis.probability.at_each import AtEachTimeOptions, at_each_time
 from flexband.analysis.probability.correction import Correction, CorrectionOptions, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
-from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.states import LimitState, PartsState
 from flexband.analysis.probability.subset import Rare
+from flexband.analysis.requirements.corridors import Corridor
+from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.results import INDICATOR, Variables, places
 from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -49,13 +51,23 @@ def first_passage(
     accuracy: float,
     seed: int,
     *,
+    tolerances: ScatteringTolerances | None = None,
     options: ProbabilityOptions = ProbabilityOptions(),
 ) -> xr.Dataset:
-    """Return the result of `failure_probability` for one limit and one combination of options."""
+    """Return the result of `failure_probability` for one limit and one combination of options.
+
+    Parameters
+    ----------
+    tolerances : how they scatter; without, probabilities are bounded over the intervals.
+    """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)
     state = LimitState.of(surrogate, corridor, error, rng)
     n, m, importance = space.random_dimension, space.interval_dimension, options.ends.importance
+    if tolerances is not None:
+        state = PartsState.of_parts(state, tolerances)
+        model = None if model is None else replace(model, tolerances=tolerances)
+        space, n, m = Space({}), n + tolerances.dimension, 0
     for thin in (True, False):
         eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]

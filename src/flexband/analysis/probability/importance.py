@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.distance import cdist
+import scipy
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _groups(
     centres = distinct[rng.choice(len(distinct), count, replace=False)]
     groups: list[np.ndarray] = []
     for _ in range(options.rounds):
-        nearest = cdist(samples, centres).argmin(axis=1)
+        nearest = scipy.spatial.distance.cdist(samples, centres).argmin(axis=1)
         groups = [group for k in range(len(centres)) if len(group := samples[nearest == k])]
         centres = np.array([group.mean(axis=0) for group in groups])
     return groups

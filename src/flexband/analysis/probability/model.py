@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
 from flexband.progress import Progress, counted
@@ -30,16 +31,24 @@ class ResponseModel:
     space : its inputs.
     runs : how many runs a probability may take.
     evaluate : makes runs at (ξ, η).
+    tolerances : how they scatter, if they do.
     """
 
     space: Space
     runs: int
     evaluate: Runs
+    tolerances: ScatteringTolerances | None = None
 
     def __call__(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the response at u of shape (points, n) and one η, shape (points, …)."""
-        xi = of_normals(u, self.space.families)
-        made = self.evaluate((xi, np.broadcast_to(eta, (len(u), len(eta)))))
+        """Return the response at u of shape (points, n) and one η, shape (points, …).
+
+        Where tolerances scatter, u has their variables after those of ξ, and η has no effect.
+        """
+        n = self.space.random_dimension
+        places = np.broadcast_to(eta, (len(u), len(eta)))
+        if self.tolerances is not None:
+            places = self.tolerances.eta(u[:, n:])
+        made = self.evaluate((of_normals(u[:, :n], self.space.families), places))
         assert made.values is not None
         return made.values.values
 

@@ -8,8 +8,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from flexband.analysis.limits import Corridor
 from flexband.analysis.peaks import spacing
+from flexband.analysis.requirements.corridors import Corridor
+from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -252,6 +253,34 @@ class LimitState:
             if near.any():
                 parts.append(part.at(np.flatnonzero(near)))
         return replace(self, parts=tuple(parts))
+
+
+@dataclass(frozen=True, eq=False)
+class PartsState(LimitState):
+    """The margins of parts whose tolerances scatter: u has their variables after those of ξ.
+
+    Attributes
+    ----------
+    tolerances : how they scatter.
+    """
+
+    tolerances: ScatteringTolerances
+
+    @staticmethod
+    def of_parts(state: LimitState, tolerances: ScatteringTolerances) -> PartsState:
+        """Return the state of parts with the margins of another one."""
+        return PartsState(state.families, state.parts, state.steps, tolerances)
+
+    def reduced(
+        self,
+        u: np.ndarray,
+        eta: np.ndarray,
+        reduce: Callable[[slice, list[np.ndarray]], Reduced],
+        of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
+    ) -> list[Reduced]:
+        """Return what `LimitState.reduced` does, at the η that u has."""
+        n = len(self.families)
+        return super().reduced(u[:, :n], self.tolerances.eta(u[:, n:]), reduce, of)
 
 
 def _beyond(surrogate: Surrogate) -> np.ndarray:

@@ -29,6 +29,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.selection import AnySurrogate, surrogates_of
+from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
 from flexband.progress import Progress, counted
@@ -46,11 +47,6 @@ from flexband.uncertainty.surrogates.verdicts import verdict
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike
     from flexband.execution.store import StoreLike
-
-MAX_RUNS = 1_000_000
-
-RUNS = 16
-"""Number of verification runs, unless another is given."""
 
 ASIDE = 3**-0.5
 """Distance of intervals that are left out from their midpoints: that of a uniform variable."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import flexband as fb
-from flexband.analysis.allocation.costs import checked_costs
-from flexband.analysis.allocation.stated_probability import checked_probability
-from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.cli.answers.frame import (
     CommandOutput,
     SavedResult,
@@ -19,8 +16,15 @@ from flexband.cli.answers.frame import (
 )
 from flexband.cli.answers.limits import During, Only, Side, limits_of
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.plan import Trust
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.cli.options import Trust
+
+if TYPE_CHECKING:  # imported when a command is called
+    from flexband.analysis.allocation.costs import checked_costs
+    from flexband.analysis.allocation.stated_probability import checked_probability
+    from flexband.analysis.allocation.tolerances import Tolerances
+    from flexband.report.page.answers import allocation_table
+    from flexband.report.plot.figures import allocation_figure
+    from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
 @answer_command("allocate")
@@ -55,9 +59,6 @@ def allocate(
     (Sizing) are chosen as well. allocation.nc and allocation.png are written. Runs are kept
     with those of the study.
     """
-    from flexband.report.page.answers import allocation_table  # noqa: PLC0415
-    from flexband.report.plot.figures import allocation_figure  # noqa: PLC0415
-
     surrogate = result.surrogate
     k, costs = one_of(sigmas, probability, 3.0), costs_of(cost)
     limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-import xarray as xr
 
 import flexband as fb
-from flexband.analysis.selection import labels_of
 from flexband.cli.answers.frame import (
     CommandOutput,
     Samples,
@@ -20,7 +18,14 @@ from flexband.cli.answers.frame import (
     answer_command,
 )
 from flexband.cli.messages import UsageError, usage
-from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
+
+if TYPE_CHECKING:  # imported when a command is called
+    import xarray as xr
+
+    from flexband.analysis.selection import labels_of
+    from flexband.report.page.answers import derived_table
+    from flexband.report.plot.figures import derived_figure
+    from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 
 class Quantity(StrEnum):
@@ -55,9 +60,6 @@ def derived(
 
     No runs are made. derived.nc is written, and derived.png of a spectrum.
     """
-    from flexband.report.page.answers import derived_table  # noqa: PLC0415
-    from flexband.report.plot.figures import derived_figure  # noqa: PLC0415
-
     surrogate = result.surrogate
     made_of = _output(output or [], labels_of(surrogate))
     kinds = {

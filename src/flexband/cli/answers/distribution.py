@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-import xarray as xr
 
 import flexband as fb
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.messages import Table, UsageError, usage
-from flexband.report.text.numbers import number
 from flexband.words import number_of
+
+if TYPE_CHECKING:  # imported when a command is called
+    import xarray as xr
+
+    from flexband.report.plot.figures import bounds_figure, drawable_outputs
+    from flexband.report.text.numbers import number
+    from flexband.report.text.tables import outputs_of, select
 
 
 class Kind(StrEnum):
@@ -105,8 +110,6 @@ def check_options(kind: Kind, values: dict[str, object]) -> None:
 
 def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> CommandOutput:
     """Return the table, the data and the figure of bounds."""
-    from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
-
     name = "distribution" if kind is Kind.p_box else kind.value
     variable = bounds[name]
     outputs_to_draw = drawable_outputs(
@@ -131,8 +134,6 @@ def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> CommandOutput:
 
 def bounds_table(bounds: xr.Dataset, name: str) -> Table:
     """Return the lowest and the highest bounds of each output, and their largest errors."""
-    from flexband.report.text.tables import outputs_of, select  # noqa: PLC0415
-
     header = ["output", "probability", "lowest", "highest", "sampling error", "estimated error"]
     rows: list[list[str]] = []
     for output in outputs_of(bounds[name]):

@@ -24,19 +24,18 @@ from flexband.cli.messages import (
     print_text,
     reported_errors,
 )
-from flexband.cli.plan import plan_in
 from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.lock import is_locked
 from flexband.execution.names import FileName
 from flexband.files import try_write
-from flexband.study.results.answers import answer_file
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
     from flexband.response import ResponseFunction
+    from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -60,7 +59,13 @@ class SavedResult(NamedTuple):
     surrogate: Surrogate | SurrogateOfChoices
     folder: Path
 
-    def limits(self, *, trust: bool) -> list[fb.Limit]:
+    def study(self, *, trust: bool) -> Study:
+        """Return the study; raise `UsageError` if its file is run only with `trust`."""
+        from flexband.cli.plan import plan_in  # noqa: PLC0415
+
+        return plan_in(self.folder, trust=trust).study()
+
+    def limits(self, *, trust: bool) -> list[fb.Requirement]:
         """Return the limits of the study; print a remark if it cannot be read.
 
         Raise `UsageError` if its file is run only with `trust`.
@@ -68,7 +73,7 @@ class SavedResult(NamedTuple):
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
-            return list(plan_in(self.folder, trust=trust).study().limits)
+            return list(self.study(trust=trust).limits)
         except UsageError:
             raise
         except Exception as error:  # the study is a program
@@ -85,7 +90,7 @@ class SavedResult(NamedTuple):
         if not (self.folder / FileName.STUDY).is_file():
             raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
         store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
-        return plan_in(self.folder, trust=trust).study().response, store
+        return self.study(trust=trust).response, store
 
 
 @dataclass(frozen=True)
@@ -120,6 +125,7 @@ class CommandOutput:
 
     def write(self, folder: Path) -> list[Path]:
         """Write the files of the answer, and return them."""
+        from flexband.study.results.answers import answer_file  # noqa: PLC0415
         from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
         if (data := self.data) is None:

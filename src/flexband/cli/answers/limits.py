@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-import xarray as xr
 
 import flexband as fb
-from flexband.analysis.limits import corridors
-from flexband.analysis.probability.failure import COARSEST, FINEST
-from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
-from flexband.analysis.selection import surrogates_of
-from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
+from flexband.analysis.probability import COARSEST, FINEST
+from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, answer_command
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
-from flexband.cli.plan import Trust, plan_in
+from flexband.cli.options import Trust
 from flexband.errors import check_integer
 from flexband.execution.names import FileName
-from flexband.report.progress import progress_bars
-from flexband.study.results.limits import check_limits_in, has_probability
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+
+if TYPE_CHECKING:  # imported when a command is called
+    import xarray as xr
+
+    from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+    from flexband.analysis.requirements.requirement import corridors
+    from flexband.analysis.selection import surrogates_of
+    from flexband.report.page.answers import limits_table
+    from flexband.report.progress import progress_bars
+    from flexband.study.nominal import around_nominal
+    from flexband.study.results.limits import check_limits_in, has_probability
+    from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+
 
 Side = Annotated[
     list[str] | None,
@@ -46,7 +52,7 @@ def limits(
     above: Side = None,
     during: During = None,
     only: Only = None,
-    sigmas: Sigmas = 3.0,
+    sigmas: SomeSigmas = None,
     accuracy: Annotated[
         float,
         typer.Option(min=FINEST, max=COARSEST, help="Relative standard error of probabilities."),
@@ -65,11 +71,9 @@ def limits(
     time. limits.nc, probability.nc and limits.png are written; other limits never take the place
     of the study's there. Runs are kept with those of the study.
     """
-    from flexband.report.page.answers import limits_table  # noqa: PLC0415
-
     surrogate, place = result
     with usage():
-        checked_sigmas(sigmas)
+        sigmas = None if sigmas is None else checked_sigmas(sigmas)
     requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
     options: dict[str, Any] = {"accuracy": accuracy, "seed": seed}
     if runs and not has_probability(surrogate):
@@ -87,6 +91,7 @@ def limits(
         if runs:
             options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
+        requested_limits = around_nominal(tuple(requested_limits), result.folder)
         check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
     draw_limits(check, place)
     checked, probability = check.margins, check.probability
@@ -106,7 +111,7 @@ def limits_of(
     only: list[str],
     *,
     trust: bool,
-) -> list[fb.Limit]:
+) -> list[fb.Requirement]:
     """Return one limit per output, or those of the study in a folder if none is given.
 
     `only` are the outputs whose limits are meant, if not all in the study are. Raise `UsageError`
@@ -128,7 +133,7 @@ def limits_of(
             known_limits[side] = value
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
-        if known and (known_limits := plan_in(result.folder, trust=trust).study().limits):
+        if known and (known_limits := result.study(trust=trust).limits):
             return selected(known_limits, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
@@ -139,7 +144,7 @@ def limits_of(
     return output_limits
 
 
-def selected(limits: Sequence[fb.Limit], only: list[str]) -> list[fb.Limit]:
+def selected(limits: Sequence[fb.Requirement], only: list[str]) -> list[fb.Requirement]:
     """Return the limits of some outputs, all if none is named; raise `UsageError` for others."""
     names = dict.fromkeys(limit.output or "response" for limit in limits)
     for name in only:

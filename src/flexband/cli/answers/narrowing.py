@@ -5,33 +5,38 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
 from math import isnan
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
-import xarray as xr
 
 import flexband as fb
-from flexband.analysis.probability.texts import NOT_GIVEN
-from flexband.analysis.selection import labels_of
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
-from flexband.cli.plan import Trust
+from flexband.cli.options import Trust
 from flexband.errors import InputError
-from flexband.report.text.numbers import number, percent_to_tenth
-from flexband.report.text.tables import (
-    CONSTANT,
-    averaged,
-    constants,
-    deviations,
-    error_in_words,
-    outputs_of,
-    select,
-)
-from flexband.study.results.limits import has_probability
-from flexband.uncertainty.inputs.pbox import PBox, Score
-from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import with_article
+
+if TYPE_CHECKING:  # imported when a command is called
+    import numpy as np
+    import xarray as xr
+
+    from flexband.analysis.probability.texts import NOT_GIVEN
+    from flexband.analysis.selection import labels_of
+    from flexband.report.page.inputs import known_of
+    from flexband.report.text.numbers import number, percent_to_tenth
+    from flexband.report.text.tables import (
+        CONSTANT,
+        averaged,
+        constants,
+        deviations,
+        error_in_words,
+        outputs_of,
+        select,
+    )
+    from flexband.study.results.answers import read_answer
+    from flexband.study.results.limits import has_probability
+    from flexband.uncertainty.inputs.pbox import PBox, Score
+    from flexband.uncertainty.surrogates.axes import axes_of
 
 
 @answer_command("narrow")
@@ -56,9 +61,6 @@ def narrow(
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
-    from flexband.report.page.inputs import known_of  # noqa: PLC0415
-    from flexband.study.results.answers import read_answer  # noqa: PLC0415
-
     surrogate, place = result
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")

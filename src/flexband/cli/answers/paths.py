@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 import flexband as fb
@@ -16,7 +15,12 @@ from flexband.cli.answers.frame import (
     one_of,
 )
 from flexband.cli.messages import usage
-from flexband.report.text.tables import deviations
+
+if TYPE_CHECKING:  # imported when a command is called
+    import numpy as np
+
+    from flexband.report.plot.figures import path_figure
+    from flexband.report.text.tables import deviations
 
 
 @answer_command("path")
@@ -35,8 +39,6 @@ def path(
 
     path.nc and path.png are written.
     """
-    from flexband.report.plot.figures import path_figure  # noqa: PLC0415
-
     k = one_of(sigmas, probability, 1.0)
     with usage():
         regions = fb.analysis.path(

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isnan
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-import xarray as xr
 
 import flexband as fb
-from flexband.analysis.selection import surrogates_of
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, usage
-from flexband.report.text.numbers import percent_to_tenth
-from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
+
+if TYPE_CHECKING:  # imported when a command is called
+    import numpy as np
+    import xarray as xr
+
+    from flexband.analysis.selection import surrogates_of
+    from flexband.report.page.answers import only_one
+    from flexband.report.page.inputs import over_time
+    from flexband.report.plot.figures import bounds_figure, contributions_figure, drawable_outputs
+    from flexband.report.text.numbers import percent_to_tenth
+    from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
 
 
 @answer_command("contributions")
@@ -29,9 +35,6 @@ def contributions(
     With --shapley, all inputs together share the whole width, which takes eight inputs at most.
     contributions.nc and contributions.png are written.
     """
-    from flexband.report.page.inputs import over_time  # noqa: PLC0415
-    from flexband.report.plot.figures import contributions_figure  # noqa: PLC0415
-
     with usage():
         data = fb.analysis.contributions(result.surrogate, sigmas=sigmas, shapley=shapley)
     ranking = data
@@ -118,9 +121,6 @@ def sobol(result: SavedResult) -> CommandOutput:
     and its highest value for any values of the interval inputs. sobol.nc and sobol.png have them at
     all times.
     """
-    from flexband.report.page.answers import only_one  # noqa: PLC0415
-    from flexband.report.plot.figures import bounds_figure, drawable_outputs  # noqa: PLC0415
-
     indices = fb.analysis.sobol_indices(result.surrogate)
     outputs_to_draw = indices["defined"].ndim and drawable_outputs(indices["total"].isel(name=0))
     names = [str(name) for name in indices["name"].values]

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.integrate import cumulative_simpson
-from scipy.interpolate import CubicSpline
 
 from flexband.errors import InputError, check_finite, returned
 
@@ -46,22 +45,24 @@ def measured(path: Path) -> Curve:
         if np.any(np.diff(chord) == 0):
             k = int(np.argmin(np.diff(chord)))
             raise InputError(f"path must not repeat a point; points {k} and {k + 1} are {knots[k]}")
-        points = CubicSpline(chord / chord[-1], knots)(u)
+        points = scipy.interpolate.CubicSpline(chord / chord[-1], knots)(u)
     if points.shape != (count, 2):
         raise InputError(
             f"path must map u of shape ({count},) to points of shape ({count}, 2); "
             f"got shape {points.shape}"
         )
-    spline = CubicSpline(u, points)
+    spline = scipy.interpolate.CubicSpline(u, points)
     x1, y1 = spline(u, 1).T
     speed = np.hypot(x1, y1)
     if speed.min() < 1e-9 * speed.max() or speed.max() == 0:
         where = f"u = {u[speed.argmin()]:g}"
         raise InputError(f"path must have a tangent everywhere; got a zero derivative at {where}")
-    s = cumulative_simpson(speed, x=u, initial=0)
+    s = scipy.integrate.cumulative_simpson(speed, x=u, initial=0)
     angle = np.unwrap(np.arctan2(y1, x1))
     start = (float(points[0, 0]), float(points[0, 1]))
-    return Curve(float(s[-1]), start, float(angle[0]), CubicSpline(s, angle).derivative())
+    return Curve(
+        float(s[-1]), start, float(angle[0]), scipy.interpolate.CubicSpline(s, angle).derivative()
+    )
 
 
 def drawn(
@@ -72,9 +73,10 @@ def drawn(
     The curvature [1/m], shape (n, count), is given at `places`, whose unit is a `step` [m], shape
     (n, 1); without them, one step apart. The results have its shape.
     """
-    angle = step * cumulative_simpson(curvature, x=places, axis=-1, initial=0)
+    angle = step * scipy.integrate.cumulative_simpson(curvature, x=places, axis=-1, initial=0)
     x, y = (
-        step * cumulative_simpson(f(angle), x=places, axis=-1, initial=0) for f in (np.cos, np.sin)
+        step * scipy.integrate.cumulative_simpson(f(angle), x=places, axis=-1, initial=0)
+        for f in (np.cos, np.sin)
     )
     return x, y, angle
 

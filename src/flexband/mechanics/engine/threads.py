@@ -17,6 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from flexband.compilation.caching import COMPILING
 from flexband.errors import check_integer
 from flexband.mechanics.kernels.lane_type import zeros
 
@@ -107,10 +108,15 @@ def interruptible(work: Callable[[], Result]) -> Result:
     return results[0]
 
 
-def while_compiling(work: Callable[[], Result]) -> Result:
-    """Return the result of `work`; say so if the engine is being compiled."""
+def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
+    """Return the result of `work`; say so if the engine is being compiled after some seconds."""
     text = "flexband: compiling the engine (once per machine, up to a minute) ..."
-    timer = threading.Timer(2.0, lambda: print(text, file=sys.stderr, flush=True))
+
+    def announce() -> None:
+        if COMPILING:
+            print(text, file=sys.stderr, flush=True)
+
+    timer = threading.Timer(after, announce)
     timer.daemon = True
     timer.start()
     try:

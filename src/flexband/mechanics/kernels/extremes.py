@@ -50,7 +50,7 @@ def begin_extremes(extremes, state, z):
     """Set integrals to zero, and extremes to NaN, as they are before their windows."""
     for k in range(len(extremes.kind)):
         kind = extremes.kind[k]
-        counted = kind == KINDS.integral or kind == KINDS.closings
+        counted = kind in (KINDS.integral, KINDS.closings)
         none = filled(0.0) if counted else filled(np.nan)
         store(z, state.extreme + k, none)
 

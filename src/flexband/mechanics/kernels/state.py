@@ -19,7 +19,6 @@ from __future__ import annotations
 from itertools import accumulate
 from typing import NamedTuple
 
-
 GAP_ROWS = 4
 """Rows of a gap: its value, rate, mode and force."""
 

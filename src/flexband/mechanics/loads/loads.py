@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
@@ -25,18 +26,29 @@ from flexband.mechanics.loads.load import (
 class Gravity:
     """A uniform field of acceleration (x, y) [m/s²] that acts on every body.
 
+    Parameters
+    ----------
+    x, y : components [m/s²].
+    z : must be 0, since mechanisms are planar.
+
     Raises
     ------
     InputError
-        If a component is not finite.
+        If a component is not finite, or `z` is not 0.
     """
 
     x: ArrayLike = 0.0
     y: ArrayLike = -9.81
+    z: float = 0.0
 
     def __post_init__(self) -> None:
         check_finite("Gravity x [m/s²]", self.x)
         check_finite("Gravity y [m/s²]", self.y)
+        if np.any(self.z):
+            raise InputError(
+                "Gravity z must be 0, since mechanisms lie in the plane of x and y; got "
+                f"{self.z}. Gravity(0, -9.81) acts along −y"
+            )
 
     @property
     def points(self) -> Sequence[PointName]:

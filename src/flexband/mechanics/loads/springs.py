@@ -89,7 +89,7 @@ class TorsionSpring(SpringLoad):
 
     Parameters
     ----------
-    first, second : points of the bodies.
+    first, second : points of the bodies; the second one is the ground if it is not given.
     stiffness : k [N m/rad].
     rest_angle : φ₀ [rad], or None for a spring that is relaxed at the start, after assembly. It is
         counted from the full turn nearest to φ at the start; later turns are counted.
@@ -104,7 +104,7 @@ class TorsionSpring(SpringLoad):
     """
 
     first: PointName
-    second: PointName
+    second: PointName = (0.0, 0.0)
     stiffness: ArrayLike = 0.0
     rest_angle: ArrayLike | None = None
     cubic: ArrayLike = 0.0

@@ -6,12 +6,14 @@ The engine updates them at every step that it takes, however short.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
+from flexband.words import with_article
 
 
 class OverSteps(Sensor):
@@ -22,23 +24,28 @@ class OverSteps(Sensor):
     """
 
     sensor: Sensor
-    window: tuple[float, float] | None
+    window: Any
     kind: int
 
     def __post_init__(self) -> None:
         name = type(self).__name__
         check_instance(f"{name} sensor", self.sensor, Sensor)
-        if isinstance(self.sensor, OverSteps) or type(self.sensor).derive is not Sensor.derive:
+        if isinstance(self.sensor, OverSteps) or self.sensor.derives:
             raise InputError(
                 f"{name} sensor must have outputs that are forms of the state, as those of "
                 f"positions, velocities, forces and energies are; got {type(self.sensor).__name__}"
             )
-        check_window(name, self.window)
+        check_window(name, self.fixed)
+
+    @property
+    def fixed(self) -> tuple[float, float] | None:
+        """The window [s], if it does not move."""
+        return self.window
 
     @property
     def times(self) -> tuple[float, float]:
         """The first and the last time of the window [s]."""
-        return (0.0, 1e300) if self.window is None else self.window
+        return (0.0, 1e300) if self.fixed is None else self.fixed
 
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
@@ -71,7 +78,9 @@ def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
     for name, sensor in sensors.items():
         if isinstance(sensor, OverSteps):
             kind = type(sensor).__name__
-            raise InputError(f"sensor {name!r}: a {kind} is over the steps of a simulation")
+            raise InputError(
+                f"sensor {name!r}: {with_article(kind)} is over the steps of a simulation"
+            )
 
 
 @frozen()

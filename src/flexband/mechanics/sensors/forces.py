@@ -58,6 +58,11 @@ class Reaction(Sensor):
             raise InputError(f"joint {self.joint!r} exerts a moment and no force")
         return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
 
+    @property
+    def derives(self) -> bool:
+        """Whether the outputs are not the rows themselves."""
+        return self.axes == "body"
+
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         if self.axes == "global":
             return rows

@@ -79,6 +79,11 @@ class Sensor(ABC):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the forms to evaluate at every step."""
 
+    @property
+    def derives(self) -> bool:
+        """Whether the outputs are not the rows themselves."""
+        return type(self).derive is not Sensor.derive
+
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         """Return the outputs (outputs, times, lanes) from the values of the rows."""
         return rows

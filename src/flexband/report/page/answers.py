@@ -9,11 +9,13 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from flexband.analysis.probability.texts import told
+from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
 from flexband.report.plot.figures import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.results.answers import Unusable, read_answers
+from flexband.study.results.limits import LimitCheck
 
 TITLES = {
     "allocation": "Allocated tolerances",
@@ -36,8 +38,8 @@ class Answer(NamedTuple):
     pictures: list[tuple[str, str]]
 
 
-def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Dataset | None]:
-    """Return the answers in a folder, with the limits and the probabilities of leaving them.
+def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
+    """Return the answers in a folder, and whether limits are kept.
 
     Answers of earlier results, and those that are not as written, are left out, and named.
     """
@@ -50,7 +52,7 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
         "kept where this margin is above zero. A least margin that is too small to be seen beside "
         "the others is drawn again from close by, with dots at the output times"
     )
-    usable, unusable = read_answers(folder, (*TITLES, "limits", "probability"))
+    usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
     limits, probability = usable.get("limits"), usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
@@ -66,7 +68,9 @@ def answers_in(folder: Path) -> tuple[list[Answer], xr.Dataset | None, xr.Datase
     ]
     if texts:
         answers.append(Answer("Left out", None, texts, []))
-    return answers, limits, probability
+    if limits is None:
+        return answers, None
+    return answers, LimitCheck(limits, probability, True, usable.get("yield"))
 
 
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
@@ -172,10 +176,14 @@ def derived_table(bands: xr.Dataset) -> Table:
     return ["", "lowest", "highest", "sampling error", "expected error"], rows
 
 
-def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
-    """Return one row per limit: verdict, least margin, and the probability of leaving it."""
+def limits_table(
+    checked: xr.Dataset,
+    probability: xr.Dataset | None = None,
+    production: xr.Dataset | None = None,
+) -> Table:
+    """Return one row per limit: worst case, and the probability and share of parts that leave it."""
     header = ["limit", "verdict", "least margin", "its expected error"]
-    every: Any = checked if probability is None else probability
+    every: Any = next(r for r in (probability, production, checked) if r is not None)
     if probability is not None:
         header += ["probability, lower (95 % confidence)", "upper"]
     rows = []
@@ -188,5 +196,16 @@ def limits_table(checked: xr.Dataset, probability: xr.Dataset | None) -> Table:
             row = [name, str(limit["verdict"].values), *(f"{text}{unit}" for text in margin)]
         if probability is not None:
             row += [told(probability.isel(limit=k, bound=b)) for b in range(2)]
+        if production is not None:
+            part = production.isel(limit=k)
+            row.append(yield_cell(part.isel(bound=-1) if "bound" in part.dims else part))
         rows.append(row)
-    return header, rows
+    return header + ["yield (95 % confidence)"] * (production is not None), rows
+
+
+def yield_cell(part: xr.Dataset) -> str:
+    """Return the share of the parts that meet a requirement, for a cell."""
+    text = (
+        share_in_words(part).replace(" of the parts meet it", "").replace("95 % confidence: ", "")
+    )
+    return "not given" if text.startswith("no yield") else text

@@ -115,7 +115,7 @@ def _output(
 
 def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
     """Return k of the error bars μ ± kσ that limits were checked with, and least margins: where."""
-    if limits is None:
+    if limits is None or "sigmas" not in limits.attrs:
         return None
 
     def of_limits(kind: str) -> dict[str, float]:

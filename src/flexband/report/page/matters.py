@@ -8,12 +8,10 @@ import xarray as xr
 from flexband.report.page.inputs import over_time
 from flexband.report.text import tables
 from flexband.report.text.numbers import number
+from flexband.study.results.verdicts import largest_around
 
 MOST = 4
 """Outputs or limits of which the input that matters most is told."""
-
-AROUND = 0.025
-"""Part of all times before and after the one at which a margin is least."""
 
 
 def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
@@ -89,20 +87,12 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     ----------
     name : the output of the limit.
     """
-    outputs = tables.outputs_of(contributions["mean_share"])
-    width = _select(contributions["width"], outputs, name)
-    parts = _select(contributions["contribution"], outputs, name)
-    where = ", mean over time" * over_time(contributions)
-    last = width.dims[-1] if width.dims else ""
-    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
-        at = float(limit["least_margin_at"])
-        index = int(np.abs(width[last].values - at).argmin())
-        reach = int(AROUND * width.sizes[last])
-        around = {last: slice(max(0, index - reach), index + reach + 1)}
-        width, parts = width.isel(around), parts.isel(around)
-        where = f" around {last} {number(at)}{' s' * (last == 'time')}, where its margin is least"
-    share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)
-    return *_most(parts["name"].values, share.values), where
+    input_, share, at = largest_around(contributions, limit, name)
+    if at is None:
+        return input_, share, ", mean over time" * over_time(contributions)
+    last = contributions["width"].dims[-1]
+    where = f" around {last} {number(at)}{' s' * (last == 'time')}, where its margin is least"
+    return input_, share, where
 
 
 def _select(data: xr.DataArray, outputs: list[str], name: str) -> xr.DataArray:

@@ -19,7 +19,9 @@ from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
+from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.answers import read_answer
+from flexband.study.results.verdicts import requirement_verdicts
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -52,7 +54,12 @@ def write_report(
         *what_if.SCRIPTS,
         "start.js",
     )  # fmt: skip
-    answers, limits, probability = answers_in(folder)
+    answers, check = answers_in(folder)
+    limits, probability, production = (
+        (None, None, None)
+        if check is None
+        else (check.margins, check.probability, check.production)
+    )
     uncertain = uncertain_ones(contributions, given["inputs"])
     charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
@@ -70,15 +77,22 @@ def write_report(
         doubts=given["doubts"]
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),
-        verdict=verdict(given, bands, checked, uncertain, limits, probability),
+        requirements=[
+            (str(one.verdict), verdict_line(one).removeprefix(one.verdict).strip())
+            for one in (requirement_verdicts(check, uncertain, checked) if check else [])
+        ],
+        verdict=verdict(given, bands, checked, uncertain, check),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
         question=given.get("question"),
         inputs=with_shares(given["inputs"], uncertain),
         bands=tables.summary_table(bands, checked),
-        limits=limits_table(limits, probability) if limits is not None else None,
-        limits_of=tables.deviations(limits) if limits is not None else "",
+        limits=limits_table(*check[:2], production) if check is not None else None,
+        limits_of=tables.deviations(limits)
+        if limits is not None and "sigmas" in limits.attrs
+        else "",
         limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
+        yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(bands) if charts else [],
         answers=answers,
@@ -110,6 +124,7 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
         "runs_refined": "with half the step or twice the elements",
         "runs_coarser": "with other steps or elements",
         "runs_repeated": "made again, to see if it repeats",
+        "runs_nominal": "at the nominal values, for requirements",
         "runs_failed": "failed",
     }
     parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.margins import LeastMargin, LimitVerdict
 from flexband.analysis.probability.texts import chance
+from flexband.analysis.requirements.production import share_in_words
 from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
-from flexband.report.text.numbers import number
+from flexband.report.text.verdicts import RANDOM_SAMPLES
+from flexband.study.results.limits import LimitCheck
 from flexband.study.results.reliability import Doubt, DoubtKind
 
 
@@ -31,36 +32,27 @@ def verdict(
     bands: xr.Dataset,
     checked: xr.Dataset | None,
     contributions: xr.Dataset | None,
-    limits: xr.Dataset | None,
-    probability: xr.Dataset | None = None,
+    check: LimitCheck | None,
 ) -> list[str]:
-    """Return what the first lines of the report say."""
+    """Return what the first lines of the report say after the verdicts on requirements."""
     doubts: Sequence[Doubt] = given["doubts"]
     lines = [f"Doubtful: {doubt_text(doubt)}." for doubt in doubts]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
         lines.append(f"{tables.told_by_new_runs(bands, checked, doubtful=bool(doubts))}.")
     unsure = "; this is NOT reliable." if any(doubt.unreliable for doubt in doubts) else "."
-    if limits is not None:
-        single_limits = [limits.isel(limit=k) for k in range(limits.sizes["limit"])]
-        lines += [limit_in_words(limit) + unsure for limit in single_limits]
+    limits = None if check is None else check.margins
     if why := given.get("unchecked"):
         lines.append(f"The limits are not checked: {why}.")
-    if probability is not None:
-        last = probability.isel(limit=-1)  # of leaving any limit
+    if check is not None and check.probability is not None:
+        last = check.probability.isel(limit=-1)  # of leaving any limit
         if any(doubt.kind is DoubtKind.TOLERANCE_NOT_MET for doubt in doubts):
             unsure = "; this is NOT reliable."
         lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
+    if check is not None and check.production is not None:
+        every = check.production.isel(limit=-1)  # all requirements
+        worst = every.isel(bound=-1) if "bound" in every.dims else every
+        lines.append(f"Yield: {share_in_words(worst)}. {RANDOM_SAMPLES}.")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines
-
-
-def limit_in_words(limit: xr.Dataset) -> str:
-    """Return whether a limit is kept, and where its margin is least, without a full stop."""
-    least = LeastMargin.of(limit)
-    kept = {LimitVerdict.KEPT: "is kept", LimitVerdict.NOT_KEPT: "is NOT kept"}
-    words = kept.get(least.verdict, "is not certainly kept")
-    finer = " (a smaller output_step shows it)" * least.decided_between
-    margin = f"{least.in_words(number)}{finer}"
-    return f"The limit {least.limit} {words} by μ ± {tables.deviations(limit)}: {margin}"

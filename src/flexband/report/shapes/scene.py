@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from flexband.errors import InputError
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -114,5 +114,5 @@ def hull(points: np.ndarray) -> np.ndarray:
     size = np.ptp(places, axis=0).max()
     if np.linalg.matrix_rank(places - places[0], tol=1e-9 * size) < 2:
         return places[[0, -1]]
-    corners = ConvexHull((places - places[0]) / size).vertices
+    corners = scipy.spatial.ConvexHull((places - places[0]) / size).vertices
     return places[np.roll(corners, -corners.argmin())]

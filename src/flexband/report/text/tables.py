@@ -12,11 +12,11 @@ from flexband.report.text.numbers import digits_for, number, percent
 from flexband.rounding import ROUNDING, rounding_levels
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.adaptive.adaptation import StopReason
-from flexband.uncertainty.adaptive.results import TOO_COARSE
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
+from flexband.uncertainty.surrogates.unconverged import in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import of_doubtful
 from flexband.words import number_of
 
@@ -46,6 +46,8 @@ def select(data: Data, name: str) -> Data:
 
 def deviations(bands: xr.Dataset) -> str:
     """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
+    if "deviations" in bands and "sigmas" not in bands.attrs:
+        return "kσ"  # requirements have different ones
     sigmas = bands.attrs.get("sigmas", 1.0)
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 
@@ -268,7 +270,8 @@ def remarks(
             remaining = (
                 f"Corrected by these runs: {attrs.get('corrected')}; the errors are what remains"
             )
-            lines += [remaining] if attrs.get("corrected") else []
+            uncorrected = "Not corrected: the runs have the error of their step and elements"
+            lines.append(remaining if attrs.get("corrected") else uncorrected)
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in attrs:
@@ -366,13 +369,13 @@ def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
             f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
             "(--tolerance)"
         ]
-    if exceeded and error > share:
+    others_met = in_words(attrs) and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
+    if exceeded and error > share and not others_met:
         lines.append(f"{unmet} NOT met: {attrs.get('advice', more)}")
-        lines.append(f"Most is missed {attrs['largest_miss']}")
+        lines.append(f"The largest prediction error is {attrs['largest_miss']}")
     if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
         if chosen:
-            why = attrs.get("not_refined", TOO_COARSE)
-            lines.append(f"{unmet} NOT met by the discretization: {why}")
+            lines.append(f"{unmet} NOT met by the discretization: {why_not_finer(attrs)}")
         else:
             lines.append(
                 "The discretization is coarse: a finer one would move the bands by more than the "
@@ -407,4 +410,8 @@ def field_remarks(fields: Mapping[str, Field]) -> list[str]:
 def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
     """Return what fields are made of, and what runs and wall times include, as sentences."""
     repeated = "Numbers of runs do not include the one that is made again to see that it repeats."
-    return [*field_remarks(fields), "Times do not include compilation.", repeated]
+    model = (
+        "All methods are compared on one model with its step and elements, whose error none of "
+        "them corrects (correct=False)."
+    )
+    return [*field_remarks(fields), "Times do not include compilation.", repeated, model]

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
-from flexband.analysis.limits import Limit
 from flexband.analysis.margins import check_limits
 from flexband.analysis.probability.failure import failure_probability
+from flexband.analysis.requirements.production import production_yield
+from flexband.analysis.requirements.requirement import Requirement
+from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
@@ -35,12 +37,15 @@ class LimitCheck(NamedTuple):
     probability
         Result of `failure_probability`; None where inputs are intervals only, or adjusted.
     written
-        Whether both were written: limits of a question never replace those of the study.
+        Whether they were written: limits of a question never replace those of the study.
+    production
+        Result of `production_yield`; None where no scatter of the tolerances is known.
     """
 
     margins: xr.Dataset
     probability: xr.Dataset | None
     written: bool
+    production: xr.Dataset | None = None
 
 
 def has_limits_of_study(folder: Path) -> bool:
@@ -63,29 +68,39 @@ def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
 def check_limits_in(
     folder: Path,
     surrogate: Surrogate | SurrogateOfChoices,
-    limits: Sequence[Limit],
+    limits: Sequence[Requirement],
     *,
     of_study: bool = True,
-    sigmas: float = 3.0,
+    sigmas: float | None = None,
+    scatter: Scatter | None = None,
+    run_margin: Callable[[xr.Dataset], xr.Dataset] = lambda margins: margins,
     **options: Any,
 ) -> LimitCheck:
-    """Check limits, and write limits.nc and probability.nc into a folder.
+    """Check limits, and write limits.nc, probability.nc and yield.nc into a folder.
 
     Parameters
     ----------
     of_study : whether the limits are those of the study.
+    scatter : of the tolerances, as for `production_yield`.
+    run_margin : returns margins with what runs tell of them.
     options : of `failure_probability`.
     """
-    margins, probability = check_limits(surrogate, limits, sigmas=sigmas), None
+    margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
+    probability = production = None
+    spaces = [case.space for case in surrogates_of(surrogate).values()]
+    margins.attrs["random"] = int(any(space.random_dimension for space in spaces))
     written = of_study or not has_limits_of_study(folder)
     if written:
         margins.attrs["of"] = OF_STUDY if of_study else OF_QUESTION
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if has_probability(surrogate):
         probability = failure_probability(surrogate, limits, **options)
-    file = answer_file(folder, "probability")
-    if written and probability is not None:
-        try_write(lambda: write_netcdf(probability, file))
-    elif written:
-        file.unlink(missing_ok=True)
-    return LimitCheck(margins, probability, written)
+    if scatter:
+        production = production_yield(surrogate, limits, scatter, **options)
+    for name, answer in (("probability", probability), ("yield", production)):
+        file = answer_file(folder, name)
+        if written and answer is not None:
+            try_write(lambda answer=answer, file=file: write_netcdf(answer, file))
+        elif written and (name == "probability" or scatter is not None):
+            file.unlink(missing_ok=True)
+    return LimitCheck(margins, probability, written, production)

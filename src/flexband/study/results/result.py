@@ -9,6 +9,7 @@ from typing import Any
 
 import xarray as xr
 
+from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
@@ -17,6 +18,7 @@ from flexband.study.results.files import stale_results
 from flexband.study.results.limits import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -89,7 +91,21 @@ class StudyResult:
         """Names of the answers of the result."""
         if self.limits is None:
             return []
-        return ["limits", *["probability"] * (self.limits.probability is not None)]
+        likely, parts = self.limits.probability is not None, self.limits.production is not None
+        return ["limits", *["probability"] * likely, *["yield"] * parts]
+
+    @property
+    def verdicts(self) -> list[RequirementVerdict]:
+        """The verdict on every requirement of the study that was checked."""
+        if self.limits is None:
+            return []
+        shares = self.contributions
+        if shares is not None and self.surrogate is not None:
+            spaces = [case.space for case in surrogates_of(self.surrogate).values()]
+            chosen = {name for space in spaces for name in space.chosen}
+            kept = [k for k, name in enumerate(shares["name"].values) if str(name) not in chosen]
+            shares = shares.isel(name=kept) if kept else None
+        return requirement_verdicts(self.limits, shares, self.verification)
 
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""
@@ -143,7 +159,8 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
     if "limits" in record["answers"]:
         likely = "probability" in record["answers"]
         probability = answers.usable["probability"] if likely else None
-        limits = LimitCheck(answers.usable["limits"], probability, True)
+        production = answers.usable["yield"] if "yield" in record["answers"] else None
+        limits = LimitCheck(answers.usable["limits"], probability, True, production)
         if limits.margins.attrs["of"] != OF_STUDY:
             raise InputError("the limits are not those of the study")
     return StudyResult(

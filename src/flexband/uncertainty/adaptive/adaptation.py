@@ -17,19 +17,9 @@ from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
-from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER
-from flexband.uncertainty.adaptive.refinement.correction import (
-    CorrectedPart,
-    DiscretizationCorrection,
-    ExtrapolationOptions,
-    corrections_of,
-)
-from flexband.uncertainty.adaptive.refinement.refined_runs import (
-    RefinedRuns,
-    in_words,
-    refined_runs,
-    refined_together,
-)
+from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
+from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
+from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -41,7 +31,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, quantities
 from flexband.uncertainty.phases.decomposition import Stage, decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import running, share, step
+from flexband.uncertainty.surrogates.diagnostics import share, step
 
 
 class AdaptationOptions(NamedTuple):
@@ -91,10 +81,10 @@ class Adaptation:
     design : where the runs are that are fitted.
     made : the runs of the design, and those held out.
     generic : number of held-out runs at generic points; the others are at extremes.
+    counted : which outputs the tolerance is for.
     choice, error : the best fits, and the error expected of them.
-    together : a held-out run where all of this is finer at once; None until it is made.
-    refined, corrections : first runs of the design on finer discretizations, by the name of what
-        is finer, and what they tell of its error; None until they are made, or told.
+    refinement, corrections : runs on finer discretizations, and what they tell of the error of what
+        is finer, by name; None until it is told.
     """
 
     def __init__(
@@ -134,10 +124,9 @@ class Adaptation:
         self.generic = len(self.held.values)
         self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
-        self.refined: dict[str, RefinedRuns] | None = None
-        self.together: np.ndarray | None = None
+        self.refinement = Refinement(evaluate, corrected_above)
         self.corrections: dict[str, DiscretizationCorrection] | None = None
-        self.corrected_above, self.corrects = corrected_above, np.isfinite(corrected_above)
+        self.counted = np.ones(runs.values.shape[1], bool)
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
@@ -147,10 +136,10 @@ class Adaptation:
         tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
             width = 2 * width  # bands are searched only if they may be wide enough
-            met = tested and self.error.relative(self.error.values, width) <= tolerance
+            met = tested and self._relative(width) <= tolerance
             if met:
                 width = self.error.width
-                met = self.error.relative(self.error.values) <= tolerance
+                met = self._relative(width) <= tolerance
             last = self.left - BATCH <= self._batch
             if tested and self._hold_rare(tolerance, met=met, last=last):
                 continue
@@ -166,6 +155,10 @@ class Adaptation:
             if confirmed or not self._hold_extremes(tolerance):
                 return reason
             confirmed = True
+
+    def _relative(self, width: np.ndarray) -> float:
+        """Return the largest error of the outputs that count, in parts of a width."""
+        return self.error.relative(self.error.values, np.where(self.counted, width, np.inf))
 
     @property
     def fitted(self) -> ResponseRuns:
@@ -190,8 +183,7 @@ class Adaptation:
     @property
     def finer(self) -> int:
         """Number of runs on finer discretizations."""
-        alone = sum(runs.finer for runs in (self.refined or {}).values())
-        return alone + (self.together is not None)
+        return self.refinement.finer
 
     @property
     def runs(self) -> int:
@@ -222,7 +214,8 @@ class Adaptation:
 
     def _parts(self) -> Split:
         """Return the parts of all runs with the numbers of carriers that are in use."""
-        return Split.of(self.stages, self.choice.carriers, self.held.xi, self.held.eta)
+        of_held = self.held.xi, self.held.eta
+        return Split.of(self.stages, self.choice.carriers, *of_held, self.counted)
 
     @property
     def _batch(self) -> int:
@@ -284,7 +277,7 @@ class Adaptation:
         count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
         if count < 1 or (met and doubted.taken):
             return False
-        part = share(m) / self.error.width
+        part = np.where(self.counted, share(m) / self.error.width, 0.0)
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
         enough = self.most >= self.options.min_batches_for_rare_runs * BATCH
         unseen = enough and self.rare_left == self.options.max_rare_runs
@@ -316,58 +309,15 @@ class Adaptation:
     def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
         return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
-    def frequency_of_error(self, name: str, output: int) -> float:
-        """Return the frequency, as far as the times show it, at which finer runs differ most.
-
-        Parameters
-        ----------
-        name : of what is finer.
-        """
-        assert self.refined is not None
-        change = self.refined[name].fine[:, output] - self.refined[name].coarse.values[:, output]
-        energy = (np.abs(np.fft.rfft(change * np.hanning(change.shape[1]))) ** 2).sum(axis=0)
-        return float(np.fft.rfftfreq(change.shape[1], self.dt)[energy.argmax()])
-
-    def discretization(
-        self, *, options: ExtrapolationOptions = ExtrapolationOptions()
-    ) -> dict[str, DiscretizationCorrection]:
+    def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.
 
         None are returned if a finer run fails, which is an error where the discretization is left
         to the method.
         """
-        if self.corrections is not None:
-            return self.corrections
-        design = self.fitted.which(slice(self.design.few)).copy()
-        if self.refined is None:
-            held = self.held.which(slice(min(options.held, self.generic))).copy()
-            first = held if self.corrects else design
-            self.refined = refined_runs(self.evaluate, first, len(first) * (not self.corrects))
-        finer = self.evaluate.refinements() if self.corrects else {}
-        small: dict[str, DiscretizationCorrection] = {}
-        for name, runs in self.refined.items():
-            if self.corrects and not runs.fitted:
-                error = SECOND_ORDER * runs.change
-                if self.error.relative(error) <= self.corrected_above:
-                    small[name] = DiscretizationCorrection.none(self.choice, error)
-                    continue
-                more = runs.with_design(design, finer[name], name)
-                self.refined[name] = more.with_finest(options.finest, finer[name], name)
-        large = {name: runs for name, runs in self.refined.items() if name not in small}
-        m = self.places.shape[1]
-        given = self.choice, self.design, large, self.dt, m
-        corrections = corrections_of(*given, self.together)
-        kinds = np.array([correction.kinds for correction in corrections.values()])
-        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
-        if self.together is None and several:
-            first = self.held.which(slice(1)).copy()
-            self.together = refined_together(self.evaluate, first, list(large))
-            corrections = corrections_of(*given, self.together)
-        corrections |= small
-        self.corrections = {
-            name: corrections[name]._replace(
-                error=running(corrections[name].error, self.error.window)
-            )
-            for name in self.refined
-        }
+        if self.corrections is None:
+            few = self.fitted.which(slice(self.design.few))
+            held = self.held.which(slice(self.generic))
+            coarse = CoarseRuns(few, held, self.design.small)
+            self.corrections = self.refinement.corrections(coarse, self.error, self.dt)
         return self.corrections

@@ -46,14 +46,24 @@ class Split(NamedTuple):
     eta: np.ndarray
 
     @staticmethod
-    def of(stages: Sequence[Stage], carriers: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> Split:
+    def of(
+        stages: Sequence[Stage],
+        carriers: np.ndarray,
+        xi: np.ndarray,
+        eta: np.ndarray,
+        counted: np.ndarray,
+    ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
 
         A stage with fewer carriers stands for one that has not been found.
+
+        Parameters
+        ----------
+        counted : which outputs count, (outputs,).
         """
         carriers = np.minimum(carriers, len(stages) - 1)
-        used = np.unique(carriers)
-        outputs = [np.flatnonzero(carriers == k) for k in used]
+        used = np.unique(carriers[counted])
+        outputs = [np.flatnonzero(counted & (carriers == k)) for k in used]
         return Split([stages[k] for k in used], outputs, xi, eta)
 
     def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

@@ -142,8 +142,10 @@ class AdaptivePCCI(ExpansionMethod):
         ``attrs["largest_miss"]`` names the held-out run that the expansion misses by the most,
         ``attrs["stopped"]`` says why there were no more runs, ``attrs["stop_reason"]`` is
         tolerance-met, budget-used or orders-used, ``attrs["runs_generic"]`` how many
-        held-out runs are at generic points. ``attrs["not_refined"]`` tells why nothing finer was
-        tried, if it was not the tolerance that was met, and ``attrs["small_components"]`` the
+        held-out runs are at generic points. ``attrs["unconverged_output"]`` names the outputs whose
+        error falls at no affordable discretization, with ``attrs["unconverged_frequency"]``,
+        ``attrs["unconverged_remedies"]`` and more (`surrogates.unconverged`),
+        ``attrs["not_refined"]`` tells why a finer one failed, and ``attrs["small_components"]`` the
         first outputs whose error is in parts of the error bar of another component.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """

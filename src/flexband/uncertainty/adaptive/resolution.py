@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,10 @@ from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
 from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
+from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import DOUBT
+from flexband.uncertainty.surrogates.unconverged import Cause, Unconverged, attributes
 
 
 class RefinementOptions(NamedTuple):
@@ -40,6 +42,12 @@ class RefinementOptions(NamedTuple):
         bar, which is halved with every halving. What it does explain may be a vibration that longer
         steps do not follow at all.
     max_at_once, max_halvings : halvings from one level to the next, and in all.
+    max_for_waves : halvings in all for vibrations of members that are too fast for the times of the
+        response, so that no correction and no expansion can follow them.
+    followed : phase error [rad] below which a vibration is followed from one level to the next; if
+        it is larger, it explains that the error does not fall yet.
+    least_steps : steps per period from which on the frequency of a vibration is known.
+    margin : by which the error after further halvings may be larger than it is predicted.
     max_failed : levels that fail in a row, after one that did not, before that is taken.
     """
 
@@ -51,6 +59,10 @@ class RefinementOptions(NamedTuple):
     halvings_of_noise: int = 4
     max_at_once: int = 3
     max_halvings: int = 9
+    max_for_waves: int = 7
+    followed: float = 0.3
+    least_steps: float = 5.0
+    margin: float = 2.0
     max_failed: int = 2
 
 
@@ -82,6 +94,7 @@ def solved(
             course = begin(evaluate)
             halvings = levels.wanted(course, names)
             if last or not halvings:
+                course.counted = ~levels.waves
                 stopped = course.run((1 - options.share) * tolerance)
                 halvings = levels.wanted(course, names)
                 if last or not halvings:
@@ -142,6 +155,8 @@ class Levels:
     ----------
     left_out : what is chosen.
     allowed : error of the discretization, in parts of the error bar's width.
+    waves, fastest : which outputs have vibrations that no step resolves which is affordable, and
+        the frequency that is left of each after all that are, (outputs,).
     why : why something was to be halved last, in words.
     """
 
@@ -151,6 +166,7 @@ class Levels:
         self.known: dict[str, dict[int, OutputErrors]] = {}
         self.widths: dict[int, np.ndarray] = {}
         self.stuck: dict[str, np.ndarray] = {}
+        self.waves, self.fastest = np.zeros(1, bool), np.zeros(1)
         self.why = ""
 
     def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
@@ -163,16 +179,21 @@ class Levels:
         """
         errors, largest, corrected = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
-        for name, correction in course.discretization().items():
+        corrections = course.discretization()
+        for name, correction in corrections.items():
             before = self.known.setdefault(name, {})
             of_outputs = course.error.of_outputs(correction.error)
-            output_errors = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
-            corrected[name] = output_errors.corrected
-            count = names.count(name)
-            self.stuck[name] = self._stuck(output_errors, before, count, course.error.missed)
-            self.stuck[name] |= vanishing & (output_errors.values > 1)
-            before[count] = output_errors
-            counted = np.where(self.stuck[name], 0.0, output_errors.values)
+            now = OutputErrors(of_outputs, correction.kinds != CorrectedPart.NOTHING)
+            corrected[name], count = now.corrected, names.count(name)
+            slow, stuck = self._stuck(now, before, count, course.error.missed)
+            if name == "step":
+                unresolved, self.waves = self._waves(course, now, slow, count)
+                stuck &= ~unresolved
+            self.stuck[name] = stuck | (vanishing & (now.values > 1))
+            before[count] = now
+        for name in corrections:
+            values = self.known[name][names.count(name)].values
+            counted = np.where(self.stuck[name] | self.waves, 0.0, values)
             errors[name], largest[name] = float(counted.max()), int(counted.argmax())
         if sum(errors.values()) <= self.allowed:
             return {}
@@ -205,37 +226,71 @@ class Levels:
 
     def _stuck(
         self, now: OutputErrors, before: dict[int, OutputErrors], count: int, missed: np.ndarray
-    ) -> np.ndarray:
-        """Return which errors do not fall any more, shape (outputs,).
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which errors fall too slowly, and of which this is sure, each of shape (outputs,).
 
         Only errors are compared of which both or none are corrected.
         """
         errors, stuck = now.values, np.zeros(len(now.values), bool)
+        slow = np.zeros(len(errors), bool)
         for fewer, (values, corrected) in before.items():
             error = np.where(corrected == now.corrected, values, np.inf)
             halvings, resolved = count - fewer, error < self.options.resolved
             sure = resolved & (errors > self.options.clear * missed) & (halvings >= 2)
             long = (resolved | (missed >= DOUBT)) & (halvings >= self.options.halvings_of_noise)
-            stuck |= (errors > error * self.options.fall_per_halving**halvings) & (sure | long)
-        return stuck
+            falls_slowly = errors > error * self.options.fall_per_halving**halvings
+            slow |= falls_slowly & (halvings > 0)
+            stuck |= falls_slowly & (sure | long)
+        return slow, stuck
 
-    def told(self, course: Adaptation) -> dict[str, str]:
-        """Return in words of which outputs the error is too large, but no longer falls.
+    def _waves(
+        self, course: Adaptation, now: OutputErrors, slow: np.ndarray, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which outputs vibrate with phases that the step does not resolve.
 
-        Members without damping carry waves along their axis, whose reactions converge at no
-        affordable step.
+        Parameters
+        ----------
+        slow : which errors fall too slowly.
+        count : halvings of the step so far.
+
+        Returns
+        -------
+        Those that the step does not resolve yet, and those that no affordable one does, (outputs,).
         """
-        outputs, lines = np.array(names_of_outputs(course.labels)), []
-        for name, stuck in self.stuck.items():
-            error = self.known[name][max(self.known[name])].values
-            which = np.flatnonzero(stuck & (error > self.allowed))
-            if name in self.left_out and len(which):
-                shown = ", ".join(outputs[which[:3]]) + ", …" * (len(which) > 3)
-                frequency = course.frequency_of_error(name, which[0])
-                lines.append(
-                    f"the error of {shown} that is due to the {name} no longer falls: it "
-                    f"oscillates about {frequency:.3g} times per unit of time, as waves of the "
-                    "mesh do; damp them (retardation_time, a smaller spectral_radius), or leave "
-                    "such outputs out"
-                )
-        return {"not_refined": "; ".join(lines)} if lines else {}
+        options, none = self.options, np.zeros(len(slow), bool)
+        asked = slow & ~now.corrected & (now.values > self.allowed)
+        numbers = course.evaluate.discretization()
+        if "step" not in numbers or not asked.any():
+            return none, none
+        spectrum, step = course.refinement.spectrum("step", course.dt), numbers["step"]
+        if not spectrum.resolved:
+            return none, none
+        lag = spectrum.lag(course.dt * (course.fitted.values.shape[-1] - 1), step)
+        unresolved = asked & (spectrum.energy[:, lag > options.followed].sum(axis=-1) > 0.5)
+        energy = spectrum.after(options.max_for_waves - count, lag)
+        fastest = spectrum.frequency[energy.argmax(axis=-1)]
+        waves = unresolved & (options.margin * now.values * np.sqrt(energy.sum(-1)) > self.allowed)
+        waves &= fastest > CarrierOptions().max_frequency / course.dt
+        waves &= (fastest * step * options.least_steps < 1) & (len(numbers) > 1)  # of members
+        of = course.quantities.of
+        waves |= asked & np.isin(of, of[waves])  # components of a vector
+        self.fastest = fastest
+        return unresolved & ~waves, waves
+
+    def told(self, course: Adaptation) -> dict[str, list[Any]]:
+        """Return of which outputs the error is too large, but no longer falls, as attributes."""
+        names, outputs = names_of_outputs(course.labels), []
+        for part, stuck in self.stuck.items():
+            error = self.known[part][max(self.known[part])].values
+            named = self.waves if part == "step" else np.zeros_like(self.waves)
+            which = np.flatnonzero((stuck & ~self.waves | named) & (error > self.allowed))
+            if part not in self.left_out or not len(which):
+                continue
+            spectrum = course.refinement.spectrum(part, course.dt)
+            step = course.evaluate.discretization().get("step", np.nan)
+            for k in which:
+                cause = Cause.WAVES if self.waves[k] else Cause.STAGNANT
+                f = float(self.fastest[k] if self.waves[k] else spectrum.largest[k])
+                steps = 1 / (f * step) if f * step > 0 else np.nan
+                outputs.append(Unconverged(names[k], part, cause, f, steps, float(error[k])))
+        return attributes(outputs)

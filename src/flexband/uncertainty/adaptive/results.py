@@ -11,19 +11,23 @@ import xarray as xr
 from flexband.errors import warn
 from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.choice import in_place_of_runs
-from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart, corrected
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.refinement.correction import (
+    CorrectedPart,
+    DiscretizationCorrection,
+    corrected,
+)
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.unconverged import in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
-
-TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
-"""Why a discretization that the method chooses misses the tolerance, if nothing else stopped it."""
 
 
 def surrogate_of(course: Adaptation) -> Surrogate:
@@ -31,23 +35,60 @@ def surrogate_of(course: Adaptation) -> Surrogate:
 
     The course ends: its coefficients may take the memory of its runs.
     """
-    choice, error, labels = course.choice, course.error, course.labels
+    choice, error = course.choice, course.error
     corrections = course.discretization()
-    finer = {name: correction.error for name, correction in corrections.items()}
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
-    parts = {"expansion": np.stack([of_mean * error.values, error.values])}
+    both = np.stack([of_mean * error.values, error.values])
+    dataset = judged(course.labels, error, both, corrections, course.evaluate, course.finer)
+    dataset = dataset.assign(orders=("variable", choice.orders))
+    dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
+        largest_miss=_largest_miss(course),
+        runs_fitted=len(course.fitted.values),
+        runs_checked=course.checked,
+        runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
+    )
+    held = HeldOut(
+        course.held.xi,
+        course.held.eta,
+        choice.missed,
+        share(course.space.interval_dimension) * np.hypot(choice.overshoot, choice.later),
+        error.window,
+    )
+    _warn_of_unexplained(course)
+    fits, changes = corrected(choice.fits, list(corrections.values()))
+    expansions, correction = in_place_of_runs(fits, changes)
+    return Surrogate(course.space, course.labels, expansions, dataset, held, correction)
+
+
+def judged(
+    labels: xr.DataArray,
+    error: ExpectedError,
+    of_expansion: np.ndarray,
+    corrections: Mapping[str, DiscretizationCorrection],
+    evaluate: Evaluate,
+    finer_runs: int,
+) -> xr.Dataset:
+    """Return what is expected of bands: their error with its parts, and what is corrected of it.
+
+    Parameters
+    ----------
+    labels : a response of shape (runs, …).
+    error : what is known of the expansions.
+    of_expansion : the error of mean and error bar that is due to them, (2, outputs, times).
+    corrections : of the discretization, by name.
+    finer_runs : number of runs on finer discretizations.
+    """
+    choice, finer = error.choice, {name: part.error for name, part in corrections.items()}
+    parts = {"expansion": of_expansion}
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
-    trusted = trust(labels, error.missed)
-    relative = error.of_outputs(total)
+    trusted, relative = trust(labels, error.missed), error.of_outputs(total)
     dataset = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
-    dataset = dataset.assign(orders=("variable", choice.orders))
-    dataset = dataset.assign_coords(variable=_variables(course.space))
     for name, errors in parts.items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
             dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
-    numbers = course.evaluate.discretization()
+    numbers = evaluate.discretization()
     dataset = dataset.assign_attrs(
         {"discretization_error": "not estimated"}
         | {
@@ -55,11 +96,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
             for name, band_errors in (finer | parts).items()
         },
         expected_error=error.relative(total),
-        largest_miss=_largest_miss(course),
-        runs_fitted=len(course.fitted.values),
-        runs_checked=course.checked,
-        runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
-        runs_refined=course.finer,
+        runs_refined=finer_runs,
         refined=list(finer),
         discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
         steps_per_period=[
@@ -80,17 +117,7 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     small = names[error.small]
     if len(small):
         dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
-    held = HeldOut(
-        course.held.xi,
-        course.held.eta,
-        choice.missed,
-        share(course.space.interval_dimension) * np.hypot(choice.overshoot, choice.later),
-        error.window,
-    )
-    _warn_of_unexplained(course)
-    fits, changes = corrected(choice.fits, list(corrections.values()))
-    expansions, correction = in_place_of_runs(fits, changes)
-    return Surrogate(course.space, labels, expansions, dataset, held, correction)
+    return dataset
 
 
 def advice(course: Adaptation, stopped: StopReason) -> str:
@@ -122,13 +149,16 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
     ----------
     attrs : the attributes of a result.
     """
-    if not attrs["refined"] or attrs["discretization_error"] <= attrs["expansion_error"]:
-        return f"{attrs['advice']}. Most is missed {attrs['largest_miss']}"
+    of_discretization = attrs["refined"] and (
+        attrs["discretization_error"] > attrs["expansion_error"] or in_words(attrs)
+    )
+    if not of_discretization:
+        return f"{attrs['advice']}. The largest prediction error is {attrs['largest_miss']}"
     worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
     helps += ", or leave it out to have it chosen" * ("step" in attrs["refined"])
     if "halved" in attrs:
-        helps = attrs.get("not_refined", TOO_COARSE)
+        helps = why_not_finer(attrs)
     return f"most of it is due to {worst}; {helps}"
 
 

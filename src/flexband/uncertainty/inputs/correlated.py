@@ -16,9 +16,9 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+import scipy
 from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_option, shown
@@ -114,7 +114,8 @@ class Correlated:
                 f"the correlation of {first[0]} and {second[0]} must be from {low + sought:.3g} "
                 f"to {high + sought:.3g} for these distributions; got {sought:g}"
             )
-        return float(brentq(lambda r: polynomial.polyval(r, series), -nearly_one, nearly_one))  # pyright: ignore[reportArgumentType]
+        brentq = scipy.optimize.brentq
+        return float(brentq(lambda r: polynomial.polyval(r, series), -nearly_one, nearly_one))
 
 
 def _member(name: str, member: Distribution | FrozenDistribution) -> Distribution:

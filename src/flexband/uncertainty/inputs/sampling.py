@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import ndtr, ndtri
-from scipy.stats import qmc
 
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.sobol import MAX_DIMENSION, scrambled_sobol
 
 
 def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
@@ -22,10 +22,18 @@ def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
 
 
 def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
-    """Return a Latin hypercube of standard normal variables, shape (samples, dimension)."""
+    """Return a Latin hypercube of standard normal variables, shape (samples, dimension).
+
+    It is that of `scipy.stats.qmc`, whose package takes half a second to import.
+    """
     if dimension == 0:
         return np.zeros((1, 0))
-    return ndtri(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(samples))
+    rng = np.random.default_rng(seed).spawn(1)[0]
+    within = rng.uniform(size=(samples, dimension))
+    strata = np.tile(np.arange(1, samples + 1), (dimension, 1))
+    for row in strata:
+        rng.shuffle(row)
+    return ndtri((strata.T - within) / samples)
 
 
 def stretched(
@@ -55,12 +63,11 @@ def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
     """
     if dimension == 0:
         return np.zeros((count, 0))
-    if dimension > qmc.Sobol.MAXDIM:
+    if dimension > MAX_DIMENSION:
         raise InputError(
-            f"a Sobol' sequence has at most {qmc.Sobol.MAXDIM} variables; got {dimension}"
+            f"a Sobol' sequence has at most {MAX_DIMENSION} variables; got {dimension}"
         )
-    power = math.ceil(math.log2(max(count, 2)))
-    u = qmc.Sobol(dimension, rng=np.random.default_rng(seed)).random_base2(power)[:count]
+    u = scrambled_sobol(count, dimension, seed)
     tiny = np.finfo(float).eps
     return np.clip(u, tiny, 1 - tiny)
 

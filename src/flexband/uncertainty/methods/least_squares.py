@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import field
 
 import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, RunError, check_integer, check_numbers
+from flexband.errors import InputError, RunError, check_flag, check_integer, check_numbers
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
@@ -19,7 +20,7 @@ from flexband.uncertainty.expansions.regression import (
 )
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod
 from flexband.uncertainty.methods.pcci import MAX_ORDER
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
@@ -42,12 +43,15 @@ class RegressionPCCI(ExpansionMethod):
     q_norm : q, above 0 and at most 1.
     oversampling : runs per term, above 1.
     seed : seed of the sequence.
+    correct : as of `PCCI`; the finer runs are, for each of step and elements, twice as many as
+        there are variables, and 5.
 
     Raises
     ------
     InputError
         If a number is not as stated, or the runs would not be more than the terms; in `propagate`,
-        if there are more than 5000 terms, or the runs do not determine all of them.
+        if there are more than 5000 terms, the runs do not determine all of them, or with `correct`
+        if the response has no `refinements`.
 
     Examples
     --------
@@ -61,12 +65,14 @@ class RegressionPCCI(ExpansionMethod):
     q_norm: float = 1.0
     oversampling: float = 2.0
     seed: int = 0
+    correct: bool = field(default=False, kw_only=True)
 
     name = "regression PCCI"
     copies = 3.2
     skips_failed = True
 
     def __post_init__(self) -> None:
+        check_flag("correct", self.correct)
         object.__setattr__(self, "order", check_integer("order", self.order, 0, MAX_ORDER))
         object.__setattr__(self, "seed", check_integer("seed", self.seed, 0))
         for name in ("q_norm", "oversampling"):
@@ -97,8 +103,16 @@ class RegressionPCCI(ExpansionMethod):
             raise InputError(f"{error}{space.advice_on_fields}") from None
 
     def runs(self, space: Space) -> int:
+        """Return the number of terms times `oversampling`, rounded up, and 4 with `correct`."""
+        return self.fitted_runs(space) + HELD * self.correct
+
+    def fitted_runs(self, space: Space) -> int:
         """Return the number of terms times `oversampling`, rounded up."""
         return math.ceil(self.oversampling * len(self.index(space)))
+
+    def linear_runs(self, space: Space) -> int:
+        """Return twice the number of terms of order 0 and 1, or all runs."""
+        return min(self.fitted_runs(space), 2 * super().linear_runs(space))
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, with the error that is expected of it.
@@ -109,8 +123,8 @@ class RegressionPCCI(ExpansionMethod):
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
         index, m = self.index(space), space.interval_dimension
-        known = evaluate.earlier_runs(self.runs(space) // 2)
-        new = self.runs(space) - len(known[0])
+        known = evaluate.earlier_runs(self.fitted_runs(space) // 2)
+        new = self.fitted_runs(space) - len(known[0])
         points = nested_points(new, m, space.families, self.seed)
         values = evaluate(*points)
         if len(known[0]):
@@ -150,7 +164,8 @@ class RegressionPCCI(ExpansionMethod):
             },
             attrs={"terms": len(index), **trusted.attrs},
         )
-        return Surrogate(space, values[:0], (expansion,), diagnostics)
+        surrogate = Surrogate(space, values[:0], (expansion,), diagnostics)
+        return evaluate.corrected(surrogate, (*points, signal)) if self.correct else surrogate
 
 
 def _correction(terms: np.ndarray) -> float:

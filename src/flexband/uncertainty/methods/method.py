@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,12 @@ from flexband.words import number_of
 
 MAX_RUNS = 1_000_000
 """Runs that a method may take if nothing else is said."""
+
+REFINEMENTS = "a response that has `refinements`, as that of dynamic_response"
+"""What a correction needs."""
+
+HELD = 4
+"""Runs that methods with given orders hold out, if they do."""
 
 
 class Evaluate(ABC):
@@ -58,6 +64,29 @@ class Evaluate(ABC):
         """Return ξ, η and values of up to so many earlier runs at generic points."""
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
 
+    def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
+        """Return runs at the times of all steps, which are not counted; None where there are none.
+
+        Times between two of the response's divide this step into as many each.
+        """
+        return None
+
+    def corrected(
+        self,
+        surrogate: Surrogate,
+        runs: tuple[np.ndarray, np.ndarray, np.ndarray],
+        nodes: Sequence[np.ndarray] | None = None,
+    ) -> Surrogate:
+        """Return a surrogate whose error of step and elements is corrected by finer runs.
+
+        Parameters
+        ----------
+        runs : ξ, η and values of those that it was fitted to.
+        nodes : of each interval variable, if the runs are at their tensor product with Gauss points
+            of the random variables.
+        """
+        raise InputError(f"correct=True needs {REFINEMENTS}")
+
 
 def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
     """Return of which vector or tensor each output is a component."""
@@ -77,6 +106,7 @@ class Method(ABC):
     chooses_discretization : whether it chooses what the response leaves out of its discretization,
         so that it finds out how many runs it needs.
     skips_failed : whether it goes on without runs that fail.
+    correct : whether the error of step and elements is corrected.
     copies : how many times all outputs are in memory while they are fitted.
     copies_per_carrier : the same for each carrier that is tried.
     """
@@ -85,6 +115,7 @@ class Method(ABC):
     expands: bool = False
     chooses_discretization: bool = False
     skips_failed: bool = False
+    correct: bool = False
     copies: float = 2.0
     copies_per_carrier: float = 0.0
 
@@ -96,6 +127,15 @@ class Method(ABC):
     @abstractmethod
     def runs(self, space: Space) -> int:
         """Return the number of runs, or the most there may be."""
+
+    def finer_runs(self, space: Space, names: int) -> int:
+        """Return the most runs of a correction on finer discretizations.
+
+        Parameters
+        ----------
+        names : how many of step and elements can be finer.
+        """
+        return 0
 
     @abstractmethod
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
@@ -128,6 +168,18 @@ class ExpansionMethod(Method):
     @abstractmethod
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Run the response at the points of the method and return the surrogate."""
+
+    def linear_runs(self, space: Space) -> int:
+        """Return how many runs tell how the error of the discretization depends on the inputs."""
+        return 1 + space.interval_dimension + space.random_dimension
+
+    def finer_runs(self, space: Space, names: int) -> int:
+        """Return the most runs of a correction; one of them is finer in all that can be.
+
+        Of each name these are `linear_runs`, two held-out ones, and one of these on a third level.
+        """
+        given = self.correct and not self.chooses_discretization
+        return ((self.linear_runs(space) + 3) * names + (names > 1)) * given
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands and the diagnostics."""
@@ -185,12 +237,15 @@ def as_method(method: Any) -> Method:
     return UserExpansion(method) if expands else UserMethod(method)
 
 
-def check_runs(method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1) -> None:
+def check_runs(
+    method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1, names: int = 0
+) -> None:
     """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
 
-    `count` is the number of combinations of options, each with runs of its own.
+    `count` is the number of combinations of options, each with runs of its own, and `names` how
+    many of step and elements can be finer.
     """
-    runs = count * method.runs(space)
+    runs = count * (method.runs(space) + method.finer_runs(space, names))
     if runs > most_runs:
         advice = as_method(method).advice(space, most_runs // count)
         suggestion = f". {advice}" if advice else space.advice_on_fields

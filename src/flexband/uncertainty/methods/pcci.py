@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import field
 
 import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_integer
+from flexband.errors import InputError, check_flag, check_integer
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_zeros, scaled_chebyshev_zeros
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
-from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod
+from flexband.uncertainty.surrogates.axes import axes_of, series
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MAX_ORDER = 100
@@ -70,12 +71,17 @@ class PCCI(ExpansionMethod):
     random_order, interval_order : orders k and q of the expansion in every random and interval
         variable: one number for all, or a mapping from the name of each random or interval input to
         its order. The method takes Π (k+1) Π (q+1) runs.
+    correct : whether the error of step and elements is corrected and the error of the bands
+        estimated, as by `AdaptivePCCI`. This takes 4 held-out runs, and for each of step and
+        elements that is refined as many runs on finer discretizations as there are variables of
+        order 1 or more, and 4; one more if both are.
 
     Raises
     ------
     InputError
         If an order is not a whole number from 0 to 100; in `propagate`, if a mapping does not name
-        exactly the random or interval inputs.
+        exactly the random or interval inputs, or with `correct` if the response has no
+        `refinements`.
 
     Examples
     --------
@@ -87,6 +93,7 @@ class PCCI(ExpansionMethod):
 
     random_order: Order = 3
     interval_order: Order = 3
+    correct: bool = field(default=False, kw_only=True)
 
     name = "PCCI"
     copies = 2.5
@@ -99,6 +106,7 @@ class PCCI(ExpansionMethod):
     def __post_init__(self) -> None:
         for name in ("random_order", "interval_order"):
             object.__setattr__(self, name, checked_order(name, getattr(self, name)))
+        check_flag("correct", self.correct)
 
     @staticmethod
     def interval_nodes(order: int) -> np.ndarray:
@@ -113,21 +121,34 @@ class PCCI(ExpansionMethod):
         )
 
     def runs(self, space: Space) -> int:
-        """Return Π (k+1) Π (q+1)."""
-        return math.prod(order + 1 for orders in self.orders(space) for order in orders)
+        """Return Π (k+1) Π (q+1), and 4 with `correct`."""
+        product = math.prod(order + 1 for orders in self.orders(space) for order in orders)
+        return product + HELD * self.correct
+
+    def linear_runs(self, space: Space) -> int:
+        """Return 1 and the number of variables of order 1 or more."""
+        return 1 + sum(order > 0 for orders in self.orders(space) for order in orders)
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
-        """Return the surrogate, with `truncation`, an indicator of the error of the expansion."""
+        """Return the surrogate, with `truncation`, an indicator of the error of the expansion.
+
+        With `correct` it tells what is corrected, and the error of its bands, as `AdaptivePCCI`
+        does, with 4 held-out runs.
+        """
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         random = space.families, random_orders
-        values = evaluate(*HybridExpansion.design(*random, nodes))
+        points = HybridExpansion.design(*random, nodes)
+        values = evaluate(*points)
         flat = values.values.reshape(len(values), -1)
         expansion = HybridExpansion.fit(flat, *random, nodes)
         direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})
-        return Surrogate(space, values[:0], (direct,), diagnostics)
+        surrogate = Surrogate(space, values[:0], (direct,), diagnostics)
+        if not self.correct:
+            return surrogate
+        return evaluate.corrected(surrogate, (*points, series(values)), nodes)
 
 
 @frozen()

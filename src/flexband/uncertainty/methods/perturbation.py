@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import field
 
 import numpy as np
 import xarray as xr
@@ -22,9 +23,9 @@ from flexband.uncertainty.expansions.polynomials import (
     scaled_chebyshev_zeros,
 )
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod
 from flexband.uncertainty.methods.pcci import Order, checked_order, of_variables, shown
-from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.axes import axes_of, series
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -48,12 +49,14 @@ class PerturbationChebyshev(ExpansionMethod):
         (1 + 2n) Π (q+1) runs, with n random variables.
     step : half of the distance of central differences, in standard deviations.
     improved : whether the points reach the bounds, Eq. (19), or are Chebyshev zeros, Eq. (14).
+    correct : as of `PCCI`.
 
     Raises
     ------
     InputError
         If an order is not a whole number from 0 to 100, or the step is not above 0 and at most 1;
-        in `propagate`, if a mapping does not name exactly the interval inputs.
+        in `propagate`, if a mapping does not name exactly the interval inputs, or with `correct` if
+        the response has no `refinements`.
 
     Examples
     --------
@@ -66,6 +69,7 @@ class PerturbationChebyshev(ExpansionMethod):
     interval_order: Order = 3
     step: float = 0.1
     improved: bool = False
+    correct: bool = field(default=False, kw_only=True)
 
     name = "perturbation–Chebyshev"
     copies = 2.6
@@ -78,7 +82,8 @@ class PerturbationChebyshev(ExpansionMethod):
         if not 0 < step <= 1:
             raise InputError(f"step must be above 0 and at most 1 standard deviation; got {step:g}")
         object.__setattr__(self, "step", step)
-        check_flag("improved", self.improved)
+        for name in ("improved", "correct"):
+            check_flag(name, getattr(self, name))
 
     @property
     def label(self) -> str:
@@ -86,9 +91,17 @@ class PerturbationChebyshev(ExpansionMethod):
         return f"{self.name} ({shown(self.interval_order)}{', improved' * self.improved})"
 
     def runs(self, space: Space) -> int:
-        """Return (1 + 2n) Π (q+1)."""
-        orders = of_variables("interval_order", self.interval_order, space, random=False)
-        return (1 + 2 * space.random_dimension) * math.prod(q + 1 for q in orders)
+        """Return (1 + 2n) Π (q+1), and 4 with `correct`."""
+        product = math.prod(q + 1 for q in self.orders(space))
+        return (1 + 2 * space.random_dimension) * product + HELD * self.correct
+
+    def orders(self, space: Space) -> list[int]:
+        """Return q of every interval variable."""
+        return of_variables("interval_order", self.interval_order, space, random=False)
+
+    def linear_runs(self, space: Space) -> int:
+        """Return 1 and the number of variables, but for intervals of order 0."""
+        return 1 + space.random_dimension + sum(q > 0 for q in self.orders(space))
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, with `truncation`, an indicator of what the expansion leaves out.
@@ -97,12 +110,13 @@ class PerturbationChebyshev(ExpansionMethod):
         the curvature ½ ∂²u/∂ξ_i² Var ξ_i, which moves the mean. Products of random variables do not
         show in it.
         """
-        orders = of_variables("interval_order", self.interval_order, space, random=False)
+        orders = self.orders(space)
         zeros = scaled_chebyshev_zeros if self.improved else chebyshev_zeros
         nodes = [zeros(q) for q in orders]
         xi, linear, bend = self._differences(space)
         eta = tensor_points(nodes)
-        values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
+        points = np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0)
+        values = evaluate(*points)
         flat = values.values.reshape(len(values), -1)
         chebyshev = [np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in nodes]
         n, terms = space.random_dimension, tensor_index(orders)
@@ -116,7 +130,10 @@ class PerturbationChebyshev(ExpansionMethod):
         diagnostics = xr.Dataset(
             {"truncation": (values.dims[1:], indicator.reshape(values.shape[1:]))}
         )
-        return Surrogate(space, values[:0], (direct,), diagnostics)
+        surrogate = Surrogate(space, values[:0], (direct,), diagnostics)
+        return (
+            evaluate.corrected(surrogate, (*points, series(values))) if self.correct else surrogate
+        )
 
     def _differences(self, space: Space) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ at which to run, (1 + 2n, n), and the differences of values there.

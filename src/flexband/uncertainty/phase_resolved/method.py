@@ -6,38 +6,34 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from flexband.arguments import frozen
 from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.results import judged
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
-from flexband.uncertainty.methods.method import Evaluate, quantities
+from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.bands_error import (
     TensorDesign,
     error_of_bands,
     largest_error,
 )
+from flexband.uncertainty.phase_resolved.correction import corrected_choice, of_choice
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
 from flexband.uncertainty.surrogates.diagnostics import (
-    diagnostics,
     least_error,
-    share,
     step,
-    trust,
 )
-from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
     from flexband.uncertainty.inputs.space import Space
-
-HELD = 4
-"""Runs that are held out."""
 
 
 @frozen()
@@ -54,6 +50,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     Parameters
     ----------
     random_order, interval_order : as of `PCCI`. Orders of 1 or 2 suffice for most responses.
+    correct : whether the error of step and elements is corrected, of ringing outputs by phases and
+        envelopes; the runs that this takes are those of `PCCI`, without further ones held out.
 
     Raises
     ------
@@ -80,15 +78,15 @@ class PhaseResolvedPCCI(ImprovedPCCI):
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1) + 4."""
-        return super().runs(space) + HELD
+        return super().runs(space) + HELD * (not self.correct)
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, the expected error of its bands, and the carriers of each output.
 
         All are told as by `AdaptivePCCI`. Bounds often rest on nodes, where nothing is missed;
         `pointwise_error` is that of μ ± σ at any values of the interval inputs, as the worst of
-        the held-out runs tells it. The error of step
-        and elements is not estimated.
+        the held-out runs tells it. The error of step and elements is not estimated without
+        `correct`.
         """
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
@@ -105,27 +103,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(design, held, error), least)
-        dataset = diagnostics(
-            values,
-            both,
-            error.of_outputs(both),
-            choice.carriers,
-            trust(values, error.missed),
-            choice.frequencies,
-        )
-        for band in ("mean", "error_bar"):
-            dataset[f"{band}_expansion_error"] = dataset[f"{band}_expected_error"]
+        dataset = xr.Dataset()
         worst = AT_ONE_TIME * np.maximum(largest_error(error, len(nodes)), least)
         dataset["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
-        relative = error.relative(both)
-        dataset = dataset.assign_attrs(
-            expected_error=relative,
-            expansion_error=relative,
-            discretization_error="not estimated",
-            runs_fitted=len(design),
-            runs_checked=HELD,
-            runs_generic=HELD,
-        )
-        overshoot = share(len(nodes)) * choice.overshoot
-        checked = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
-        return Surrogate(space, values[:0], tuple(choice.expansions()), dataset, checked)
+        made = fitted, held
+        if self.correct:
+            return corrected_choice(space, values[:0], error, both, made, evaluate, dataset, dt)
+        of_all = judged(values[:0], error, both, {}, evaluate, 0).merge(dataset)
+        return of_choice(space, values[:0], error, made, of_all)

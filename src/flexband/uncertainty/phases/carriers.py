@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import convolve1d
+import scipy
 from scipy.sparse import csr_array
 
 
@@ -29,6 +28,7 @@ class CarrierOptions(NamedTuple):
     max_peaks : peaks of the spectrum that are tried for each further carrier.
     min_times : fewest times of runs in which carriers are looked for.
     min_cycles : fewest periods of a carrier in the record.
+    max_frequency : of a carrier, in periods per step of the times.
     min_energy : least energy of a carrier, as a fraction of that of the variation between the runs.
     band_ratio : ratio of the ends of a frequency band to its middle.
     harmonic_tolerance : relative distance from a multiple of the first carrier within which a lost
@@ -45,6 +45,7 @@ class CarrierOptions(NamedTuple):
     max_carriers: int = 3
     max_peaks: int = 2
     min_times: int = 32
+    max_frequency: float = 0.4
     min_cycles: float = 6.0
     min_energy: float = 1e-5
     band_ratio: float = 1.15
@@ -132,7 +133,7 @@ def track(
     for k in range(passes):
         z, part = split(F, psi, moments, at_once) if k else (z, part)
         turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
-        psi = psi + CubicSpline(at, turned, axis=-1)(np.arange(times))
+        psi = psi + scipy.interpolate.CubicSpline(at, turned, axis=-1)(np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
             return None
@@ -144,7 +145,7 @@ def track(
     z = z * np.exp(-1j * shift)[:, None, None]
     envelope = _by_output(F.shape, complex)
     for o in range(F.shape[1]):
-        envelope[:, o] = CubicSpline(at, z[:, o], axis=-1)(np.arange(times))
+        envelope[:, o] = scipy.interpolate.CubicSpline(at, z[:, o], axis=-1)(np.arange(times))
     return Carrier(psi + shift[:, None], envelope, frequency)
 
 
@@ -236,7 +237,7 @@ def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float)
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
-    lag = convolve1d(lag, weight / weight.sum(), mode="constant")
+    lag = scipy.ndimage.convolve1d(lag, weight / weight.sum(), mode="constant")
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
     lag = lag + silent_energy * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)

@@ -203,7 +203,8 @@ def detect(
         return summed[high] - summed[low]
 
     band_energy = band(frequency)
-    ok = (frequency >= options.min_cycles / (times * dt)) & (frequency <= 0.4 / dt)
+    ok = frequency >= options.min_cycles / (times * dt)
+    ok &= frequency <= options.max_frequency / dt
     ok &= band_energy > least
     for beside in (frequency / ratio**2, frequency * ratio**2):
         ok &= band_energy > 2 * band(beside)

@@ -9,11 +9,11 @@ from itertools import combinations
 import numpy as np
 from numpy.polynomial import hermite_e
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
+from flexband.uncertainty.expansions.sobol import scrambled_sobol
 from flexband.uncertainty.phases.options import MOMENTS, SEARCH
 
 Rule = tuple[np.ndarray, np.ndarray]
@@ -161,7 +161,7 @@ def _with_exact_zero(x: np.ndarray) -> np.ndarray:
 
 def sobol_normal(n: int, count: int) -> np.ndarray:
     """Return quasi-random normal points, the same at every call."""
-    return ndtri(qmc.Sobol(n, rng=np.random.default_rng(0)).random(count))
+    return ndtri(scrambled_sobol(count, n))
 
 
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -180,6 +180,6 @@ def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.n
         beside = np.clip(where[:, None] + step, 0, np.array(counts, dtype=int) - 1)
         strides = np.cumprod([1, *counts[:0:-1]])[::-1][: len(counts)]
         return tensor_points([lobatto(count) for count in counts]), beside @ strides
-    u = qmc.Sobol(len(orders), rng=np.random.default_rng(0)).random(SEARCH.max_scan_points // 2)
+    u = scrambled_sobol(SEARCH.max_scan_points // 2, len(orders))
     eta = np.where(reach > SEARCH.scanned_reach, -np.cos(np.pi * u), np.where(u < 0.5, -1.0, 1.0))
     return eta * (orders > 0), np.zeros((len(eta), 0), dtype=int)

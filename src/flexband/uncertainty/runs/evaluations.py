@@ -32,6 +32,7 @@ from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import GivenInputs, first_case
 from flexband.uncertainty.methods.method import MAX_RUNS
+from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.reuse import located, recorder
 from flexband.words import all_of, are, number_of
@@ -41,9 +42,6 @@ OutputCheck = Callable[[xr.DataArray], object]
 
 POLICIES = ("stop", "half step", "skip")
 """What to do about a run that fails."""
-
-BATCH = 2048
-"""Most runs in one call of a response."""
 
 
 @dataclass(frozen=True)

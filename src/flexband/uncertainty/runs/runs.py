@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar
 
@@ -15,6 +15,7 @@ from flexband.errors import (
     RunError,
     check_function,
     check_integer,
+    shown,
     warn,
     without_warnings,
 )
@@ -26,7 +27,8 @@ from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
-from flexband.uncertainty.methods.method import Evaluate, Method, check_runs
+from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
+from flexband.uncertainty.phase_resolved.given_runs import corrected_expansion
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
@@ -36,6 +38,7 @@ from flexband.uncertainty.runs.evaluations import (
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
 from flexband.uncertainty.surrogates.extrapolation import reached
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
 Result = TypeVar("Result")
@@ -112,6 +115,7 @@ class CountedRuns:
         self.space = space = Space(inputs)
         self.done, self.total, self.labels = 0, method.runs(space), None
         check_runs(method, space, options.most_runs, count)
+        self.most_runs, self.count = options.most_runs, count
         self.total += 1  # one run is made again
         self.each = self.total if response.refines else 0
         self.response, self.method, self.evaluations = response, method, evaluations
@@ -124,13 +128,22 @@ class CountedRuns:
         self.repeated = 0
 
     def check_left_out(self) -> None:
-        """Raise `InputError` if the method cannot choose what the response leaves out."""
+        """Raise `InputError` if the method cannot choose what is left out, or not correct it."""
         left_out = self.start.left_out
         if left_out and not self.method.chooses_discretization:
             raise InputError(
                 f"{' and '.join(left_out)} must be given for {self.method!r}; "
                 "only AdaptivePCCI chooses them"
             )
+        method = self.method
+        if method.correct and not method.chooses_discretization:
+            finer = len(self.start.refinements())
+            if not finer:
+                raise InputError(
+                    f"{method!r} needs {REFINEMENTS}; got {shown(self.response.original)}"
+                )
+            check_runs(method, self.space, self.most_runs, self.count, finer)
+            self.total += method.finer_runs(self.space, finer)
 
     @property
     def start(self) -> Level:
@@ -335,6 +348,32 @@ class Level(Evaluate):
             runs.done += len(stored_runs[0])
             runs.reused += len(stored_runs[0])
         return stored_runs
+
+    def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
+        """Return runs at the times of all steps, which are not counted; None if one fails."""
+        runs, response = self.runs, self.response.at_more_times()
+        if response is None:
+            return None
+        failures = runs.evaluations.failures
+        try:
+            with without_warnings():
+                made = runs.evaluations(
+                    response, runs.space, "", (xi, eta), None, lambda *_: None, recorded=False
+                )
+        except (RunError, InputError, MemoryError):
+            return None
+        finally:
+            runs.evaluations.failures = failures
+        return None if made.failed else made.values
+
+    def corrected(
+        self,
+        surrogate: Surrogate,
+        runs: tuple[np.ndarray, np.ndarray, np.ndarray],
+        nodes: Sequence[np.ndarray] | None = None,
+    ) -> Surrogate:
+        """Return a surrogate whose error of step and elements is corrected by finer runs."""
+        return corrected_expansion(surrogate, runs, self, nodes)
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""

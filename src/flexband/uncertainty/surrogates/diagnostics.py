@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.ndimage import uniform_filter1d
 
 from flexband.errors import InputError
 from flexband.rounding import Units, largest_of
@@ -156,7 +156,7 @@ def trust(
 def running(v: np.ndarray, half: int) -> np.ndarray:
     """Return the root mean square over ±half times."""
     top, count = (
-        uniform_filter1d(square, 2 * half + 1, mode="constant")
+        scipy.ndimage.uniform_filter1d(square, 2 * half + 1, mode="constant")
         for square in (v**2, np.ones(v.shape[-1]))
     )
     return np.sqrt(np.maximum(top, 0.0) / count)

@@ -143,7 +143,7 @@ def blame(values, n, trial, failed, failure, lost):
 
 
 @compiled
-def cover(
+def cover(  # noqa: PLR0915 (a step is one story)
     structure, method, limits, tolerance, values, n, length, work, known, stepping, failure, stop
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.

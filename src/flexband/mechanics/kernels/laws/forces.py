@@ -211,7 +211,7 @@ def difference(laws, state, z, s, size):
 
 
 @compiled
-def add_law_tangent(
+def add_law_tangent(  # noqa: PLR0912
     laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
     memory,
 ):  # fmt: skip

@@ -21,8 +21,8 @@ flexband.starters.push(function (data) {
 });
 
 /** What the lower chart shows. */
-flexband.MATTERS = "Below: how much narrower the error bar would be if that input alone were at its nominal " +
-  "value (below zero: wider). Inputs act together, so that these need not add up to the width.";
+flexband.MATTERS = "Lower chart: how much narrower the band gets without that tolerance (below zero: wider). " +
+  "The curves need not add up.";
 
 flexband.Chart = class {
   constructor(charts, output, number, panel) {

@@ -103,7 +103,7 @@ flexband.starters.push(function (everything) {
   const keep = element("label", {}, symmetric, " keep the middle of intervals");
   panel.append(
     element("p", { textContent: "Tighten tolerances and scatter: the bands follow from the surrogate, " +
-      "without new runs. The tracks end where its runs end (marks); wider ranges need new runs. " +
+      "without new runs. The sliders stop at the ranges that were simulated; for wider ranges run the study again. " +
       `${limits ? "Margins of limits follow below; contributions" : "Limits, contributions"} and numbers ` +
       "elsewhere on this page remain those of the study." }),
     element("div", { className: "what-if-inputs" },

@@ -6,13 +6,13 @@ The difference is small and almost linear in the inputs. With an error of order 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from flexband.rounding import ROUNDING
-from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
+from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.decomposition import Stage, follow
@@ -24,6 +24,9 @@ SECOND_ORDER = 4 / 3
 
 MAX_HALVINGS = 7
 """Halvings by which errors do not fall at once from one level to the next."""
+
+SmallExpansion = Callable[[np.ndarray], HybridExpansion]
+"""The expansion of small series that are known in the runs of a design, shape (runs, series)."""
 
 MAX_ORDER = 4
 """Of convergence: errors that fall faster are as good as gone on the finer discretization."""
@@ -146,10 +149,10 @@ class Extrapolation(NamedTuple):
     levels: np.ndarray
 
     @staticmethod
-    def of(changes: RunChanges, design: GrowingDesign, runs: RefinedRuns) -> Extrapolation:
-        """Fit the change of the first runs of the design, and extrapolate it."""
+    def of(changes: RunChanges, expand: SmallExpansion, runs: RefinedRuns) -> Extrapolation:
+        """Expand the change of the runs of the design, and extrapolate it."""
         factors, join = changes.factors, changes.columns.join
-        expansion = design.small(changes.change[: changes.fitted])
+        expansion = expand(changes.change[: changes.fitted])
         held, third = changes.held, changes.third_level
         single = join(changes.parts[held] + factors * changes.change[held])
         fitted = factors * expansion.evaluate(runs.coarse.xi[held], runs.coarse.eta[held])

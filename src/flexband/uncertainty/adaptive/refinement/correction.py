@@ -17,8 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.uncertainty.adaptive.choice import BestFits
-from flexband.uncertainty.adaptive.fits import GrowingDesign, PartsFit
-from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER, Extrapolation, RunChanges
+from flexband.uncertainty.adaptive.fits import PartsFit
+from flexband.uncertainty.adaptive.refinement.changes import (
+    SECOND_ORDER,
+    Extrapolation,
+    RunChanges,
+    SmallExpansion,
+)
 from flexband.uncertainty.adaptive.refinement.refined_runs import RefinedRuns
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -79,7 +84,7 @@ class FitCorrection(NamedTuple):
     @staticmethod
     def of(
         fit: PartsFit,
-        design: GrowingDesign,
+        expand: SmallExpansion,
         runs: RefinedRuns,
         dt: float,
         options: ExtrapolationOptions,
@@ -90,7 +95,7 @@ class FitCorrection(NamedTuple):
         if phases is not None:
             changes[CorrectedPart.PHASES] = phases
         extrapolations = {
-            kind: Extrapolation.of(change, design, runs) for kind, change in changes.items()
+            kind: Extrapolation.of(change, expand, runs) for kind, change in changes.items()
         }
         kinds = np.full(len(fit.outputs), CorrectedPart.NOTHING)
         least = np.full(len(fit.outputs), options.most_left)
@@ -219,7 +224,7 @@ class DiscretizationCorrection(NamedTuple):
 
 def corrections_of(
     choice: BestFits,
-    design: GrowingDesign,
+    expand: SmallExpansion,
     runs: Mapping[str, RefinedRuns],
     dt: float,
     m: int,
@@ -232,6 +237,7 @@ def corrections_of(
     Parameters
     ----------
     choice : fits of coarse runs.
+    expand : makes the expansion of changes in the runs at points of the design.
     runs : refined ones.
     m : number of interval variables.
     together : the first run on three levels, where all is finer at once, (outputs, times).
@@ -241,7 +247,7 @@ def corrections_of(
     outputs, times = choice.missed.shape[1:]
     missed, by_fit = np.zeros((outputs, times)), []
     for fit in choice.fits:
-        parts = [FitCorrection.of(fit, design, some, dt, options) for some in runs.values()]
+        parts = [FitCorrection.of(fit, expand, some, dt, options) for some in runs.values()]
         of_fit = np.zeros((len(fit.outputs), times))
         if together is not None:
             of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial import KDTree
-from scipy.stats import qmc
+import scipy
 
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
+from flexband.uncertainty.expansions.sobol import scrambled_sobol
 
 
 @lru_cache(maxsize=16)
@@ -42,11 +42,11 @@ def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     The first points are vertices; further ones have fewer and fewer variables at their ends. Those
     that are not free are zero.
     """
-    u = qmc.Sobol(len(free), rng=np.random.default_rng(0)).random(count)
+    u = scrambled_sobol(count, len(free))
     ends = np.linspace(1.0, 0.0, count)[:, None]
     inside = np.clip((u - ends / 2) / np.maximum(1 - ends, 1e-9), 0, 1)
     points = -np.cos(np.pi * inside) * free
-    beside = np.asarray(KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
+    beside = np.asarray(scipy.spatial.KDTree(points).query(points, OPTIONS.neighbours + 1)[1])
     return points, np.ascontiguousarray(beside[:, 1:])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import elementwise
+import scipy
 from scipy.special import gamma, gammaln
 
 from flexband.arguments import frozen
@@ -51,7 +51,7 @@ class Weibull(Moments):
         """Return scale and shape: (std/m)² = Γ(1 + 2/shape)/Γ(1 + 1/shape)² − 1."""
         above = mean - self.location
         variation = np.log1p((std / above) ** 2)
-        shape = elementwise.find_root(
+        shape = scipy.optimize.elementwise.find_root(
             lambda k, sought: _variation(k) - sought,
             (np.float64(MIN_SHAPE), np.float64(LARGEST_SHAPE)),
             args=(variation,),

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.polynomial import hermite_e
-from scipy.optimize import elementwise
 from scipy.special import ndtr, ndtri
 
 from flexband.arguments import frozen
@@ -137,7 +137,9 @@ class Samples(Distribution):
         z = np.asarray(z, dtype=float)
         centres, _, width = self.kernels
         ends = centres.min() + width * (z - 1e-9), centres.max() + width * (z + 1e-9)
-        solution = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
+        solution = scipy.optimize.elementwise.find_root(
+            lambda x, z: self.to_normal(x) - z, ends, args=(z,)
+        )
         return solution.x
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,101 @@
+"""What flexband does not have, and what to do instead: the one table of error messages and docs.
+
+Whoever adds a feature deletes its row.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Absent(NamedTuple):
+    """A feature that flexband does not have.
+
+    Attributes
+    ----------
+    feature : what it is called.
+    names : under which users look for it, in the namespace `flexband`.
+    instead : what to do, as a sentence.
+    """
+
+    feature: str
+    names: str
+    instead: str
+
+
+ABSENT = (
+    Absent(
+        "mechanisms in space",
+        "RigidBody3D Beam3D Spherical SphericalJoint Ball BallJoint Universal Cylindrical Hooke",
+        "Mechanisms are planar. Run another program's model of it as the response of a study, see "
+        "docs/how-to/models.md.",
+    ),
+    Absent(
+        "dry friction",
+        "CoulombFriction DryFriction Friction LuGre Stribeck StickSlip Brake Clutch",
+        "Friction that sticks is not a part. ForceLaw takes a smooth law of the sliding speed, "
+        "such as µN tanh(v/v₀), which creeps where it should stick.",
+    ),
+    Absent(
+        "contact",
+        "Contact Impact Stop Bumper EndStop HertzContact Collision",
+        "Write the force as a ForceLaw of the gap that lists the gap in `events`, and give "
+        "GeneralizedAlpha a step_tolerance.",
+    ),
+    Absent(
+        "clearance in joints",
+        "Clearance ClearanceJoint Backlash Play JointClearance",
+        "Write the force between journal and bearing as a ForceLaw of their distance that lists "
+        "the gap in `events`.",
+    ),
+    Absent(
+        "belts and chains",
+        "Belt Chain Pulley Sprocket BeltDrive",
+        "Gear couples two angles by a fixed ratio, as a belt without slip and stretch does; a "
+        "Spring or a Cable is a strand.",
+    ),
+    Absent(
+        "cams",
+        "Cam Follower CamFollower CamProfile",
+        "Prescribe the follower's motion by PrescribedTravel with the lift as a function of time.",
+    ),
+    Absent(
+        "controllers",
+        "Controller PID PIDController Actuator Motor Servo Hydraulics",
+        "Write control, motors and hydraulics as a ForceLaw with `states`: integral parts, "
+        "currents and pressures are its first-order states.",
+    ),
+    Absent(
+        "motors that prescribe the angle between two moving bodies",
+        "RelativeRotation RelativeDrive PrescribedAngle JointMotor",
+        "PrescribedRotation drives a body against the ground. Between moving bodies, TorsionSpring "
+        "has a torque, and with a high stiffness its rest angle follows a motion approximately.",
+    ),
+    Absent(
+        "bushings",
+        "Bushing ElasticJoint FlexibleJoint",
+        "Replace the joint by two Spring in different directions and a TorsionSpring.",
+    ),
+    Absent(
+        "plates, shells and solids",
+        "Plate Shell Solid Membrane FiniteElements Superelement CraigBampton",
+        "Flexible members are beams and cables.",
+    ),
+    Absent(
+        "import of CAD and other programs' models",
+        "load_cad import_cad load_urdf from_urdf from_adams load_mesh",
+        "Build the mechanism from its dimensions, which are the inputs of the study.",
+    ),
+)
+
+
+def absent(name: str) -> Absent | None:
+    """Return the feature that is looked for under a name, or None if there is none.
+
+    Neither case nor underscores matter.
+    """
+    plain = name.casefold().replace("_", "")
+    for row in ABSENT:
+        if plain in row.names.casefold().replace("_", "").split():
+            return row
+    return None

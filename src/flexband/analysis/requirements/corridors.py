@@ -1,0 +1,155 @@
+"""Corridors: where a response must be at every output and time, and the bounds they are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from types import EllipsisType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from flexband.errors import InputError, check_finite, check_function, returned
+
+Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | None
+"""A number or a curve; None where there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corridor:
+    """Where a response must be.
+
+    Attributes
+    ----------
+    output : name of the output; "" if the response has one only, or for several outputs.
+    lower, upper : shape of the response without its runs; ∓∞ where nothing is required.
+    where : index of the output in these arrays.
+    """
+
+    output: str
+    lower: np.ndarray
+    upper: np.ndarray
+    where: tuple[int | slice | EllipsisType, ...]
+
+    def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
+        return np.minimum(low - self.lower, self.upper - high)
+
+
+def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
+    """Return the corridor in which all limits are kept."""
+    lower = np.max([corridor.lower for corridor in named_corridors.values()], axis=0)
+    upper = np.min([corridor.upper for corridor in named_corridors.values()], axis=0)
+    if np.any(lower >= upper):
+        raise InputError(
+            f"limits must leave something between them; got {', '.join(named_corridors)}"
+        )
+    return Corridor("", lower, upper, (...,))
+
+
+def checked_bound(name: str, bound: Bound) -> Bound:
+    """Return a bound as a float, an array, a DataArray, a function, or None."""
+    if bound is None:
+        return None
+    if isinstance(bound, xr.DataArray):
+        check_finite(name, bound.values, rank=None)
+        return bound.astype(float)
+    if callable(bound):
+        check_function(name, bound)
+        return bound
+    values = check_finite(name, bound, "a number, finite numbers, or a function of time", rank=None)
+    return float(values) if values.ndim == 0 else values
+
+
+def chosen_output(label: str, output: str | None, labels: xr.DataArray) -> tuple[str, int | None]:
+    """Return the name of the limited output and its number along dim "output", if there is one."""
+    if "output" not in labels.dims:
+        if output is not None and output != labels.name:
+            alternative = "" if labels.name is None else f" or {labels.name!r}"
+            raise InputError(
+                f"{label} output must be None{alternative}, since the response has one output; "
+                f"got {output!r}"
+            )
+        return str(labels.name or ""), None
+    count = labels.sizes["output"]
+    names = [
+        str(v) for v in (labels["output"].values if "output" in labels.coords else range(count))
+    ]
+    if output is None and count == 1:
+        return names[0], 0
+    if output not in names:
+        raise InputError(f"{label} output must be one of {', '.join(names)}; got {output!r}")
+    return output, names.index(output)
+
+
+def within_times(
+    label: str, during: tuple[float, float] | None, output_labels: xr.DataArray
+) -> np.ndarray:
+    """Return which values of an output are limited, of its shape."""
+    shape = output_labels.shape[1:]
+    if during is None:
+        return np.full(shape, True)
+    dim, times = _times(f"{label} during", output_labels)
+    within = (times >= during[0]) & (times <= during[1])
+    if not within.any():
+        raise InputError(
+            f"{label} during must contain a value of {dim}, which are from {times.min():g} to "
+            f"{times.max():g}; got {during}"
+        )
+    return np.broadcast_to(within, shape)
+
+
+def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> np.ndarray:
+    """Return a bound at all values of an output, of its shape; `free` if there is none."""
+    shape = output_labels.shape[1:]
+    if bound is None:
+        return np.full(shape, free)
+    if isinstance(bound, xr.DataArray):
+        return _aligned(name, bound, output_labels)
+    if callable(bound):
+        _, times = _times(name, output_labels)
+        bound = check_finite(name, returned(bound, times, f"the function of {name}"), rank=None)
+    fits = np.shape(bound) in ((), shape[-1:], shape)
+    if not fits:
+        allowed = " or ".join(str(s) for s in dict.fromkeys([shape[-1:], shape]))
+        raise InputError(
+            f"{name} must be one number, or numbers of shape {allowed}; got shape {np.shape(bound)}"
+        )
+    return np.broadcast_to(bound, shape)
+
+
+def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray]:
+    dim = output_labels.dims[-1]
+    if (
+        output_labels.ndim < 2
+        or dim not in output_labels.coords
+        or output_labels[dim].dtype.kind not in "iuf"
+    ):
+        where = f"its last dim {dim!r} has none" if output_labels.ndim > 1 else "it has no dim"
+        raise InputError(f"{name} requires times, which the response must give; {where}")
+    return dim, output_labels[dim].values.astype(float)
+
+
+def _aligned(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.ndarray:
+    """Return a curve with dims of an output at all its values."""
+    for dim in bound.dims:
+        if dim not in output_labels.dims[1:]:
+            allowed = ", ".join(map(str, output_labels.dims[1:])) or "none"
+            raise InputError(f"{name} must have dims of the output ({allowed}); got {dim!r}")
+        same = bound.sizes[dim] == output_labels.sizes[dim]
+        if same and dim in bound.coords and dim in output_labels.coords:
+            ours, theirs = output_labels[dim].values, bound[dim].values
+            numeric = ours.dtype.kind in "iuf" and theirs.dtype.kind in "iuf"
+            size = np.abs(ours).max(initial=0) if numeric else 0.0
+            same = (
+                np.allclose(ours, theirs, rtol=0, atol=1e-9 * size)
+                if numeric
+                else np.array_equal(ours, theirs)
+            )
+        if not same:
+            raise InputError(f"{name} must have the values of {dim!r} that the output has")
+    dims = [dim for dim in output_labels.dims[1:] if dim in bound.dims]
+    values = bound.transpose(*dims).values
+    index = tuple(slice(None) if dim in dims else None for dim in output_labels.dims[1:])
+    return np.broadcast_to(values[index], output_labels.shape[1:])

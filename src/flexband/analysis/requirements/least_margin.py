@@ -1,0 +1,100 @@
+"""The least margin of a requirement, and whether it is kept, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import xarray as xr
+
+
+class LimitVerdict(StrEnum):
+    """Whether a limit is kept for all values of the interval inputs."""
+
+    KEPT = "kept"
+    NOT_KEPT = "not kept"
+    UNDECIDED = "undecided"
+
+
+WORST_FIRST = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
+
+
+@dataclass(frozen=True)
+class LeastMargin:
+    """A verdict on a limit with its numbers, of which all texts are made.
+
+    Attributes
+    ----------
+    limit : the limit in words.
+    verdict : whether it is kept.
+    margin, error, unit : the least margin, its expected error, and their unit.
+    dim, dim_unit : the last dimension of the output, such as time; "" if there is none.
+    place : where the least margin is, along this dimension.
+    between, place_before : the least margin between the times, and the time before it.
+    inputs : values of the inputs there, in words.
+    """
+
+    limit: str
+    verdict: LimitVerdict
+    margin: float
+    error: float
+    unit: str
+    dim: str
+    dim_unit: str
+    place: float | str
+    between: float
+    place_before: float | str
+    inputs: list[str]
+
+    @staticmethod
+    def of(result: xr.Dataset) -> LeastMargin:
+        """Return that of one limit, of what `check_limits` returns."""
+        dim, places = "", ("", "")
+        if "least_margin_at" in result:
+            dim = str(result["margin"].dims[-1])
+            both = result["least_margin_at"], result["margin_between_after"]
+            is_number = both[0].dtype.kind in "iuf"
+            places = tuple(float(k) if is_number else str(k.values) for k in both)
+        unit = str(result["unit"].values) if "unit" in result.coords else ""
+        inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
+        if "worst_inputs" in result:
+            pairs = zip(result["input"].values, result["worst_inputs"].values, strict=True)
+            inputs += [f"{name} = {value:.6g}" for name, value in pairs]
+        return LeastMargin(
+            str(result["limit"].values),
+            LimitVerdict(str(result["verdict"].values)),
+            float(result["least_margin"]),
+            float(result["least_margin_error"]),
+            unit,
+            dim,
+            result[dim].attrs.get("units", "") if dim in result.coords else "",
+            places[0],
+            float(result["margin_between"]),
+            places[1],
+            inputs,
+        )
+
+    @property
+    def decided_between(self) -> bool:
+        """Whether it is the least margin between the times that may be below zero."""
+        return bool(self.dim) and self.between - self.error < 0 <= self.margin
+
+    def in_words(
+        self, number: Callable[[float], str] = "{:.4g}".format, *, with_error: bool = False
+    ) -> str:
+        """Return the least margin, and where it is: "least margin 0.2 N at time 0.1 s"."""
+        error = f" ± {self.error:.2g}" if self.error and with_error else ""
+        unit = f" {self.unit}" if self.unit else ""
+        text = f"least margin {number(self.margin)}{error}{unit}"
+        if not self.dim:
+            return text
+        places = [
+            f"{k if isinstance(k, str) else number(k)} {self.dim_unit}".rstrip()
+            for k in (self.place, self.place_before)
+        ]
+        text += f" at {self.dim} {places[0]}"
+        if self.decided_between:
+            where = "output times" if self.dim == "time" else f"values of {self.dim}"
+            text += f"; {self.between:.4g}{unit} between the {where}, after {places[1]}"
+        return text

@@ -1,0 +1,144 @@
+"""How many of the parts that are made meet requirements, if their tolerances scatter."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.probability.failure import RUNS, probabilities_of_leaving
+from flexband.analysis.requirements.requirement import Requirements
+from flexband.analysis.requirements.scatter import Scatter
+from flexband.analysis.selection import AnySurrogate
+from flexband.execution.executors import ExecutorLike
+from flexband.execution.store import StoreLike
+from flexband.progress import Progress
+from flexband.response import ResponseFunction
+
+LONG_NAMES = {
+    "yield": "share of the parts that meet the requirement",
+    "yield_low": "lower end of its 95 % confidence interval",
+    "yield_high": "upper end of its 95 % confidence interval",
+    "failing": "share of the parts that do not meet the requirement",
+    "failing_low": "lower end of its 95 % confidence interval",
+    "failing_high": "upper end of its 95 % confidence interval",
+    "samples": "samples of the surrogate",
+    "runs": "runs of the response that correct the share",
+    "disagreements": "runs in which the corrected surrogate was wrong about the requirement",
+}
+
+
+def production_yield(
+    surrogate: AnySurrogate,
+    requirements: Requirements,
+    scatter: Scatter,
+    *,
+    response: ResponseFunction | None = None,
+    runs: int = RUNS,
+    accuracy: float = 0.025,
+    seed: int = 0,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Return the share of the parts that meet each requirement, if tolerances scatter.
+
+    The surrogate of the worst case answers without new runs: its intervals are the ranges within
+    which the tolerances scatter. A part fails if it leaves the bounds at any time, the output times
+    or between them. The share of those that fail is computed as `failure_probability` does, with
+    the same statements about its error, and runs of the response correct it likewise.
+
+    Parameters
+    ----------
+    surrogate : what `expand` returns.
+    requirements : a `Requirement` or a `Limit`, or several; of several, the share of the parts that
+        meet all is given as well. Their criteria have no effect.
+    scatter : by names of the intervals, their distributions in production: any bounded
+        distribution, such as `Uniform`, `Triangular` or `TruncatedNormal`, or an
+        `analysis.Capability`; dependent ones in a `Correlated`. Random inputs scatter as they are
+        given.
+    response, runs, accuracy, seed, store, executor, progress : as in `failure_probability`.
+
+    Returns
+    -------
+    Dataset with the dim "limit". `yield` is the share of the parts that meet the requirement,
+    `yield_low` and `yield_high` its interval; `failing`, `failing_low` and `failing_high` are those
+    of the parts that do not. Rare failures that are only bounded are 0, with the bound in
+    `failing_high`; without runs, those of a surrogate that missed its tolerance are NaN. With
+    choices, the dim "bound" has the least and the largest of all combinations of options.
+    ``attrs["verdict"]`` is a text.
+
+    Raises
+    ------
+    InputError
+        If a tolerance has no distribution, or one that goes beyond its interval; and as
+        `failure_probability` does.
+
+    Examples
+    --------
+    >>> inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
+    >>> surrogate = fb.expand(lambda a, b: a + b, inputs, fb.PCCI(0, 1))
+    >>> uniform = fb.Uniform(-1.0, 1.0)
+    >>> found = fb.production_yield(surrogate, fb.Limit(below=1.0), {"a": uniform, "b": uniform})
+    >>> found["failing"].values.round(2)  # 1/8
+    array([0.13])
+    """
+    result = probabilities_of_leaving(
+        surrogate,
+        requirements,
+        scatter=scatter,
+        response=response,
+        runs=runs,
+        accuracy=accuracy,
+        seed=seed,
+        store=store,
+        executor=executor,
+        progress=progress,
+    )
+    names = {
+        "failing": "between_times",
+        "failing_low": "between_times_low",
+        "failing_high": "between_times_high",
+    }
+    data = {new: result[old] for new, old in names.items()}
+    data |= {
+        f"yield{end}": 1 - result[f"between_times{other}"]
+        for end, other in (("", ""), ("_low", "_high"), ("_high", "_low"))
+    }
+    kept = {k: result[k] for k in ("samples", "runs", "disagreements") if k in result}
+    production = xr.Dataset(data | kept)
+    if "probability_choice" not in result:
+        production = production.isel(bound=-1, drop=True)
+    for name, words in LONG_NAMES.items():
+        if name in production:
+            production[name].attrs = {"long_name": words, "units": "1"}
+    doubts = result.attrs["doubts"]
+    words = [in_words(production.isel(limit=k)) for k in range(production.sizes["limit"])]
+    attrs = {k: v for k, v in result.attrs.items() if k not in ("verdict", "doubts")}
+    attrs["scatter"] = ", ".join(f"{name}: {one!r}" for name, one in scatter.items())
+    return production.assign_attrs(attrs | {"verdict": ". ".join([*words, *doubts])})
+
+
+def in_words(production: xr.Dataset) -> str:
+    """Return the yield of one requirement as a sentence without its full stop."""
+    worst = production if "bound" not in production.dims else production.isel(bound=-1)
+    return f"{production['limit'].values}: {share_in_words(worst)}"
+
+
+def share_in_words(production: xr.Dataset) -> str:
+    """Return which share of the parts meets a requirement, with its interval."""
+    value, low, high = (float(production[k]) for k in ("failing", "failing_low", "failing_high"))
+    if np.isnan(value):
+        return "no yield, since the accuracy target was missed; runs of the model correct it"
+    if not value:
+        return f"more than {_percent(1 - high)} of the parts meet it"
+    between = f"{_percent(1 - high)} to {_percent(1 - low)}"
+    return f"{_percent(1 - value)} of the parts meet it (95 % confidence: {between})"
+
+
+def _percent(part: float) -> str:
+    """Return a share near 1 in per cent, with two digits of what is missing of it."""
+    missing = 100 * (1 - part)
+    if missing <= 0:
+        return "100 %"
+    digits = max(0, 1 - int(np.floor(np.log10(missing))))
+    return f"{100 * part:.{min(digits, 8)}f} %"

@@ -1,0 +1,373 @@
+"""Requirements: what an output must keep, with a name, a unit, and what it takes to meet it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.requirements.corridors import (
+    Bound,
+    Corridor,
+    checked_bound,
+    chosen_output,
+    curve,
+    within_times,
+)
+from flexband.analysis.requirements.criteria import Criterion, WorstCase
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
+from flexband.units import factor, unit_of
+
+NOMINAL = "nominal"
+"""The `of` of a requirement around the response at the nominal values of all inputs."""
+
+
+@frozen(eq=False)
+class Requirement:
+    """What an output must stay below, above, between, or near.
+
+    Parameters
+    ----------
+    name : of the requirement, as in a specification.
+    output : name of the output; None if the response has one output only.
+    below, above : a number; an array, one per value of the last dim (time) or of the shape of the
+        output; a DataArray with dims and coordinates of the output; or a function of the times,
+        shape (times,), which returns as many numbers, or one.
+    within : half the width of a band around `of`, in place of `below` and `above`.
+    of : "nominal", the response with all inputs at their nominal values, or a bound like `below`.
+    during : first and last time, or value of the last dim, between which it holds, ends included;
+        always unless given.
+    criterion : what it takes to meet it: `analysis.WorstCase(sigmas)`, `analysis.Probability` or
+        `analysis.ShareOfParts`; the worst case of μ ± 3σ unless given.
+    unit : of all its numbers, "deg" say; that of the output unless given.
+    identifier, source : where it comes from, such as "REQ-12" and the title of a document.
+
+    Attributes
+    ----------
+    nominal : the output at the nominal values by combination of options, "" without choices, in
+        the output's unit; None before `around`.
+
+    Raises
+    ------
+    InputError
+        If no bound is given, bounds leave nothing between them, a number is not real and finite, or
+        a text or the criterion is none.
+
+    Examples
+    --------
+    >>> fb.Requirement("wiper angle", output="wiper", within=0.5, of="nominal", unit="deg")
+    Requirement('wiper angle', output='wiper', within=0.5, unit='deg')
+    >>> gap = fb.Requirement("gap", above=lambda t: 10 + 100 * t, during=(0.0, 0.5), unit="mm")
+    >>> str(gap)
+    'gap (above a curve [mm] from 0 to 0.5)'
+    """
+
+    name: str
+    output: str | None = None
+    below: Bound = None
+    above: Bound = None
+    within: float | None = None
+    of: Bound | str = NOMINAL
+    during: tuple[float, float] | None = None
+    criterion: Criterion = WorstCase()
+    unit: str = ""
+    identifier: str = ""
+    source: str = ""
+    nominal: Mapping[str, xr.DataArray] | None = None
+
+    def __post_init__(self) -> None:
+        for field in ("name", "identifier", "source", "unit"):
+            check_instance(f"Requirement {field}", getattr(self, field), str, "a text")
+        if not self.name.strip():
+            raise InputError(f"Requirement name must be a text; got {shown(self.name)}")
+        if self.output is not None:
+            check_instance(f"{self.label} output", self.output, str, "the name of an output")
+        check_instance(f"{self.label} criterion", self.criterion, Criterion, "WorstCase(3.0)")
+        if self.unit:
+            unit_of(f"{self.label} unit", self.unit)
+        if self.within is not None:
+            self._check_within()
+        elif self.below is None and self.above is None:
+            more = "" if self.label == "Limit" else ", or within"
+            raise InputError(f"{self.label} must have below, above or both{more}; got none")
+        elif not (isinstance(self.of, str) and self.of == NOMINAL):
+            raise InputError(f"{self.label} of requires within, half the width of the band")
+        for end in ("below", "above"):
+            bound = checked_bound(f"{self.label} {end}", getattr(self, end))
+            object.__setattr__(self, end, bound)
+        ends = self.above, self.below
+        if not any(isinstance(end, xr.DataArray) or callable(end) for end in ends):
+            self._check_ends(*(np.asarray(np.nan if e is None else e) for e in ends))
+        if self.during is not None:
+            first, last = map(float, check_numbers(f"{self.label} during", self.during, 2))
+            if first > last:
+                text = f"{self.label} during must be first and last time; got {self.during}"
+                raise InputError(text)
+            object.__setattr__(self, "during", (first, last))
+
+    def __repr__(self) -> str:
+        """Return how it is written, without what is not given."""
+        given = [
+            f"{field.name}={value!r}"
+            for field in fields(self)[1:]
+            if field.name not in ("criterion", "nominal")
+            and (value := getattr(self, field.name)) is not None
+            and not (isinstance(value, str) and value in ("", NOMINAL))
+        ]
+        if self.criterion != WorstCase():
+            given.append(f"criterion={self.criterion!r}")
+        return f"Requirement({', '.join([repr(self.name), *given])})"
+
+    def __str__(self) -> str:
+        """Return the requirement in words: wiper angle (nominal ± 0.5°).
+
+        One that is named after its output reads: F between -5 and 5 from 0.1 to 0.2.
+        """
+        if self.name == (self.output or "response"):
+            return f"{self.name} {self.bounds}"
+        identifier = f"{self.identifier} " * bool(self.identifier)
+        return f"{identifier}{self.name} ({self.bounds})"
+
+    @property
+    def label(self) -> str:
+        """What error messages call it."""
+        return "Limit" if self.name == (self.output or "response") else f"Requirement {self.name!r}"
+
+    @property
+    def bounds(self) -> str:
+        """Its bounds in words: between -5 and 5 mm from 0.1 to 0.2."""
+        low, high = (self._in_words(end) for end in (self.above, self.below))
+        if self.within is not None:
+            middle = self.of if isinstance(self.of, str) else self._in_words(self.of, bare=True)
+            text = f"{middle} ± {self._in_words(self.within)}"
+        elif low and high:
+            text = f"between {self._in_words(self.above, bare=True)} and {high}"
+            text = text.replace("a curve and a curve", "two curves")
+        else:
+            text = f"below {high}" if high else f"above {low}"
+        if self.during is not None:
+            text += f" from {self.during[0]:g} to {self.during[1]:g}"
+        return text
+
+    @property
+    def needs_nominal(self) -> bool:
+        """Whether it is around the nominal response, which is not known yet."""
+        around = self.within is not None and isinstance(self.of, str)
+        return around and self.nominal is None
+
+    def around(self, nominal: xr.DataArray | Mapping[str, xr.DataArray]) -> Requirement:
+        """Return the requirement around a nominal response; any other as it is.
+
+        Parameters
+        ----------
+        nominal : the response at the nominal values, dims of the response, such as
+            ``study.nominal()`` returns; with choices, that of each combination by its label.
+        """
+        if not self.needs_nominal:
+            return self
+        cases = {"": nominal} if isinstance(nominal, xr.DataArray) else dict(nominal)
+        curves = {}
+        for label, values in cases.items():
+            check_instance(f"{self.label} nominal", values, xr.DataArray, "study.nominal()")
+            labels = values.expand_dims("sample")
+            chosen = chosen_output(self.label, self.output, labels)[1]
+            curve_of = values if chosen is None else values.isel(output=chosen)
+            curves[label] = curve_of.drop_vars([k for k in curve_of.coords if k not in values.dims])
+        return replace(self, nominal=curves)
+
+    def check_fits(self, labels: xr.DataArray) -> None:
+        """Raise `InputError` if it does not fit a response, as `corridor` does."""
+        zeros = xr.zeros_like(labels[:0].sum("sample"))
+        (self.around(zeros) if self.needs_nominal else self).corridor(labels)
+
+    def corridor(self, labels: xr.DataArray, case: str = "") -> Corridor:
+        """Return where the response must be, at every output and time.
+
+        Parameters
+        ----------
+        labels : a response of shape (runs, …), for its dims and coordinates.
+        case : the combination of options; "" without choices.
+
+        Raises
+        ------
+        InputError
+            If the response has no such output, a curve does not fit it, no time is within
+            `during`, the unit is not one of the output, or bounds leave nothing between them.
+        """
+        name, chosen = chosen_output(self.label, self.output, labels)
+        output_labels = labels.isel({"output": chosen} if chosen is not None else {})
+        at_times = within_times(self.label, self.during, output_labels)
+        scale = self.scale(output_labels)
+        low, high = self._ends(output_labels, case, scale)
+        self._check_ends(np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf))
+        place = (slice(None),) * (labels.dims.index("output") - 1) if chosen is not None else ()
+        lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
+        where = (*place, chosen) if chosen is not None else (...,)
+        lower[where], upper[where] = (
+            np.where(at_times, low, -np.inf),
+            np.where(at_times, high, np.inf),
+        )
+        return Corridor(name, lower, upper, where)
+
+    def scale(self, output_labels: xr.DataArray) -> float:
+        """Return the unit of the requirement in units of its output.
+
+        Raises
+        ------
+        InputError
+            If the output has no unit, or one of another dimension.
+        """
+        if not self.unit:
+            return 1.0
+        units = set(np.ravel(output_labels.coords["unit"]).tolist() if "unit" in output_labels.coords
+                    else [])  # fmt: skip
+        if len(units) != 1:
+            raise InputError(
+                f"{self.label} unit requires an output with a unit, by which numbers are "
+                f"converted; got unit={self.unit!r}. Leave it out, and give the numbers in the "
+                "output's unit"
+            )
+        return factor(f"{self.label} unit", self.unit, str(units.pop()))
+
+    def _ends(
+        self, output_labels: xr.DataArray, case: str, scale: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper bound of an output, of its shape, in its unit."""
+        if self.within is None:
+            low, high = (
+                scale * curve(f"{self.label} {end}", getattr(self, end), output_labels, free)
+                for end, free in (("above", -np.inf), ("below", np.inf))
+            )
+            return low, high
+        if not isinstance(self.of, str):
+            middle = scale * curve(f"{self.label} of", self.of, output_labels, np.nan)
+        elif self.nominal is None:
+            raise InputError(
+                f"{self.label} is around the nominal response, which only a study knows: use "
+                "requirement.around(study.nominal())"
+            )
+        else:
+            known = self.nominal.get(case, self.nominal.get(""))
+            if known is None:
+                raise InputError(f"{self.label} nominal must have that of {case}")
+            middle = curve(f"{self.label} nominal", known, output_labels, np.nan)
+        half = scale * self.within
+        return middle - half, middle + half
+
+    def _check_within(self) -> None:
+        label = self.label
+        if self.below is not None or self.above is not None:
+            raise InputError(f"{label} must have either within, or below and above; got both")
+        within = float(
+            check_positive(f"{label} within", check_numbers(f"{label} within", self.within))
+        )
+        object.__setattr__(self, "within", within)
+        if isinstance(self.of, str):
+            if self.of != NOMINAL:
+                raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got {self.of!r}")
+            return
+        if self.of is None:
+            raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got None")
+        object.__setattr__(self, "of", checked_bound(f"{label} of", self.of))
+
+    def _check_ends(self, low: np.ndarray, high: np.ndarray) -> None:
+        """Raise `InputError` if nothing is left between two ends, where both have a value."""
+        if low.shape and high.shape and low.shape != high.shape:
+            return  # which one of them fits is known with the response
+        wrong = np.atleast_1d(low >= high)
+        if wrong.any():
+            place = np.unravel_index(wrong.argmax(), wrong.shape)
+            above, below = (np.broadcast_to(end, wrong.shape)[place] for end in (low, high))
+            raise InputError(
+                f"{self.label} above, which the output must stay above, must be less than below; "
+                f"got above={above:g} and below={below:g}"
+            )
+
+    def _in_words(self, bound: Bound, *, bare: bool = False) -> str:
+        if bound is None or isinstance(bound, str):
+            return ""
+        if not isinstance(bound, float):
+            return "a curve" + f" [{self.unit}]" * bool(self.unit and not bare)
+        return f"{bound:g}" if bare else with_unit(f"{bound:g}", self.unit)
+
+
+def with_unit(number: str, unit: str) -> str:
+    """Return a number with its unit: 0.5°, 20 N, 5."""
+    return f"{number}°" if unit in ("deg", "°") else f"{number} {unit}".rstrip()
+
+
+def Limit(  # noqa: N802
+    output: str | None = None,
+    below: Bound = None,
+    above: Bound = None,
+    during: tuple[float, float] | None = None,
+) -> Requirement:
+    """Return a `Requirement` that is named after its output, in the output's unit.
+
+    Parameters
+    ----------
+    output, below, above, during : as in `Requirement`.
+
+    Raises
+    ------
+    InputError
+        If neither `below` nor `above` is given, or one of them is not real and finite.
+
+    Examples
+    --------
+    >>> str(fb.Limit("F_X", above=-1600.0, below=1600.0))
+    'F_X between -1600 and 1600'
+    """
+    if output is not None:
+        check_instance("Limit output", output, str, "the name of an output")
+    return Requirement(output or "response", output, below, above, during=during)
+
+
+Requirements = Requirement | Sequence[Requirement]
+
+
+def several(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
+    """Return a requirement, or several, as a tuple; raise `InputError` if they are none."""
+    sequence = [requirements] if isinstance(requirements, Requirement) else requirements
+    if not isinstance(sequence, Sequence) or not all(
+        isinstance(requirement, Requirement) for requirement in sequence
+    ):
+        kind = "a Limit" if name == "limits" else "a Requirement"
+        raise InputError(f"{name} must be {kind} or a list of them; got {shown(requirements)}")
+    return tuple(sequence)
+
+
+def by_name(requirements: Requirements) -> dict[str, Requirement]:
+    """Return requirements by their words; raise `InputError` if there is none."""
+    named: dict[str, Requirement] = {}
+    for requirement in (sequence := several(requirements)):
+        name, count = str(requirement), 2
+        while name in named:
+            name, count = f"{requirement} ({count})", count + 1
+        named[name] = requirement
+    if not sequence:
+        raise InputError(f"limits must be a Limit or a list of them; got {shown(requirements)}")
+    return named
+
+
+def corridors(
+    requirements: Requirements, labels: xr.DataArray, case: str = ""
+) -> dict[str, Corridor]:
+    """Return the corridor of each requirement, by the requirement in words.
+
+    Parameters
+    ----------
+    case : the combination of options; "" without choices.
+
+    Raises
+    ------
+    InputError
+        If `requirements` are none, or one does not fit the response.
+    """
+    return {
+        name: requirement.corridor(labels, case)
+        for name, requirement in by_name(requirements).items()
+    }

@@ -1,0 +1,19 @@
+"""Options that several commands take."""
+
+from typing import Annotated
+
+import typer
+
+POLICIES = ("stop", "half-step", "skip")
+"""Values of --failed; blanks stand for hyphens where `propagate` takes them."""
+
+Method = Annotated[
+    str | None, typer.Option(help="Used instead of the study's; see --help-methods.")
+]
+Sigmas = Annotated[float | None, typer.Option(help="k of μ ± kσ (the study's).")]
+Failed = Annotated[
+    str, typer.Option(help=f"If a run fails: {', '.join(POLICIES)}.", show_default=False)
+]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the file that the folder names, wherever it is.")
+]

@@ -1,0 +1,82 @@
+"""Verdicts on requirements, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts
+from flexband.analysis.requirements.requirement import with_unit
+from flexband.report.text.numbers import number, percent
+from flexband.study.results.verdicts import Reason, RequirementVerdict, Verdict
+
+RANDOM_SAMPLES = (
+    "Random samples miss the worst case: for equal weights and a linear output, 1000 samples reach "
+    "90 / 76 / 56 / 40 % of it with 3 / 5 / 10 / 20 tolerances"
+)
+"""Stands where worst case and yield do."""
+
+
+def verdict_line(verdict: RequirementVerdict) -> str:
+    """Return a verdict in one line, without a full stop.
+
+    FAIL  wiper angle (nominal ± 0.5°): exceeded by 0.107° at 0.53 s (worst tolerances, 3σ); mostly
+    due to pivot_x
+    """
+    blame = f"; mostly due to {verdict.input}" * bool(
+        verdict.input and verdict.verdict is not Verdict.PASS
+    )
+    return f"{verdict.verdict}  {verdict.text}: {reason_text(verdict)}{blame}"
+
+
+def reason_text(verdict: RequirementVerdict) -> str:
+    """Return by how much a requirement is kept or exceeded, or why that is not decided."""
+    if verdict.criterion in (Probability.__name__, ShareOfParts.__name__):
+        return _share_text(verdict)
+    size = with_unit(number(abs(verdict.margin), 3), verdict.unit)
+    beyond = "exceeded by" if verdict.margin < 0 else "kept with a margin of"
+    place = _place(verdict)
+    of_random = f", {verdict.sigmas:g}σ" * bool(verdict.sigmas)
+    where = f"{place} (worst tolerances{of_random})"
+    if verdict.reason is Reason.RUN:
+        return f"exceeded by {size}{place} in a run with the worst tolerances"
+    if verdict.verdict is not Verdict.UNDECIDED:
+        return f"{beyond} {size}{where}"
+    error = with_unit(f"± {number(verdict.error, 2)}", verdict.unit)
+    reasons = {
+        Reason.ERROR: f"but its error is {error}",
+        Reason.NO_ERROR: "but the method states no error",
+        Reason.NOT_TRUSTED: "but the method does not trust this output",
+        Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",
+    }
+    return f"probably {beyond} {size}{where}, {reasons[verdict.reason]}"
+
+
+def _place(verdict: RequirementVerdict) -> str:
+    """Return where the margin is least, after a blank; "" without a last dim."""
+    if not verdict.dim:
+        return ""
+    place = verdict.place if isinstance(verdict.place, str) else number(verdict.place)
+    name = "" if verdict.dim == "time" else f"{verdict.dim} "
+    return f" at {name}{place} {verdict.dim_unit}".rstrip()
+
+
+def _share_text(verdict: RequirementVerdict) -> str:
+    """Return which share leaves the bounds, and which may."""
+    value, low, high = verdict.share
+    parts = verdict.criterion == ShareOfParts.__name__
+    allowed = f"at most {_share(verdict.at_most, parts=parts)} allowed"
+    if np.isnan(value):
+        return (
+            f"no {'yield' if parts else 'probability'}, the accuracy target was missed; {allowed}"
+        )
+    of_parts = " of the parts fail" if parts else ""
+    if value:
+        between = f"{_share(low, parts=parts)} to {_share(high, parts=parts)}"
+        amount = f"{_share(value, parts=parts)}{of_parts} (95 % confidence: {between})"
+    else:
+        amount = f"less than {_share(high, parts=parts)}{of_parts}"
+    return f"{'' if parts else 'probability '}{amount}, {allowed}"
+
+
+def _share(value: float, *, parts: bool) -> str:
+    return percent(value) if parts else f"{value:.2g}"

@@ -1,0 +1,122 @@
+"""Runs at the nominal values, on the discretization of the other runs, for requirements around it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.requirements.requirement import Requirement, several
+from flexband.analysis.selection import surrogates_of
+from flexband.analysis.verification.expanded_runs import runs_as_expanded
+from flexband.errors import InputError
+from flexband.execution.names import FileName
+from flexband.files import try_write
+from flexband.study.results.netcdf import read_netcdf, write_netcdf
+from flexband.uncertainty.inputs.evaluation import coordinates
+from flexband.uncertainty.inputs.space import Space
+
+if TYPE_CHECKING:
+    from flexband.study.study import Study
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+def write_nominal(
+    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
+) -> int:
+    """Run the nominal of every combination of options if a requirement is around it; return how many.
+
+    Parameters
+    ----------
+    options : of the runs, such as store and executor.
+    """
+    if not any(requirement.needs_nominal for requirement in several(study.requirements)):
+        return 0
+    cases = surrogates_of(surrogate)
+    values = []
+    with runs_as_expanded(study.response, study.inputs, **options) as runs_of:
+        for label, case in cases.items():
+            made = runs_of(case, label, lambda *_: None)(case.space.nominal())
+            assert made.values is not None
+            values.append(made.values.values[0])
+    labels = next(iter(cases.values())).labels
+    data = xr.DataArray(
+        np.stack(values), dims=("case", *labels.dims[1:]), coords=coordinates(labels)
+    )
+    nominal = xr.Dataset({"nominal": data}).assign_coords(case=[label or "-" for label in cases])
+    try_write(lambda: write_netcdf(nominal, folder / FileName.NOMINAL))
+    return len(cases)
+
+
+def around_nominal(requirements: tuple[Requirement, ...], folder: Path) -> list[Requirement]:
+    """Return requirements with the nominal that a study has written into its folder.
+
+    Raise `InputError` if one needs it, and it is not there.
+    """
+    if not any(requirement.needs_nominal for requirement in requirements):
+        return list(requirements)
+    try:
+        data = read_netcdf(folder / FileName.NOMINAL)["nominal"]
+    except FileNotFoundError:
+        raise InputError(
+            f"'{folder}' has no {FileName.NOMINAL} of its study; `flexband run` writes it"
+        ) from None
+    cases = {
+        "" if str(label) == "-" else str(label): data.isel(case=k, drop=True)
+        for k, label in enumerate(data["case"].values)
+    }
+    return [requirement.around(cases) for requirement in requirements]
+
+
+def with_runs(
+    study: Study,
+    surrogate: Surrogate | SurrogateOfChoices,
+    requirements: list[Requirement],
+    margins: xr.Dataset,
+    **options: Any,
+) -> tuple[xr.Dataset, int]:
+    """Return margins with `run_margin`: that of a run where the surrogate does not decide.
+
+    The run is at the worst tolerances, with random inputs at their means. One that leaves the bounds
+    there by more than the error of the discretization shows that the requirement is not met, however
+    wrong the surrogate is. It is NaN where no run was made. The number of runs is returned as well.
+
+    Parameters
+    ----------
+    options : of the runs, such as store and executor.
+    """
+    run_margins, count = np.full(len(requirements), np.nan), 0
+    cases = surrogates_of(surrogate)
+    undecided = margins["verdict"].values.astype(str) == "undecided"
+    suspects = np.flatnonzero(undecided & (margins["margin_between"].values < 0))
+    if not suspects.size or "worst_inputs" not in margins:
+        return margins, 0
+    with runs_as_expanded(study.response, study.inputs, **options) as runs_of:
+        for k in suspects:
+            limit = margins.isel(limit=k)
+            label = str(limit["worst_choice"].values) if "worst_choice" in limit else ""
+            case = cases[label]
+            tolerances = Space(case.space.of_kind(random=False))
+            values = dict(
+                zip(limit["input"].values.tolist(), limit["worst_inputs"].values, strict=True)
+            )
+            if set(values) != set(tolerances.inputs):  # those of interval fields
+                continue
+            _, eta = tolerances.standardized(values)
+            points = np.zeros((1, case.space.random_dimension)), np.reshape(eta, (1, -1))
+            made = runs_of(case, label, lambda *_: None)(points)
+            assert made.values is not None
+            corridor = requirements[k].corridor(case.labels, label)
+            run = made.values.values[0]
+            margin, count = corridor.margin(run, run), count + 1
+            at = np.unravel_index(int(np.argmin(margin)), margin.shape)
+            error = 0.0
+            if "error_bar_discretization_error" in case.diagnostics:
+                known = case.diagnostics["error_bar_discretization_error"]
+                error = float(known.transpose(*case.labels.dims[1:]).values[at])
+            if margin[at] + error < 0:
+                run_margins[k] = margin[at]
+    return margins.assign(run_margin=("limit", run_margins)), count

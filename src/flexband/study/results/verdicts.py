@@ -1,0 +1,255 @@
+"""The verdict on each requirement, as data; sentences are made of it where it is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts
+from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
+
+if TYPE_CHECKING:
+    from flexband.study.results.limits import LimitCheck
+
+AROUND = 0.025
+"""Part of all times before and after the one at which a margin is least."""
+
+
+class Verdict(StrEnum):
+    """Whether a requirement is met."""
+
+    PASS = "PASS"
+    FAIL = "FAIL"
+    UNDECIDED = "UNDECIDED"
+
+
+class Reason(StrEnum):
+    """What a verdict rests on."""
+
+    MARGIN = "margin"
+    """The margin, or the probability, is farther from what is allowed than its error."""
+    RUN = "run"
+    """A run at these values leaves the bounds, whatever the accuracy of the surrogate."""
+    ERROR = "error"
+    """The error is larger than the margin."""
+    NO_ERROR = "no error"
+    """No error can be stated, neither by the method nor by verification runs."""
+    NOT_TRUSTED = "not trusted"
+    """The method does not trust its result for this output."""
+    NOT_CONFIRMED = "not confirmed"
+    """Verification runs refute the stated error."""
+    WITHHELD = "withheld"
+    """No probability is stated, since the accuracy was missed."""
+
+
+@dataclass(frozen=True)
+class RequirementVerdict:
+    """A verdict with its numbers.
+
+    Attributes
+    ----------
+    text : the requirement in words, as `str` returns it.
+    name, identifier, source, bounds : of the requirement.
+    verdict, reason : whether it is met, and what that rests on.
+    criterion, at_most : the name of the criterion, and the share that it allows, or NaN.
+    sigmas : k of μ ± kσ; 0 without random inputs.
+    margin, error, unit : least margin, its error (NaN if none is stated), in the unit of the
+        requirement if it has one, else of the output.
+    dim, dim_unit, place : where the margin is least; "" without a last dim.
+    input, input_share : which input widens the error bar most there, and by which part of it; ""
+        if that is not known.
+    share : probability, or share of parts, that leaves the bounds, with its interval; NaN if none
+        is stated.
+    """
+
+    text: str
+    name: str
+    identifier: str
+    source: str
+    bounds: str
+    verdict: Verdict
+    reason: Reason
+    criterion: str
+    at_most: float
+    sigmas: float
+    margin: float
+    error: float
+    unit: str
+    dim: str
+    dim_unit: str
+    place: float | str
+    input: str
+    input_share: float
+    share: tuple[float, float, float]
+
+
+def requirement_verdicts(
+    check: LimitCheck, contributions: xr.Dataset | None, verification: xr.Dataset | None
+) -> list[RequirementVerdict]:
+    """Return the verdict on every requirement that was checked.
+
+    Parameters
+    ----------
+    contributions : result of `contributions`, of uncertain inputs alone.
+    verification : result of `verify`.
+    """
+    margins = check.margins
+    return [_verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])]
+
+
+def worst_of(verdicts: list[RequirementVerdict]) -> Verdict:
+    """Return FAIL if one fails, else UNDECIDED if one is, else PASS."""
+    every = {verdict.verdict for verdict in verdicts}
+    order = Verdict.FAIL, Verdict.UNDECIDED
+    return next((verdict for verdict in order if verdict in every), Verdict.PASS)
+
+
+def _verdict(
+    check: LimitCheck, k: int, contributions: xr.Dataset | None, verification: xr.Dataset | None
+) -> RequirementVerdict:
+    limit = check.margins.isel(limit=k)
+    least = LeastMargin.of(limit)
+    criterion = str(limit["criterion"].values) if "criterion" in limit else "WorstCase"
+    at_most = float(limit["at_most"]) if "at_most" in limit else np.nan
+    share = _share(check, k, criterion)
+    if criterion in (Probability.__name__, ShareOfParts.__name__):
+        verdict, reason = _by_share(share, at_most)
+        error = least.error
+    else:
+        verdict, reason, error = _by_margin(limit, least, check.margins, verification)
+    scale = float(limit["stated_scale"]) if "stated_scale" in limit else 1.0
+    stated = str(limit["stated_unit"].values) if "stated_unit" in limit else ""
+    worst = least.between if least.decided_between else least.margin
+    if reason is Reason.RUN:
+        worst = min(worst, float(limit["run_margin"]))
+    found = "", np.nan
+    if contributions is not None and "width" in contributions:
+        found = largest_around(contributions, limit, _output(limit))[:2]
+    about = {
+        name: str(limit[name].values) if name in limit else ""
+        for name in ("requirement", "identifier", "source", "bounds")
+    }
+    return RequirementVerdict(
+        text=least.limit,
+        name=about["requirement"] or least.limit,
+        identifier=about["identifier"],
+        source=about["source"],
+        bounds=about["bounds"],
+        verdict=verdict,
+        reason=reason,
+        criterion=criterion,
+        at_most=at_most,
+        sigmas=_sigmas(limit, check.margins),
+        margin=worst / scale,
+        error=error / scale,
+        unit=stated or least.unit,
+        dim=least.dim,
+        dim_unit=least.dim_unit,
+        place=least.place,
+        input=found[0],
+        input_share=found[1],
+        share=share,
+    )
+
+
+def _sigmas(limit: xr.Dataset, margins: xr.Dataset) -> float:
+    """Return k of the error bar of a requirement; 0 where no input is random."""
+    if not margins.attrs.get("random", 1):
+        return 0.0
+    return float(limit["deviations"] if "deviations" in limit else margins.attrs.get("sigmas", 3.0))
+
+
+def _by_margin(
+    limit: xr.Dataset, least: LeastMargin, margins: xr.Dataset, verification: xr.Dataset | None
+) -> tuple[Verdict, Reason, float]:
+    """Return the verdict of the worst case, what it rests on, and the error of the margin."""
+    if float(limit.get("run_margin", np.nan)) < 0:
+        return Verdict.FAIL, Reason.RUN, least.error
+    stated, error = margins.attrs.get("error") == "error_bar_expected_error", least.error
+    if verification is not None and not stated:
+        implied = float(_of_output(verification["implied_error"], limit)) * AT_ONE_TIME
+        k = _sigmas(limit, margins)
+        error = max(error, implied * growth(k) / growth(verification.attrs["sigmas"]))
+    elif margins.attrs.get("error") == "not estimated":
+        return Verdict.UNDECIDED, Reason.NO_ERROR, np.nan
+    elif verification is not None and "confirmed" in verification:
+        if not bool(_of_output(verification["confirmed"], limit, worst="min")):
+            return Verdict.UNDECIDED, Reason.NOT_CONFIRMED, error
+    kept = least.verdict
+    if kept is LimitVerdict.KEPT and least.between - error >= 0:
+        return Verdict.PASS, Reason.MARGIN, error
+    if kept is LimitVerdict.NOT_KEPT and min(least.margin, least.between) + error < 0:
+        return Verdict.FAIL, Reason.MARGIN, error
+    beyond = abs(least.between) > error and (least.between < 0) == (least.margin < 0)
+    trusted = not (kept is LimitVerdict.UNDECIDED and beyond)
+    return Verdict.UNDECIDED, Reason.ERROR if trusted else Reason.NOT_TRUSTED, error
+
+
+def _by_share(share: tuple[float, float, float], at_most: float) -> tuple[Verdict, Reason]:
+    """Return the verdict of a probability or a share of parts that is allowed."""
+    _, low, high = share
+    if np.isnan(low):
+        return Verdict.UNDECIDED, Reason.WITHHELD
+    if high <= at_most:
+        return Verdict.PASS, Reason.MARGIN
+    return (Verdict.FAIL, Reason.MARGIN) if low > at_most else (Verdict.UNDECIDED, Reason.ERROR)
+
+
+def _share(check: LimitCheck, k: int, criterion: str) -> tuple[float, float, float]:
+    """Return which share leaves the bounds with the worst intervals, and its interval."""
+    parts = criterion == ShareOfParts.__name__
+    result = check.production if parts else check.probability
+    if result is None:
+        return np.nan, np.nan, np.nan
+    limit = result.isel(limit=k)
+    worst = limit.isel(bound=-1) if "bound" in limit.dims else limit
+    name = "failing" if parts else "between_times"
+    return float(worst[name]), float(worst[f"{name}_low"]), float(worst[f"{name}_high"])
+
+
+def _of_output(values: xr.DataArray, limit: xr.Dataset, worst: str = "max") -> xr.DataArray:
+    """Return the largest, or least, of what verification runs tell of the output of a limit."""
+    if "output" in values.dims and "output" in limit.coords:
+        values = values.sel(output=limit["output"].values)
+    return values.max() if worst == "max" else values.min()
+
+
+def _output(limit: xr.Dataset) -> str:
+    """Return the name of the output of a limit; "" if there is one only."""
+    return str(limit["output"].values) if "output" in limit.coords else ""
+
+
+def largest_around(
+    contributions: xr.Dataset, limit: xr.Dataset, output: str
+) -> tuple[str, float, float | None]:
+    """Return the input that matters most around the least margin of a limit, its share, and where.
+
+    Parameters
+    ----------
+    contributions : result of `contributions`.
+    output : name of the limited output; "" without dim "output".
+
+    Returns
+    -------
+    The name; by which part the error bar is narrower without its uncertainty; the value of the last
+    dim around which that is, None if it is a mean.
+    """
+    width, parts = contributions["width"], contributions["contribution"]
+    if output and "output" in width.dims:
+        number = width["output"].values.astype(str).tolist().index(output)
+        width, parts = width.isel(output=number), parts.isel(output=number)
+    last, where = (width.dims[-1] if width.dims else ""), None
+    if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
+        where = float(limit["least_margin_at"])
+        index = int(np.abs(width[last].values - where).argmin())
+        reach = int(AROUND * width.sizes[last])
+        around = {last: slice(max(0, index - reach), index + reach + 1)}
+        width, parts = width.isel(around), parts.isel(around)
+    share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)
+    best = int(np.argmax(share.values))
+    return str(parts["name"].values[best]), float(share[best]), where

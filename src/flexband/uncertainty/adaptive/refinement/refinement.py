@@ -1,0 +1,147 @@
+"""The finer runs of a response, made once, and what they correct of its expansions."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.refinement.changes import SECOND_ORDER, SmallExpansion
+from flexband.uncertainty.adaptive.refinement.correction import (
+    CorrectedPart,
+    DiscretizationCorrection,
+    ExtrapolationOptions,
+    corrections_of,
+)
+from flexband.uncertainty.adaptive.refinement.refined_runs import (
+    RefinedRuns,
+    refined_runs,
+    refined_together,
+)
+from flexband.uncertainty.adaptive.refinement.spectrum import ErrorSpectrum
+from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.methods.method import Evaluate
+from flexband.uncertainty.surrogates.axes import series
+from flexband.uncertainty.surrogates.diagnostics import running
+
+
+class CoarseRuns(NamedTuple):
+    """Runs on the discretization whose error is corrected.
+
+    Attributes
+    ----------
+    few : at points of the design, from which `expand` expands small series.
+    held : held out, at generic points.
+    expand : makes the expansion of small series in the few runs, (runs, series).
+    """
+
+    few: ResponseRuns
+    held: ResponseRuns
+    expand: SmallExpansion
+
+
+class Refinement:
+    """The runs on finer discretizations.
+
+    Attributes
+    ----------
+    runs : by the name of what is finer; None until they are made.
+    together : the first held-out run where all of this is finer at once; None until it is made.
+    spectra : what `spectrum` returned.
+    """
+
+    def __init__(
+        self,
+        evaluate: Evaluate,
+        above: float,
+        options: ExtrapolationOptions = ExtrapolationOptions(),
+    ):
+        """Make no runs yet.
+
+        An error is corrected if it is larger than `above`, in parts of the error bar's width; if
+        that is infinite, it is only estimated.
+        """
+        self.evaluate, self.above, self.options = evaluate, above, options
+        self.corrects = bool(np.isfinite(above))
+        self.runs: dict[str, RefinedRuns] | None = None
+        self.together: np.ndarray | None = None
+        self.spectra: dict[str, ErrorSpectrum] = {}
+
+    @property
+    def finer(self) -> int:
+        """Number of runs on finer discretizations."""
+        alone = sum(runs.finer for runs in (self.runs or {}).values())
+        return alone + (self.together is not None)
+
+    def corrections(
+        self, coarse: CoarseRuns, error: ExpectedError, dt: float
+    ) -> dict[str, DiscretizationCorrection]:
+        """Return what corrects each part of the discretization, with the error that is left.
+
+        None are returned if a finer run fails, which is an error where the discretization is left
+        to the method.
+
+        Parameters
+        ----------
+        error : of the expansions that are corrected.
+        dt : step of the times.
+        """
+        options, finer = self.options, self.evaluate.refinements() if self.corrects else {}
+        held = coarse.held.which(slice(options.held))
+        if self.runs is None:
+            first = held if self.corrects else coarse.few
+            fitted = 0 if self.corrects else len(first.values)
+            self.runs = refined_runs(self.evaluate, first.copy(), fitted)
+        small: dict[str, DiscretizationCorrection] = {}
+        for name, runs in self.runs.items():
+            if self.corrects and not runs.fitted:
+                change = SECOND_ORDER * runs.change
+                if error.relative(change) <= self.above:
+                    small[name] = DiscretizationCorrection.none(error.choice, change)
+                    continue
+                more = runs.with_design(coarse.few.copy(), finer[name], name)
+                self.runs[name] = more.with_finest(options.finest, finer[name], name)
+        large = {name: runs for name, runs in self.runs.items() if name not in small}
+        m = held.eta.shape[1]
+        given = error.choice, coarse.expand, large, dt, m
+        corrections = corrections_of(*given, self.together, options=options)
+        kinds = np.array([correction.kinds for correction in corrections.values()])
+        several = len(kinds) > 1 and np.any(np.all(kinds != CorrectedPart.NOTHING, axis=0))
+        if self.together is None and several:
+            first = held.which(slice(1)).copy()
+            self.together = refined_together(self.evaluate, first, list(large))
+            corrections = corrections_of(*given, self.together, options=options)
+        corrections |= small
+        return {
+            name: corrections[name]._replace(error=running(corrections[name].error, error.window))
+            for name in self.runs
+        }
+
+    def spectrum(self, name: str, dt: float) -> ErrorSpectrum:
+        """Return at which frequencies runs differ from those on a finer level.
+
+        It is that of a held-out run at the times of all steps, or, if the response tells nothing of
+        these, of all refined runs as far as their times show it.
+
+        Parameters
+        ----------
+        name : of what is finer.
+        dt : step of the times.
+        """
+        if name not in self.spectra:
+            assert self.runs is not None
+            runs = self.runs[name]
+            held = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
+            change, at = runs.fine - runs.coarse.values, (held.xi[:1], held.eta[:1])
+            spectrum = ErrorSpectrum.of(change, dt, resolved=False)
+            coarse = self.evaluate.at_more_times(*at)
+            fine = self.evaluate.refinements()[name].at_more_times(*at)
+            if coarse is not None and fine is not None:
+                few, many = coarse.shape[-1] - 1, fine.shape[-1] - 1
+                if many % few == 0:
+                    dt *= (change.shape[-1] - 1) / few
+                    change = series(fine)[..., :: many // few] - series(coarse)
+                    spectrum = ErrorSpectrum.of(change, dt, resolved=True)
+            self.spectra[name] = spectrum
+        return self.spectra[name]

@@ -1,0 +1,87 @@
+"""The correction of expansions with given runs, judged by runs that are held out.
+
+A few runs of the design, and held-out ones, are made again on finer discretizations. Their change
+is expanded linearly, as that of the runs of the adaptive method (`adaptive/refinement`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import warn
+from flexband.uncertainty.adaptive.choice import in_place_of_runs
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection, corrected
+from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
+from flexband.uncertainty.adaptive.results import judged
+from flexband.uncertainty.adaptive.runs import ResponseRuns
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import Evaluate
+from flexband.uncertainty.phase_resolved.linear_design import LinearDesign
+from flexband.uncertainty.surrogates.diagnostics import share
+from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+def corrected_choice(
+    space: Space,
+    labels: xr.DataArray,
+    error: ExpectedError,
+    of_expansion: np.ndarray,
+    runs: tuple[ResponseRuns, ResponseRuns],
+    evaluate: Evaluate,
+    more: xr.Dataset,
+    dt: float = 1.0,
+) -> Surrogate:
+    """Return the surrogate of the chosen fits, corrected, with the error it expects.
+
+    Parameters
+    ----------
+    labels : the response without runs, shape (0, …).
+    error : what is known of the fits.
+    of_expansion : the error of mean and error bar that is due to them, (2, outputs, times).
+    runs : those that are fitted, and those held out.
+    more : further diagnostics.
+    dt : step of the times, if there are carriers.
+    """
+    fitted, held = runs
+    design, refinement = LinearDesign.of(fitted, space.families), Refinement(evaluate, 0.0)
+    few = ResponseRuns(*(v[design.rows] for v in fitted))
+    corrections = refinement.corrections(CoarseRuns(few, held, design.small), error, dt)
+    dataset = judged(labels, error, of_expansion, corrections, evaluate, refinement.finer)
+    if "corrected" not in dataset.attrs:
+        warn(
+            "correct=True corrects nothing: no more than a quarter of the error of step and "
+            "elements must be left in held-out runs; it is estimated"
+        )
+    if {"pointwise_error", "error_bar_discretization_error"} <= {*more, *dataset}:
+        further = AT_ONE_TIME * dataset["error_bar_discretization_error"]
+        more = more.assign(pointwise_error=more["pointwise_error"] + further)
+    dataset = dataset.merge(more.drop_vars(list(dataset.data_vars), errors="ignore"))
+    dataset = dataset.assign_attrs(more.attrs | dataset.attrs)
+    return of_choice(space, labels, error, runs, dataset, list(corrections.values()))
+
+
+def of_choice(
+    space: Space,
+    labels: xr.DataArray,
+    error: ExpectedError,
+    runs: tuple[ResponseRuns, ResponseRuns],
+    dataset: xr.Dataset,
+    corrections: Sequence[DiscretizationCorrection] = (),
+) -> Surrogate:
+    """Return the surrogate of the chosen fits; parameters are those of `corrected_choice`."""
+    choice, (fitted, held) = error.choice, runs
+    fits, changes = corrected(choice.fits, corrections)
+    expansions, correction = in_place_of_runs(fits, changes)
+    overshoot = share(space.interval_dimension) * choice.overshoot
+    judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
+    count = len(held.values)
+    dataset = dataset.assign_attrs(
+        runs_fitted=len(fitted.values), runs_checked=count, runs_generic=count
+    )
+    return Surrogate(space, labels, expansions, dataset, judges, correction)

@@ -1,0 +1,63 @@
+"""The correction of methods that expand values at given runs, with runs that are held out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexband.errors import RunError
+from flexband.uncertainty.adaptive.choice import BestFits
+from flexband.uncertainty.adaptive.expected_error import ExpectedError
+from flexband.uncertainty.adaptive.fits import PartsFit
+from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, succeeded
+from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
+from flexband.uncertainty.phase_resolved.bands_error import TensorDesign, error_of_bands
+from flexband.uncertainty.phase_resolved.correction import corrected_choice
+from flexband.uncertainty.phases.layout import PartColumns
+from flexband.uncertainty.surrogates.axes import series, units_of
+from flexband.uncertainty.surrogates.diagnostics import least_error
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+
+def corrected_expansion(
+    surrogate: Surrogate,
+    runs: tuple[np.ndarray, np.ndarray, np.ndarray],
+    evaluate: Evaluate,
+    nodes: Sequence[np.ndarray] | None = None,
+) -> Surrogate:
+    """Return the surrogate of a method that expands values, corrected, with the error it expects.
+
+    The error of the expansion is what the method expects, if it does, or what it misses in runs
+    that are made and held out here.
+
+    Parameters
+    ----------
+    runs : ξ, η and values of the runs of the surrogate.
+    nodes : of each interval variable, if the runs are at the tensor product with Gauss points of
+        the random variables.
+    """
+    space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
+    m, families = space.interval_dimension, space.families
+    points = generic_points(0, HELD, m, families)
+    held = succeeded(ResponseRuns(*points, series(evaluate(*points))), 0)
+    if len(held.values) < MIN_HELD:
+        raise RunError("most of the runs that are held out of the correction failed", {})
+    (expansion,) = surrogate.expansions
+    count = len(expansion.outputs)
+    columns, parts = PartColumns.of(count, 0), expansion.hybrid
+    fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
+    choice = BestFits.of([fit], fitted, held, len(held.values), RareRuns.none(held))
+    F, units = np.concatenate([fitted.values, held.values]), units_of(labels)
+    of_one = quantities(evaluate, count)
+    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, of_one)
+    diagnostics, bands = surrogate.diagnostics, ("mean_expected_error", "error_bar_expected_error")
+    if bands[0] in diagnostics:
+        both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])
+    elif nodes is not None:
+        both = error_of_bands(TensorDesign(nodes, families, parts.random_orders), held, error)
+    else:
+        both = np.stack([error.values, error.values])
+    both = np.maximum(both, least_error(F, units)[:, None])
+    return corrected_choice(space, labels, error, both, (fitted, held), evaluate, diagnostics)

@@ -35,6 +35,8 @@ ROOMS = [
     "mechanics.kernels",
     "mechanics.time_functions",
     "mechanics.bodies",
+    "mechanics.contact.geometry",
+    "mechanics.contact",
     "mechanics.joints",
     "mechanics.loads",
     "mechanics.sensors",

@@ -14,6 +14,7 @@ __version__: str
 if TYPE_CHECKING:
     from flexband import (
         analysis as analysis,
+        contact as contact,
         errors as errors,
         execution as execution,
         fields as fields,

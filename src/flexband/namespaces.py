@@ -18,6 +18,7 @@ from flexband.deprecation import warn_renamed
 
 NAMESPACES = (
     "analysis",
+    "contact",
     "errors",
     "execution",
     "fields",

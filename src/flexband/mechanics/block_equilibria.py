@@ -47,6 +47,7 @@ def block_equilibria(
     work, failure = begin(system, values)
     state = system.structure.state
     work.z[state.multiplier : state.angle] = 0.0
+    Equations.closed(system, work.z)
     work.z[state.rule : state.gap][1:2] = RestSearch().state_step
     start, failed, on_way = work.z.copy(), failure.copy(), []
     if not any(spin.rate for spin in spins):

@@ -39,7 +39,9 @@ from flexband.mechanics.kernels.forms import (
     constraint_force,
     scale,
 )
-from flexband.mechanics.kernels.state import State
+from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.state import GAP_ROWS, State
+from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,
@@ -49,7 +51,7 @@ from flexband.mechanics.loads.load import (
     SpringEntry,
 )
 from flexband.mechanics.sensors.extremes import OverSteps
-from flexband.mechanics.sensors.motion import Sensor
+from flexband.mechanics.sensors.motion import ContactRows, Sensor
 from flexband.words import number_of, with_article
 
 
@@ -231,7 +233,7 @@ class Mechanism:
             coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
             points, sum(len(law.states) for law in self.laws),
             sum(len(law.events) for law in self.laws),
-            sum(len(s.outputs()) for s in self.sensors.values() if isinstance(s, OverSteps)),
+            sum(len(s.kinds(self)) for s in self.sensors.values() if isinstance(s, OverSteps)),
         )  # fmt: skip
 
     @cached_property
@@ -317,10 +319,18 @@ class Mechanism:
 
     @cached_property
     def entries(self) -> dict[str, Entries]:
-        """What each load enters in the equations of motion."""
-        return {
+        """What each load, and each joint with contacts, enters in the equations of motion."""
+        entries = {
             name: naming(f"load {name!r}", entered, load, self) for name, load in self.loads.items()
         }
+        for name, joint in self.joints.items():
+            contacts = joint.contacts(self.frame)
+            if contacts and name in entries:
+                raise InputError(f"joint {name!r} has contacts, so no load may have its name")
+            if contacts:
+                first, second = map(self.frame, joint.points)
+                entries[name] = contact_entries(contacts, first, second, closed_at_start=False)
+        return entries
 
     @cached_property
     def springs(self) -> list[tuple[str, SpringEntry]]:
@@ -332,6 +342,16 @@ class Mechanism:
     def laws(self) -> list[LawEntry]:
         """The force laws as the engine numbers them."""
         return [law for entries in self.entries.values() for law in entries.laws]
+
+    @cached_property
+    def contact_laws(self) -> list[tuple[str, LawEntry]]:
+        """The laws of contacts as the engine numbers them, each with the name of its part."""
+        return [
+            (name, law)
+            for name, entries in self.entries.items()
+            for law in entries.laws
+            if law.gap_kind != GAP.event
+        ]
 
     @cached_property
     def moments(self) -> list[MomentEntry]:
@@ -374,15 +394,27 @@ class Mechanism:
 
     def _before(self, load: str, kind: str) -> int:
         """Return how many entries of a kind belong to loads before this one."""
-        others = itertools.takewhile(lambda name: name != load, self.loads)
+        others = itertools.takewhile(lambda name: name != load, self.entries)
         return sum(len(getattr(self.entries[name], kind)) for name in others)
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
-        """Return a joint and its multipliers."""
+        """Return a joint and its multipliers, or what is in their place where it has contacts."""
         _within("joint", name, self.joints)
+        if name in self.entries and self.joints[name].contacts(self.frame):
+            return self.joints[name], self._contact_force(name)
         owners = [owner for owner, _ in self.constraints]
         rows = [k for k, owner in enumerate(owners) if owner == f"joint {name!r}"]
         return self.joints[name], [Form.variable(self.state.multiplier + k) for k in rows]
+
+    def _contact_force(self, part: str) -> list[Form]:
+        """Return the force and the moment of contacts on the first body, with the sign of λ."""
+        before = self._before(part, "laws")
+        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
+        points = [2 * n for n in range(len(self.entries[part].laws))]
+        return [
+            sum((Form.variable(row + 3 * p + axis) * -1.0 for p in points), Form({}))
+            for axis in range(3)
+        ]
 
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
         """Return the tension and the elongation of a translational or a torsion spring."""
@@ -407,14 +439,34 @@ class Mechanism:
         first = sum(len(law.states) for law in self.laws[: self._before(load, "laws")])
         return Form.variable(self.state.law_state + first + names.index(name))
 
+    def contact_count(self, part: str) -> int:
+        """Return how many contacts a load or joint has."""
+        owners = [name for name, _ in self.contact_laws]
+        _within("part with contacts", part, dict.fromkeys(owners))
+        return owners.count(part)
+
+    def contacts(self, part: str) -> list[ContactRows]:
+        """Return the contacts of a load or joint."""
+        number, first = self.contact_count(part), self._before(part, "laws")
+        before, count = (
+            sum(len(law.events) for law in laws) for laws in (self.laws[:first], self.laws)
+        )
+        return [
+            ContactRows(
+                *(Form.variable(self.state.gap + k * count + before + n) for k in range(GAP_ROWS)),
+                angular=self.laws[first + n].gap_kind == GAP.angle,
+            )
+            for n in range(number)
+        ]
+
     @cached_property
     def watched(self) -> list[Watched]:
         """The forms whose extremes and integrals sensors want, as the engine numbers them."""
         sensors = [s for s in self.sensors.values() if isinstance(s, OverSteps)]
         return [
-            Watched(form, sensor.kind, sensor.times, sensor)
+            Watched(form, kind, sensor.times, sensor)
             for sensor in sensors
-            for form in sensor.sensor.rows(self)
+            for form, kind in zip(sensor.watched(self), sensor.kinds(self), strict=True)
         ]
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
@@ -429,7 +481,7 @@ class Mechanism:
         a law on the positions and angles of its points.
         """
         _within("joint or load", part, {**self.joints, **self.loads})
-        if part in self.joints:
+        if part in self.joints and part not in self.entries:
             _, multipliers = self.joint(part)
             owners = (owner for owner, _ in self.constraints)
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)

@@ -78,6 +78,7 @@ class Laws(NamedTuple):
     point_start: np.ndarray  # law -> first of its points
     state_start: np.ndarray  # law -> first of its states
     gap_start: np.ndarray  # law -> first of its gaps
+    gap_kind: np.ndarray  # gap -> what it is of, see `kernels.laws.forces`
     angle: int  # angle of the first point; those of the others follow
     position: int  # vector of the first point's position; those of the others follow
     coordinates: np.ndarray  # law -> number of coordinates that it depends on

@@ -187,6 +187,7 @@ class LawTable:
             point_start=starts([law.points for law in self.laws]),
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
+            gap_kind=indices(law.gap_kind for law in self.laws for _ in law.events),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -208,7 +209,7 @@ class LawTable:
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
-    given = 1 + len(law.parameters) + 4 * len(law.states) + 2 * len(law.events)
+    given = 1 + len(law.parameters) + 4 * len(law.states) + 3 * len(law.events)
     return given + axes * (3 + axes + 2 * len(group))
 
 

@@ -57,6 +57,7 @@ def raise_failures(
         names = {
             FAILURE.wrong_branch: system.conditions,
             FAILURE.law_failed: system.law_failures,
+            FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
         }.get(code[sample], system.constraints)
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
@@ -81,6 +82,8 @@ def raise_failures(
             "rest, as at a dead centre; give it mass and inertia",
             FAILURE.too_small: "no step is short enough, down to the smallest_step: events follow "
             "each other without end, or forces that jump are not events",
+            FAILURE.overlapping: f"the bodies of contact {where!r} overlap at the start, by "
+            f"{part[sample]:.3g}; move them apart, or give a contact closed_at_start=True",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)

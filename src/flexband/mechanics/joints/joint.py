@@ -14,6 +14,7 @@ import numpy as np
 
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.bodies.body import Point
+from flexband.mechanics.contact.contact_law import PairContact
 from flexband.mechanics.kernels.forms import Form, Frame, Vector
 
 PointName = str | Point
@@ -57,6 +58,10 @@ class Joint(ABC):
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return forms that must stay positive: they select a branch if Φ = 0 has two."""
+        return []
+
+    def contacts(self, frame: Resolve) -> list[PairContact]:
+        """Return contacts between the two points that hold them in place of constraints."""
         return []
 
     def rods(self, frame: Resolve) -> list[Vector]:

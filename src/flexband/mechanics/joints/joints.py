@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import check_angle, check_flag, check_positive
+from flexband.errors import (
+    InputError,
+    check_angle,
+    check_flag,
+    check_non_negative,
+    check_positive,
+)
+from flexband.mechanics.contact.contact_law import PairContact, check_law, touching
+from flexband.mechanics.contact.geometry.circle_on_line import gap_above_line, line_parameters
+from flexband.mechanics.contact.geometry.circles import gap_in_circle
+from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
     PairJoint,
@@ -64,18 +75,63 @@ class LineJoint(PairJoint):
 
 @frozen()
 class Revolute(PairJoint):
-    """A pin: the two points coincide."""
+    """A pin: the two points coincide or, with clearance, the pin moves in its hole.
+
+    Parameters
+    ----------
+    first, second : the points, with clearance the centres of the pin and of the hole.
+    clearance : radius of the hole less that of the pin [m], or None if there is none.
+    law : the normal law of the contact of pin and hole, see `contact`.
+    radius : of the pin [m], for drawings: without friction it does not matter.
+
+    Raises
+    ------
+    InputError
+        If the clearance or the radius is not positive, or there is one of clearance and law only.
+    """
 
     first: PointName
     second: PointName
+    clearance: ArrayLike | None = None
+    law: NormalLaw | None = None
+    radius: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        _check_clearance("Revolute", self.clearance, self.law)
+        check_non_negative("Revolute radius [m]", self.radius)
+
+    def contacts(self, frame: Resolve) -> list[PairContact]:
+        """Return the contact of the pin in the hole."""
+        if self.clearance is None or self.law is None:
+            return []
+        return [touching(gap_in_circle, self.law, self.clearance, self.radius)]
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return r_first − r_second."""
+        """Return r_first − r_second, nothing with clearance."""
+        if self.clearance is not None:
+            return []
         return list(subtract(frame(self.first).position, frame(self.second).position))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
         return -multipliers[0], -multipliers[1]
+
+
+def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | None) -> None:
+    """Raise `InputError` if a clearance is not positive, or only one of both is given."""
+    if (clearance is None) != (law is None):
+        given = "clearance" if law is None else "law"
+        raise InputError(
+            f"{name} needs both of clearance and law, or none of them; got {given} alone"
+        )
+    if clearance is not None:
+        check_positive(f"{name} clearance [m]", clearance)
+        check_law(f"{name} law", law)
+
+
+def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit vector at an angle [rad]."""
+    return np.cos(angle), np.sin(angle)
 
 
 @frozen()
@@ -137,29 +193,82 @@ class Prismatic(LineJoint, AlignedJoint):
     second : a point of the line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
     angle : from the axes of the second body to those of the first [rad].
+    clearance : on each side of a slider between two walls [m], or None if there is none. The
+        corners of the slider then meet the walls, and it may rotate until they do.
+    length, height : of the slider [m] along the line and across it, its middle being the first
+        point. With clearance the length must be given.
+    law : the normal law of the contacts, see `contact`.
 
     Raises
     ------
     InputError
-        If the axis has no length or a number is not finite and, when the mechanism is made, if the
-        line is on a flexible member.
+        If the axis has no length, a number is out of its range or there are not both of clearance
+        and law and, when the mechanism is made, if the line is on a flexible member.
     """
 
     first: PointName
     second: PointName
     axis: tuple[float, float] = (1.0, 0.0)
     angle: ArrayLike = 0.0
+    clearance: ArrayLike | None = None
+    length: ArrayLike | None = None
+    height: ArrayLike = 0.0
+    law: NormalLaw | None = None
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
         check_angle("Prismatic angle", self.angle)
+        _check_clearance("Prismatic", self.clearance, self.law)
+        check_non_negative("Prismatic height [m]", self.height)
+        if self.length is not None:
+            check_positive("Prismatic length [m]", self.length)
+        if (self.length is None) != (self.clearance is None):
+            raise InputError("Prismatic needs both of clearance and length, or none of them")
+
+    def contacts(self, frame: Resolve) -> list[PairContact]:
+        """Return those of the corners, two with each wall."""
+        if self.clearance is None or self.law is None or self.length is None:
+            return []
+        straight("Prismatic", frame(self.second))
+        half, side = 0.5 * np.asarray(self.length), 0.5 * np.asarray(self.height)
+        axis, turn = math.atan2(self.axis[1], self.axis[0]), np.asarray(self.angle)
+        along, across = _unit(axis - turn), _unit(axis - turn + math.pi / 2)
+        x, y = self.axis
+        contacts = []
+        for end in (-1.0, 1.0):
+            for wall in (-1.0, 1.0):
+                corner = tuple(
+                    end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
+                )
+                numbers = line_parameters(
+                    (wall * y, -wall * x), centre=corner, height=-(side + self.clearance)
+                )
+                contacts.append(touching(gap_above_line, self.law, *numbers))
+        return contacts
+
+    def conditions(self, frame: Resolve) -> list[Form]:
+        """Return the cosine of the angle between the sections, nothing with clearance."""
+        return super().conditions(frame) if self.clearance is None else []
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return n · (r_first − r_second) and the sine of the angle between the bodies."""
+        """Return n · (r_first − r_second) and the sine of the angle between the bodies.
+
+        There are none with clearance.
+        """
+        if self.clearance is not None:
+            return []
         return [*super().constraints(frame), cross(*self._normals(frame))]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ n, or the sum of the forces of the contacts."""
+        if self.clearance is not None:
+            return -multipliers[0], -multipliers[1]
+        return super().force(frame, multipliers)
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ of the angle, times the length of the slider's normal."""
+        if self.clearance is not None:
+            return [(-multipliers[2], [])]
         slider = frame(self.first)
         return [couple(multipliers[1], (slider, slider.normal))]
 

@@ -10,15 +10,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.kernels.lanes import compiled, filled, less, load, maximum, store, where
+from flexband.mechanics.kernels.lanes import (
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
 
 
 class Kinds(NamedTuple):
-    """What is made of the values of a form."""
+    """What is made of the values of a form.
+
+    Closings are how often it became negative. An instant with a number k added is the time of the
+    k-th of them; instants 1, 2, … follow the closings of the same form.
+    """
 
     largest: int = 0
     smallest: int = 1
     integral: int = 2
+    closings: int = 3
+    instant: int = 8
 
 
 KINDS = Kinds()
@@ -34,7 +49,9 @@ def minimum(a, b):
 def begin_extremes(extremes, state, z):
     """Set integrals to zero, and extremes to NaN, as they are before their windows."""
     for k in range(len(extremes.kind)):
-        none = filled(0.0) if extremes.kind[k] == KINDS.integral else filled(np.nan)
+        kind = extremes.kind[k]
+        counted = kind in (KINDS.integral, KINDS.closings)
+        none = filled(0.0) if counted else filled(np.nan)
         store(z, state.extreme + k, none)
 
 
@@ -52,8 +69,15 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
         latest = load(z, result + count + k)
         inside = where(less(time, first), filled(0.0), chosen)
         inside = where(less(last, time), filled(0.0), inside)
-        new = value
-        if extremes.kind[k] == KINDS.integral:
+        new, kind = value, extremes.kind[k]
+        closed = where(less(filled(0.0), latest), less(value, filled(0.0)), filled(0.0))
+        if kind > KINDS.instant:
+            number = load(z, result + k - (kind - KINDS.instant))
+            nth = less(magnitude(number - float(kind - KINDS.instant)), filled(0.5))
+            new, inside = filled(1.0) * time, where(closed, where(nth, inside, filled(0.0)), closed)
+        elif kind == KINDS.closings:
+            new = known + closed
+        elif kind == KINDS.integral:
             length = where(less(before, time), time - before, filled(1.0))
             low, high = maximum(before, first), minimum(time, last)
             covered = maximum(high - low, filled(0.0))
@@ -61,7 +85,7 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
             middle = latest + slope * (0.5 * (low + high) - before)
             part = where(less(before, time), covered * middle, filled(0.0))
             new, inside = known + part, chosen
-        elif extremes.kind[k] == KINDS.largest:
+        elif kind == KINDS.largest:
             new = where(less(value, known), known, value)
         else:
             new = where(less(known, value), known, value)

@@ -32,6 +32,8 @@ class FailureCodes(NamedTuple):
         Bodies without mass can move while all that has mass is at rest.
     too_small
         The smallest of the steps that are chosen freely is not short enough.
+    overlapping
+        Bodies overlap at the start.
     """
 
     not_assembled: float = 1.0
@@ -45,6 +47,7 @@ class FailureCodes(NamedTuple):
     snapped_through: float = 9.0
     undetermined: float = 10.0
     too_small: float = 11.0
+    overlapping: float = 12.0
 
 
 FAILURE = FailureCodes()

@@ -9,8 +9,8 @@ angle or length, T the tension of each spring and s its elongation: the length o
 spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
 F the forces and moments of force laws, which are set where a sensor reads them. y are the
 first-order states of force laws and what integrates them, see `kernels.laws.states`. g are the gaps
-of force laws whose zeros are events, then their rates and their modes, see `kernels.laws.gaps`. x
-are extremes and integrals over the steps of a run, see `kernels.extremes`.
+of force laws whose zeros are events, then their rates, their modes and the forces of contacts, see
+`kernels.laws.gaps`. x are extremes and integrals over the steps of a run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
 
@@ -18,6 +18,9 @@ from __future__ import annotations
 
 from itertools import accumulate
 from typing import NamedTuple
+
+GAP_ROWS = 4
+"""Rows of a gap: its value, rate, mode and force."""
 
 
 class State(NamedTuple):
@@ -64,5 +67,5 @@ class State(NamedTuple):
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
-        parts = (*parts, 3 * gaps, 2 * extremes)
+        parts = (*parts, GAP_ROWS * gaps, 2 * extremes)
         return State(coordinates, *accumulate(parts))

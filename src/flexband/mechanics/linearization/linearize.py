@@ -26,6 +26,9 @@ from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
+from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.states import MARK
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 class LinearStates(NamedTuple):
@@ -129,13 +132,25 @@ class Equations:
         return z
 
     def switched(self, z: np.ndarray) -> np.ndarray:
-        """Return the state with the modes of force laws that its gaps have."""
-        z, count = z.copy(), (self.state.extreme - self.state.gap) // 3
+        """Return the state with the modes of force laws that its gaps have.
+
+        Contacts are left as they are: without a depth, those that are closed have no force.
+        """
+        z, count = z.copy(), (self.state.extreme - self.state.gap) // GAP_ROWS
         self.loads(z[:, None])
         gaps = self.work.z[self.state.gap :][:count, 0]
-        modes = z[self.state.gap : self.state.extreme][2 * count :]
-        modes[gaps * modes < 0] *= -1.0
+        modes = z[self.state.gap : self.state.extreme][2 * count : 3 * count]
+        events = self.system.structure.laws.gap_kind == GAP.event
+        modes[events & (gaps * modes < 0)] *= -1.0
         return z
+
+    @staticmethod
+    def closed(system: System, z: np.ndarray) -> None:
+        """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
+        state, kinds = system.structure.state, system.structure.laws.gap_kind
+        z[state.gap : state.extreme][2 * len(kinds) : 3 * len(kinds)][
+            kinds != GAP.event
+        ] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:
         """Return the states of force laws that the last evaluation has solved for."""

@@ -40,13 +40,18 @@ their rates too, and with events it is
 
 
 class LawShape(NamedTuple):
-    """The sizes of what a law takes, and the lines between its points."""
+    """The sizes of what a law takes, the lines between its points, and whether it is a contact.
+
+    The law of a contact reads the speed of its last event as the size of `mode`, and fills `gap`
+    with the gaps and then the forces along them.
+    """
 
     points: int
     parameters: int
     states: int = 0
     events: int = 0
     between: tuple[tuple[int, int], ...] = ()
+    contact: bool = False
 
 
 Functions = tuple[FunctionType, ...]
@@ -138,13 +143,14 @@ class _MemoryRows(NamedTuple):
     rate: int
     mode: int
     gap: int
+    push: int
     end: int
 
     @staticmethod
     def of(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
         sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _MemoryRows(*accumulate([*sizes, *[shape.events] * 2]))
+        return _MemoryRows(*accumulate([*sizes, *[shape.events] * 3]))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
@@ -174,7 +180,8 @@ def _reporter(
         add_lines(x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
-        events = (column[at.mode : at.gap], np.zeros(shape.events)) if shape.events else ()
+        gaps = np.zeros(at.end - at.gap if shape.contact else shape.events)
+        events = (column[at.mode : at.gap], gaps) if shape.events else ()
         time = float(column[0])
         reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
         failures = _own.__dict__.setdefault("failures", {})
@@ -191,18 +198,22 @@ def _every_lane(
     solved = solver_of(_with_all(dispatcher, shape), shape.states)
     add_lines, pass_on = lines
     plain, lined = not (shape.states or shape.events), len(shape.between) > 0
+    contact, gap_end = shape.contact, at.end if shape.contact else at.push
 
     def every_lane(memory):  # noqa: PLR0912 (functions of its parts would take half of the time)
         lanes, column = carray(memory, (at.end, WIDTH)), np.empty(at.end)
         x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
         p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
         b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-        mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
+        mode, gap = column[at.mode : at.gap], column[at.gap : gap_end]
         for lane in range(WIDTH):
             outcome, known = OUTCOME.raised, True
             for k in range(at.end):
                 column[k] = 0.0 if at.force <= k < at.y or k >= at.gap else lanes[k, lane]
                 known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
+            if not contact:
+                for k in range(len(mode)):
+                    mode[k] = np.copysign(1.0, mode[k])
             for k in range(len(b)):
                 known = known and np.isfinite(b[k])
             for k in range(3 * points):

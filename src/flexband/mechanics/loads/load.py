@@ -13,6 +13,7 @@ from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
+from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.loads.compiled_laws import Law, LawShape
 
 InTime = ArrayLike | TimeFunction
@@ -63,6 +64,8 @@ class LawEntry(NamedTuple):
     states : its first-order states at the start by name, or "steady" where their rates vanish.
     between : pairs of numbers of points, the ends of lines that it reads and acts on.
     events : the names of its gaps, whose zeros are events.
+    gap_kind : what these are of, see `kernels.laws.forces`. Gaps of contacts have forces.
+    closed_at_start : whether contacts may be closed at the start.
     """
 
     points: Sequence[Frame]
@@ -71,13 +74,15 @@ class LawEntry(NamedTuple):
     states: Mapping[str, ArrayLike] = MappingProxyType({})
     between: Sequence[tuple[int, int]] = ()
     events: Sequence[str] = ()
+    gap_kind: int = GAP.event
+    closed_at_start: bool = False
 
     @property
     def shape(self) -> LawShape:
         """The sizes of what the law takes."""
         between = tuple((first, second) for first, second in self.between)
         sizes = len(self.points), len(self.parameters), len(self.states), len(self.events)
-        return LawShape(*sizes, between)
+        return LawShape(*sizes, between, contact=self.gap_kind != GAP.event)
 
 
 class MomentEntry(NamedTuple):

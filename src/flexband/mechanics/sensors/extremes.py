@@ -50,6 +50,14 @@ class OverSteps(Sensor):
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
 
+    def kinds(self, model: SensorModel) -> list[int]:
+        """Return what is made of each of the forms that are `watched`."""
+        return [self.kind] * len(self.outputs())
+
+    def watched(self, model: SensorModel) -> Sequence[Form]:
+        """Return the forms of which the engine makes something at every step."""
+        return self.sensor.rows(model)
+
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.over_steps(self)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,6 +19,16 @@ from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.forms import Form, Frame
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
+
+
+class ContactRows(NamedTuple):
+    """The gap of a contact, its rate, its mode and the normal force, and whether it is an angle."""
+
+    gap: Form
+    rate: Form
+    mode: Form
+    force: Form
+    angular: bool
 
 
 class SensorModel(Protocol):
@@ -39,6 +49,8 @@ class SensorModel(Protocol):
     def joint(self, name: str) -> tuple[Joint, Sequence[Form]]: ...
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]: ...
     def law_state(self, load: str, name: str) -> Form: ...
+    def contact_count(self, part: str) -> int: ...
+    def contacts(self, part: str) -> list[ContactRows]: ...
     def over_steps(self, sensor: Any) -> list[Form]: ...
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]: ...
 

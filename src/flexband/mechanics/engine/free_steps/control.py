@@ -36,11 +36,16 @@ class StepControl(NamedTuple):
     first
         First step of a run, in steps of the output.
     overshoot
-        Part of a step by which it passes an event.
+        Part of a step by which it passes an event. It passes a contact by at most half of the
+        tolerance.
     located
         Part of a step in which an event is located at its end.
     difference
         Part of a step over which the rates of gaps are differences.
+    least_speed
+        Size of a mode where its gap does not move.
+    in_contact
+        Part of the tolerance of steps in which a contact is closed: depths are small.
     """
 
     safety: float = 0.9
@@ -52,6 +57,8 @@ class StepControl(NamedTuple):
     overshoot: float = 2e-4
     located: float = 1e-3
     difference: float = 1e-3
+    least_speed: float = 1e-30
+    in_contact: float = 0.01
 
 
 CONTROL = StepControl()

@@ -1,12 +1,25 @@
 """Events of force laws within a step, on lanes: zeros of the cubic of a gap over the step.
 
-A law holds the mode m = ±1 of each of its gaps g, the sign that g has, until m g becomes negative.
-Over a step, m g is the cubic with the values and rates at both ends.
+A law holds the mode m of each of its gaps g, whose sign is that of g, until m g becomes negative.
+Over a step, g is the cubic with the values and rates at both ends.
 """
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.lanes import compiled, filled, less, load, sqrt, store, where
+from flexband.mechanics.engine.free_steps.control import CONTROL
+from flexband.mechanics.kernels.lanes import (
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    sqrt,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 @compiled
@@ -16,15 +29,30 @@ def _cubic(start, slope, c2, c3, u):
 
 
 @compiled
-def crossing(state, before, z, step):
-    """Return the part of the step at which the first gap changes its sign, or 1 if none does."""
-    first = filled(1.0)
-    count = (state.extreme - state.gap) // 3
+def _tolerance(structure, values, limits, k):
+    """Return by how much a step may pass the zero of a gap, infinity where its unit is unknown."""
+    kind = structure.laws.gap_kind[k]
+    if kind == GAP.event:
+        return filled(1e300)
+    size = 1.0 / load(values.inverse_scale, 1)
+    return limits.tolerance * (size if kind == GAP.length else filled(1.0))
+
+
+@compiled
+def crossing(structure, values, limits, before, z, step):
+    """Find the first gap that changes its sign in a step, where it does not so just at its end.
+
+    Returns the mask of the lanes that have one, and to which part of the step they should go.
+    """
+    state, late, part = structure.state, filled(0.0), filled(1.0)
+    count = (state.extreme - state.gap) // GAP_ROWS
     for k in range(count):
-        mode = load(z, state.gap + 2 * count + k)
-        start, end = mode * load(before, state.gap + k), mode * load(z, state.gap + k)
-        slope = mode * step * load(before, state.gap + count + k)
-        last = mode * step * load(z, state.gap + count + k)
+        tolerance = _tolerance(structure, values, limits, k)
+        positive = less(filled(0.0), load(z, state.gap + 2 * count + k))
+        sign = where(positive, filled(1.0), filled(-1.0))
+        start, end = sign * load(before, state.gap + k), sign * load(z, state.gap + k)
+        slope = sign * step * load(before, state.gap + count + k)
+        last = sign * step * load(z, state.gap + count + k)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
         square = c2 * c2 - 3.0 * c3 * slope
         lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
@@ -33,27 +61,59 @@ def crossing(state, before, z, step):
         lowest = where(inside, lowest, filled(1.0))
         below = where(less(end, filled(0.0)), filled(1.0), lowest)
         # `below` is 1 where the gap has closed at the end, or where it is nearest to closing
-        closed = less(_cubic(start, slope, c2, c3, below), filled(0.0))
-        closed = where(less(filled(0.0), start), closed, filled(0.0))
+        depth = -_cubic(start, slope, c2, c3, below)
+        closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
         low, high = filled(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)
             open_ = less(filled(0.0), _cubic(start, slope, c2, c3, middle))
             low, high = where(open_, middle, low), where(open_, high, middle)
-        root = where(closed, high, filled(1.0))
-        first = where(less(root, first), root, first)
-    return first
+        deep = less(tolerance, depth)
+        early = where(less(high, filled(1.0 - CONTROL.located)), filled(1.0), deep)
+        early = where(closed, early, filled(0.0))
+        speed = magnitude(slope + high * (2.0 * c2 + 3.0 * high * c3))
+        beyond = CONTROL.overshoot * high
+        beyond = where(less(tolerance, 2.0 * beyond * speed), 0.5 * tolerance / speed, beyond)
+        target = where(early, high + beyond, filled(1.0))
+        late = maximum(late, early)
+        part = where(less(target, part), target, part)
+    return late, part
+
+
+@compiled
+def in_contact(structure, z):
+    """Return where a contact is closed."""
+    state, closed = structure.state, filled(0.0)
+    count = (state.extreme - state.gap) // GAP_ROWS
+    for k in range(count):
+        if structure.laws.gap_kind[k] != GAP.event:
+            mode = load(z, state.gap + 2 * count + k)
+            closed = where(less(mode, filled(0.0)), filled(1.0), closed)
+    return closed
+
+
+@compiled
+def size_modes(state, z, chosen):
+    """Set the size of modes to the speed of their gaps where `chosen` is true."""
+    count = (state.extreme - state.gap) // GAP_ROWS
+    for k in range(count):
+        row = state.gap + 2 * count + k
+        speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
+        sized = where(less(filled(0.0), load(z, row)), speed, -speed)
+        store(z, row, where(chosen, sized, load(z, row)))
 
 
 @compiled
 def switch_modes(state, z, chosen):
-    """Set the modes to the signs of the gaps; return where one changes."""
-    count = (state.extreme - state.gap) // 3
+    """Set the modes to those of the gaps; return where the sign of one changes."""
+    count = (state.extreme - state.gap) // GAP_ROWS
     changed = filled(0.0)
     for k in range(count):
         row = state.gap + 2 * count + k
         opposite = less(load(z, row) * load(z, state.gap + k), filled(0.0))
         opposite = where(chosen, opposite, filled(0.0))
         changed = where(opposite, filled(1.0), changed)
-        store(z, row, where(opposite, -load(z, row), load(z, row)))
+        speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
+        mode = where(less(filled(0.0), load(z, row)), -speed, speed)
+        store(z, row, where(opposite, mode, load(z, row)))
     return changed

@@ -17,7 +17,12 @@ from flexband.mechanics.engine.free_steps.control import (
     length_ratio,
     shift_accelerations,
 )
-from flexband.mechanics.engine.free_steps.crossings import crossing, switch_modes
+from flexband.mechanics.engine.free_steps.crossings import (
+    crossing,
+    in_contact,
+    size_modes,
+    switch_modes,
+)
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     ROUNDING,
@@ -113,8 +118,8 @@ def switch(structure, values, work, step, time, limits, chosen):
         smooth = less(jumped(structure, values, work, step), filled(1e-3 * limits.tolerance))
         restart(structure, work, where(smooth, filled(0.0), changed))
         update_law_gaps(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
-        watch(structure, values, now, work, time, time, changed)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
+        watch(structure, values, now, work, time, time, changed)
 
 
 @compiled
@@ -124,7 +129,7 @@ def next_length(error, failed, early, event, step):
     ratio = where(less(error, filled(1e300)), ratio, filled(CONTROL.repeated))  # also if it is NaN
     same = where(less(filled(1.0), ratio), less(ratio, filled(CONTROL.unchanged)), filled(0.0))
     ratio = where(same, filled(1.0), ratio)
-    return step * where(early, event * (1.0 + CONTROL.overshoot), ratio)
+    return step * where(early, event, ratio)
 
 
 @compiled
@@ -138,7 +143,7 @@ def blame(values, n, trial, failed, failure, lost):
 
 
 @compiled
-def cover(
+def cover(  # noqa: PLR0915 (a step is one story)
     structure, method, limits, tolerance, values, n, length, work, known, stepping, failure, stop
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.
@@ -171,9 +176,12 @@ def cover(
         update_law_states(structure, values, now, z, work.blocks)
         update_law_gaps(structure, values, now, z, CONTROL.difference * step, work.blocks)
         error = error_of_step(structure, scaled, values, work, ratio, limits)
+        share = where(in_contact(structure, z), filled(CONTROL.in_contact), filled(1.0))
+        error = error / share
         good = where(failed, none, less(error, filled(1.0)))
-        event = crossing(state, work.before, z, step)
-        early = where(good, less(event, filled(1.0 - CONTROL.located)), none)
+        early, event = crossing(structure, values, limits, work.before, z, step)
+        short = less((1.0 - event) * step, filled(limits.smallest))
+        early = where(good, where(short, none, early), none)
         accepted = where(remaining, where(early, none, good), none)
         end_states(state, z, step, accepted)
         time = load(values.moments, n - 1) + elapsed
@@ -211,6 +219,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)
     update_law_gaps(structure, values, now, z, span, work.blocks)
+    size_modes(structure.state, z, filled(1.0))
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

@@ -2,7 +2,8 @@
 
 The rows of the memory of a law with m parameters, P points and n states are t, p (m rows), then x,
 v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
-and their rates ẏ, then a row each for the modes and the values of its gaps. The law solves
+and their rates ẏ, then a row each for the modes of its gaps, their values, and the forces along
+them if they are contacts. The law solves
 y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent needs three matrices behind them:
 B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depends on), K = −∂force/∂x
 (3P × 3P), in which y follows x, and K B.
@@ -10,24 +11,44 @@ B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depend
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
 from flexband.mechanics.kernels.lanes import (
     add_to,
+    any_true,
     call_at,
     compiled,
     filled,
     less,
     load,
+    magnitude,
+    maximum,
     store,
     where,
 )
 from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 AXES = 3
 """Of a point: X, Y and θ."""
 
 DIFFERENCE = 1e-6
 """Step of the central differences: an angle [rad], or a displacement relative to the size."""
+
+DEPTH_DIFFERENCE = 1e-2
+"""The same for contacts, relative to their depth, if that is less."""
+
+
+class GapKinds(NamedTuple):
+    """What a gap is of: an event of a user's law, or a contact, a length [m] or an angle [rad]."""
+
+    event: int = 0
+    length: int = 1
+    angle: int = 2
+
+
+GAP = GapKinds()
 
 
 @compiled
@@ -37,7 +58,7 @@ def layout(laws, s):
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
     y, count = x + 3 * size, laws.state_start[s + 1] - laws.state_start[s]
     gaps = laws.gap_start[s + 1] - laws.gap_start[s]
-    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + 2 * gaps
+    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + 3 * gaps
 
 
 @compiled
@@ -79,7 +100,7 @@ def gaps_of(laws, state, s, y):
     """
     count = laws.state_start[s + 1] - laws.state_start[s]
     gap, end = laws.gap_start[s], laws.gap_start[s + 1]
-    return (state.extreme - state.gap) // 3, gap, end - gap, y + 4 * count
+    return (state.extreme - state.gap) // GAP_ROWS, gap, end - gap, y + 4 * count
 
 
 @compiled
@@ -92,9 +113,11 @@ def _call(laws, state, z, s, memory):
     for k in range(count):
         store(z, state.law_state + begin + k, load(memory, y + k))
         store(z, rate + begin + k, load(memory, y + 3 * count + k))
-    _, gap, gaps, row = gaps_of(laws, state, s, y)
+    all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
     for k in range(gaps):
         store(z, state.gap + gap + k, load(memory, row + gaps + k))
+        force = load(memory, row + 2 * gaps + k)
+        store(z, state.gap + 3 * all_gaps + gap + k, force)
 
 
 @compiled
@@ -118,7 +141,7 @@ def start_states(laws, values, starting, vectors, vector_values, state, function
             _call(laws, state, z, s, memory)
         for k in range(gaps):
             open_ = less(filled(0.0), load(z, state.gap + gap + k))
-            mode = where(open_, filled(1.0), filled(-1.0))
+            mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
             store(memory, row + k, mode)
             store(z, state.gap + 2 * all_gaps + gap + k, mode)
         if gaps > 0:
@@ -163,7 +186,32 @@ def read_laws(laws, values, vectors, vector_values, state, functions, now, z, me
 
 
 @compiled
-def add_law_tangent(
+def is_open(laws, state, z, s):
+    """Return whether a law is that of a contact that is open in all lanes: it has no tangent."""
+    begin, end = laws.gap_start[s], laws.gap_start[s + 1]
+    closed, count = filled(0.0), (state.extreme - state.gap) // GAP_ROWS
+    if begin == end or laws.gap_kind[begin] == GAP.event:
+        return False
+    for k in range(begin, end):
+        closed = maximum(closed, less(load(z, state.gap + 2 * count + k), filled(0.0)))
+    return not any_true(closed)
+
+
+@compiled
+def difference(laws, state, z, s, size):
+    """Return the step of the differences of a law, which is a small part of a contact's depth."""
+    begin, end = laws.gap_start[s], laws.gap_start[s + 1]
+    if begin == end or laws.gap_kind[begin] == GAP.event:
+        return filled(DIFFERENCE)
+    depth = magnitude(load(z, state.gap + begin))
+    if laws.gap_kind[begin] == GAP.length:
+        depth = depth / size
+    step = maximum(DEPTH_DIFFERENCE * depth, filled(DEPTH_DIFFERENCE * DIFFERENCE**1.5))
+    return where(less(step, filled(DIFFERENCE)), step, filled(DIFFERENCE))
+
+
+@compiled
+def add_law_tangent(  # noqa: PLR0912
     laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
     memory,
 ):  # fmt: skip
@@ -173,13 +221,16 @@ def add_law_tangent(
     is the size of the mechanism [m].
     """
     for s in range(len(laws.address)):
+        if is_open(laws, state, z, s):
+            continue
         fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
         first, last, x, v, force, y, B = layout(laws, s)
         axes, count = AXES * (last - first), laws.coordinates[s]
         begin, states = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
         K, KB = B + axes * count, B + axes * count + axes * axes
+        step = difference(laws, state, z, s, size)
         for j in range(axes):
-            nudge = filled(DIFFERENCE)
+            nudge = step
             if j % AXES < 2:
                 nudge = nudge * size
             place, speed = load(memory, x + j), load(memory, v + j)

@@ -1,7 +1,8 @@
 """Gaps of force laws, whose zeros are events, on lanes.
 
-A law with events fills its gaps g, each of which has a mode m = ±1: the sign of g, held while a
-step is taken. The rows of z are g, then ġ, then m of all laws.
+A law with events fills its gaps g, each of which has a mode m. Its sign is that of g, held while a
+step is taken, and its size is the speed |ġ| at the last event. The rows of z are g, then ġ, then m
+of all laws, then the forces along those gaps that are contacts.
 """
 
 from __future__ import annotations

@@ -27,10 +27,14 @@ class Marks(NamedTuple):
         In place of a state at the start that is to have no rate.
     solved
         In place of h (1 − c) where a law solves for a state that has no rate.
+    at_rest
+        Speed of a contact that has not closed in the motion, so that it does not damp a vibration
+        about a rest.
     """
 
     steady: float = 1e300
     solved: float = -1.0
+    at_rest: float = 1e30
 
 
 MARK = Marks()

@@ -1,0 +1,91 @@
+"""A circle, or a point, above a straight line that belongs to the second body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_finite, check_non_negative, check_numbers
+from flexband.mechanics.contact.geometry.geometry import Geometry
+
+ENDLESS = 1e300
+"""In place of the end of a line that has none."""
+
+
+@njit(error_model="numpy")
+def gap_above_line(x, p):
+    """Return what `Geometry.kernel` returns.
+
+    The parameters are the centre in the axes of the first body [m], the radius [m], then in the
+    axes of the second body the angle of the normal [rad], the height of the line along it, and its
+    two ends along the line, from the second point [m].
+    """
+    c, s = math.cos(x[0, 2]), math.sin(x[0, 2])
+    px, py = x[0, 0] + c * p[0] - s * p[1], x[0, 1] + s * p[0] + c * p[1]
+    nx, ny = math.cos(x[1, 2] + p[3]), math.sin(x[1, 2] + p[3])
+    dx, dy = px - x[1, 0], py - x[1, 1]
+    across, along = nx * dx + ny * dy - p[4], ny * dx - nx * dy
+    past = along - min(max(along, p[5]), p[6])
+    if past != 0.0:  # nearest to an end of the line
+        distance = math.sqrt(across * across + past * past)
+        nx, ny = (across * nx + past * ny) / distance, (across * ny - past * nx) / distance
+        across = distance
+    qx, qy = px - across * nx, py - across * ny
+    return across - p[2], nx, ny, px - p[2] * nx, py - p[2] * ny, qx, qy
+
+
+@frozen(kw_only=True)
+class CircleOnLine(Geometry):
+    """A circle of the first body, or a point of it, above a straight line of the second one.
+
+    The line bounds the second body, which is on its other side: the gap is negative there. Beyond
+    the ends of a line a circle meets these ends, and a point meets nothing.
+
+    Parameters
+    ----------
+    radius : of the circle around the first point [m]; 0 for a point.
+    normal : away from the second body, in its axes, whose point is on the line; any length but 0.
+    ends : of the line [m], from the second point along the normal turned by −90°, or None for an
+        endless line.
+
+    Raises
+    ------
+    InputError
+        If the radius is negative, the normal has no length, or the ends do not increase.
+    """
+
+    radius: ArrayLike = 0.0
+    normal: tuple[float, float] = (0.0, 1.0)
+    ends: tuple[ArrayLike, ArrayLike] | None = None
+    kernel = gap_above_line
+
+    def __post_init__(self) -> None:
+        check_non_negative("CircleOnLine radius [m]", self.radius)
+        if not np.any(check_numbers("CircleOnLine normal", self.normal, 2)):
+            raise InputError(f"CircleOnLine normal must have a length; got {self.normal}")
+        if self.ends is not None:
+            begin, end = (check_finite("CircleOnLine ends [m]", end) for end in self.ends)
+            if np.any(begin >= end):
+                raise InputError(f"CircleOnLine ends [m] must increase; got {self.ends}")
+
+    @property
+    def parameters(self) -> Sequence[ArrayLike]:
+        return line_parameters(self.normal, radius=self.radius, ends=self.ends)
+
+
+def line_parameters(
+    normal: tuple[float, float],
+    *,
+    centre: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+    radius: ArrayLike = 0.0,
+    height: ArrayLike = 0.0,
+    ends: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Sequence[ArrayLike]:
+    """Return the parameters of `gap_above_line`."""
+    angle = math.atan2(normal[1], normal[0])
+    return (*centre, radius, angle, height, *(ends or (-ENDLESS, ENDLESS)))

@@ -1,0 +1,100 @@
+"""Two circles, side by side or one in the other, with their centres at the points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_non_negative, check_positive
+from flexband.mechanics.contact.geometry.geometry import Geometry
+
+
+@njit(error_model="numpy")
+def gap_between_circles(x, p):
+    """Return what `Geometry.kernel` returns; the parameters are both radii."""
+    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
+    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    nx, ny = dx / distance, dy / distance
+    px, py, qx, qy = x[0, 0] - p[0] * nx, x[0, 1] - p[0] * ny, p[1] * nx, p[1] * ny
+    return distance - p[0] - p[1], nx, ny, px, py, x[1, 0] + qx, x[1, 1] + qy
+
+
+@njit(error_model="numpy")
+def gap_in_circle(x, p):
+    """Return what `Geometry.kernel` returns; the parameters are the clearance and the radius."""
+    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
+    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    nx, ny, hole = -dx / distance, -dy / distance, p[0] + p[1]
+    px, py, qx, qy = x[0, 0] - p[1] * nx, x[0, 1] - p[1] * ny, hole * nx, hole * ny
+    return p[0] - distance, nx, ny, px, py, x[1, 0] - qx, x[1, 1] - qy
+
+
+@frozen(kw_only=True)
+class CircleOnCircle(Geometry):
+    """Circles of two bodies, each outside of the other.
+
+    Parameters
+    ----------
+    radii : of the circles around the first and the second point [m]. One of them may be 0.
+
+    Raises
+    ------
+    InputError
+        If a radius is negative, or both are zero.
+    """
+
+    radii: tuple[ArrayLike, ArrayLike]
+    kernel = gap_between_circles
+
+    def __post_init__(self) -> None:
+        both = check_radii("CircleOnCircle", self.radii, check_non_negative)
+        if np.any(np.add(*both) == 0):
+            raise InputError(f"CircleOnCircle radii [m] must not both be 0; got {self.radii}")
+
+    @property
+    def parameters(self) -> Sequence[ArrayLike]:
+        return self.radii
+
+
+@frozen(kw_only=True)
+class CircleInCircle(Geometry):
+    """A circle of the first body in a circular hole of the second one, as a pin in its bearing.
+
+    Parameters
+    ----------
+    radii : of the circle around the first point and of the hole around the second one [m].
+
+    Raises
+    ------
+    InputError
+        If a radius is not positive, or the hole is not larger than the circle.
+    """
+
+    radii: tuple[ArrayLike, ArrayLike]
+    kernel = gap_in_circle
+
+    def __post_init__(self) -> None:
+        circle, hole = check_radii("CircleInCircle", self.radii, check_positive)
+        if np.any(hole <= circle):
+            raise InputError(
+                "CircleInCircle radii [m] must be those of a circle and of a larger hole; got "
+                f"{self.radii}"
+            )
+
+    @property
+    def parameters(self) -> Sequence[ArrayLike]:
+        circle, hole = np.asarray(self.radii[0], float), np.asarray(self.radii[1], float)
+        return hole - circle, circle
+
+
+def check_radii(name: str, radii: object, check) -> tuple[np.ndarray, np.ndarray]:
+    """Return two radii; raise `InputError` if they are not a pair, or not as `check` allows."""
+    if not isinstance(radii, list | tuple) or len(radii) != 2:
+        raise InputError(f"{name} radii [m] must be a pair; got {radii!r}")
+    first, second = (check(f"{name} radii [m]", radius) for radius in radii)
+    return first, second

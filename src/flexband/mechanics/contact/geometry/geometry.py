@@ -1,0 +1,27 @@
+"""The interface of the geometry of a contact: gap, normal and material points."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+from numpy.typing import ArrayLike
+
+
+class Geometry(ABC):
+    """How two bodies meet, each at one of its points.
+
+    A new geometry is a subclass with `kernel` and `parameters`.
+    """
+
+    kernel: ClassVar[Callable[..., tuple]]
+    """A function that Numba has compiled, of the positions x of both points, shape (2, 3) with rows
+    (X, Y, θ), and of the parameters. It returns (gap, n_X, n_Y, X₁, Y₁, X₂, Y₂): the gap [m], the
+    unit normal along which the contact pushes the first body, and the material points of both
+    bodies that meet."""
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Sequence[ArrayLike]:
+        """The parameters of `kernel`, numbers or arrays of shape (n,)."""

@@ -1,0 +1,134 @@
+"""Sensors of contacts: gap, force, and what impacts did so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_flag, check_integer
+from flexband.mechanics.kernels.extremes import KINDS
+from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.sensors.extremes import OverSteps, check_window
+from flexband.mechanics.sensors.motion import ContactRows, Sensor, SensorModel
+
+
+def contacts_of(name: str, model: SensorModel, part: str, *, angular: bool) -> list[ContactRows]:
+    """Return the rows of the contacts of a part; `angular` must fit it."""
+    contacts = model.contacts(part)
+    if contacts[0].angular != angular:
+        kind = "an angular stop" if contacts[0].angular else "no angular stop"
+        raise InputError(f"{part!r} is {kind}; give {name} angular={contacts[0].angular}")
+    return contacts
+
+
+@frozen()
+class Gap(Sensor):
+    """The gap of a contact, the least one if the part has several; negative where it is closed.
+
+    Parameters
+    ----------
+    part : name of the contact or stop, or of the joint with clearance.
+    angular : whether it is an `AngularStop`, whose gap is in rad.
+
+    Raises
+    ------
+    InputError
+        If the part has no contact, or `angular` does not fit it.
+    """
+
+    part: str
+    angular: bool = False
+
+    def __post_init__(self) -> None:
+        check_flag("Gap angular", self.angular)
+
+    def outputs(self) -> list[tuple[str, str]]:
+        return [("", "rad" if self.angular else "m")]
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        return [c.gap for c in contacts_of("Gap", model, self.part, angular=self.angular)]
+
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
+        return rows.min(axis=0, keepdims=True)
+
+
+@frozen()
+class ContactForce(Sensor):
+    """The normal force of a contact [N], the largest one if the part has several.
+
+    Parameters and errors are those of `Gap`; that of an `AngularStop` is a moment [N m].
+    """
+
+    part: str
+    angular: bool = False
+
+    def __post_init__(self) -> None:
+        check_flag("ContactForce angular", self.angular)
+
+    def outputs(self) -> list[tuple[str, str]]:
+        return [("", "N m" if self.angular else "N")]
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        contacts = contacts_of("ContactForce", model, self.part, angular=self.angular)
+        return [contact.force for contact in contacts]
+
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
+        return rows.max(axis=0, keepdims=True)
+
+
+@frozen()
+class Contacts(OverSteps):
+    """What the contacts of a part did so far, taken at every step of the engine.
+
+    Outputs are "_number", how often they have closed; "_t1", "_t2", …, the first instants [s] at
+    which they did so, NaN where there is none; "_force", the largest normal force; "_energy", the
+    work that was done on them [J]: the energy lost, and what they hold while they are closed.
+
+    Parameters
+    ----------
+    part : name of the contact or stop, or of the joint with clearance.
+    first : how many instants are wanted, from 0 on.
+    window : first and last time [s], or None for the whole run.
+    angular : whether it is an `AngularStop`, whose force is a moment.
+
+    Raises
+    ------
+    InputError
+        If the part has no contact, or an argument is out of its range.
+    """
+
+    part: str
+    first: int = 3
+    window: tuple[float, float] | None = None
+    angular: bool = False
+
+    def __post_init__(self) -> None:
+        check_integer("Contacts first", self.first, 0, 1000)
+        check_flag("Contacts angular", self.angular)
+        check_window("Contacts", self.window)
+
+    def outputs(self) -> list[tuple[str, str]]:
+        instants = [(f"_t{k}", "s") for k in range(1, self.first + 1)]
+        force = "N m" if self.angular else "N"
+        return [("_number", ""), *instants, ("_force", force), ("_energy", "J")]
+
+    def kinds(self, model: SensorModel) -> list[int]:
+        instants = [KINDS.instant + k for k in range(1, self.first + 1)]
+        each = [KINDS.closings, *instants, KINDS.largest, KINDS.integral]
+        return each * model.contact_count(self.part)
+
+    def watched(self, model: SensorModel) -> list[Form]:
+        forms: list[Form] = []
+        for c in contacts_of("Contacts", model, self.part, angular=self.angular):
+            forms += [*[c.mode] * (1 + self.first), c.force, -(c.force * c.rate)]
+        return forms
+
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
+        """Return the sums of numbers and works, the first of all instants, the largest force."""
+        contacts = rows.reshape(-1, self.first + 3, *rows.shape[1:])
+        number, energy = contacts[:, 0].sum(axis=0), contacts[:, -1].sum(axis=0)
+        instants = contacts[:, 1:-2].reshape(-1, *rows.shape[1:])
+        instants = np.sort(instants, axis=0)[: self.first]  # NaN are last
+        return np.stack([number, *instants, np.fmax.reduce(contacts[:, -2]), energy])

@@ -1,0 +1,184 @@
+"""Pins, guides and followers with clearance against published and exact results."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import flexband as fb
+from flexband import contact
+
+
+def chosen(tolerance, **options):
+    return fb.GeneralizedAlpha(step_tolerance=tolerance, **options)
+
+
+SPEED = 2 * np.pi * 5000 / 60
+
+
+def worn_pin(clearance, law=None):
+    """The slider–crank of Flores with clearance at the slider's pin, 5000 rpm, no gravity."""
+    r, length, rate = 0.05, 0.12, -0.05 * SPEED / 0.12
+    law = law or contact.LankaraniNikravesh(stiffness=6.61e10, restitution=0.9)
+    rod = fb.RigidBody(
+        mass=0.21, inertia=2.5e-5, position=(r + length / 2, 0.0), rate=rate,
+        velocity=(0.0, r * SPEED / 2),
+        points={"crank": (-length / 2, 0.0), "pin": (length / 2, 0.0)},
+    )  # fmt: skip
+    slider = fb.PointMass(mass=0.14, position=(r + length, 0.0))
+    crank = fb.RigidBody(mass=1.0, inertia=1e-3, points={"end": (r, 0.0)}, rate=SPEED)
+    acceleration = fb.sensors.Smallest(fb.Acceleration("slider"))
+    later = fb.sensors.Smallest(fb.Acceleration("slider"), window=(0.012, 1.0))
+    return fb.Mechanism(
+        bodies={"crank": crank, "rod": rod, "slider": slider},
+        joints={
+            "O": fb.Revolute("crank", (0.0, 0.0)),
+            "A": fb.Revolute("rod.crank", "crank.end"),
+            "motor": fb.PrescribedRotation("crank", lambda t: SPEED * np.asarray(t)),
+            "guide": fb.Slot("slider", (0.0, 0.0)),
+            "pin": fb.Revolute("rod.pin", "slider", clearance=clearance, law=law),
+        },
+        sensors={"c": contact.Contacts("pin"), "a": acceleration, "later": later},
+    )
+
+
+def test_the_pin_of_flores_has_its_impacts():
+    """The first three impacts within 0.1 %, the largest acceleration of the first within 1 %."""
+    clearances = np.array([0.5e-3, 0.2e-3, 0.1e-3])
+    published = [[0.2273, 0.6254, 0.7349], [0.1436, 0.4360, 0.7713], [0.1015, 0.3328, 0.572]]
+    motion = fb.simulate(
+        worn_pin(clearances), duration=1e-3, step=1e-4, integrator=chosen(1e-8)
+    ).isel(time=-1)
+    instants = 1e3 * motion.sel(output=["c_t1", "c_t2", "c_t3"]).values
+    np.testing.assert_allclose(instants, published, rtol=1e-3)
+    first = fb.simulate(worn_pin(clearances), duration=4e-4, step=1e-5, integrator=chosen(1e-8))
+    for n, until in enumerate((4e-4, 3e-4, 2e-4)):
+        largest = -first[n].sel(output="a_X").sel(time=until, method="nearest")
+        assert float(largest) == pytest.approx((327_400, 201_600, 143_150)[n], rel=1e-2)
+
+
+@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+def test_a_small_clearance_has_ten_impacts_in_three_turns():
+    motion = fb.simulate(worn_pin(1e-4), duration=0.036, step=1.2e-3).isel(time=-1)
+    assert float(motion.sel(output="c_number")) == 10
+    assert -float(motion.sel(output="later_X")) == pytest.approx(25_950, rel=2e-2)
+
+
+def test_half_the_tolerance_changes_the_first_impacts_by_less_than_its_share():
+    clearances = np.linspace(1e-4, 5e-4, 8)
+    first, second = (
+        fb.simulate(worn_pin(clearances), duration=6e-4, step=1e-4, integrator=chosen(tolerance))
+        .isel(time=-1)
+        .sel(output=["c_t1", "c_t2"])
+        for tolerance in (1e-7, 5e-8)
+    )
+    np.testing.assert_allclose(first, second, rtol=2e-4)
+
+
+def test_a_pin_rests_at_the_bottom_of_its_hole():
+    """The depth is (mg/K)^(2/3); the mode along the contact has K_t = 1.5 K √δ, and across it the
+    pin is a pendulum in the hole."""  # fmt: skip
+    m, K, c = 2.0, 1e9, 1e-2
+    depth = (m * 9.81 / K) ** (2 / 3)
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=m, position=(0.0, -0.5 * c))},
+        joints={"pin": fb.Revolute(
+            "m", (0.0, 0.0), clearance=c,
+            law=contact.KeepsRestitution(stiffness=K, restitution=0.5))},
+        loads={"g": fb.Gravity()},
+        sensors={"x": fb.Position("m"), "gap": contact.Gap("pin"),
+                 "F": contact.ContactForce("pin"), "R": fb.Reaction("pin")},
+    )  # fmt: skip
+    rest = fb.equilibrium(model)
+    assert float(rest.sel(output="gap")) == pytest.approx(-depth, rel=1e-9)
+    assert float(rest.sel(output="F")) == pytest.approx(m * 9.81, rel=1e-9)
+    assert float(rest.sel(output="R_Y")) == pytest.approx(m * 9.81, rel=1e-9)
+    frequencies = fb.modes(model, count=2)["frequency"].values
+    exact = np.sqrt([9.81 / (c + depth), 1.5 * K * np.sqrt(depth) / m]) / (2 * np.pi)
+    np.testing.assert_allclose(frequencies, exact, rtol=1e-3)
+
+
+def guide(**motion):
+    """The slider–crank of Flores, Leine and Glocker (2010) without friction."""
+    height, length = 0.05, 0.1
+    slider = fb.RigidBody(mass=0.076, inertia=2.7e-6, position=(0.459, 0.0), **motion)
+    free = {"clearance": 1e-3, "length": length, "height": height}
+    crank = fb.RigidBody(
+        mass=0.038, inertia=7.4e-5, position=(0.0765, 0.0), rate=150.0,
+        velocity=(0.0, 150.0 * 0.0765), points={"O": (-0.0765, 0.0), "A": (0.0765, 0.0)},
+    )  # fmt: skip
+    rod = fb.RigidBody(
+        mass=0.038, inertia=5.9e-4, position=(0.306, 0.0), rate=-75.0,
+        velocity=(0.0, 0.5 * 150.0 * 0.153), points={"A": (-0.153, 0.0), "B": (0.153, 0.0)},
+    )  # fmt: skip
+    return fb.Mechanism(
+        bodies={"crank": crank, "rod": rod, "slider": slider},
+        joints={
+            "O": fb.Revolute("crank.O", (0.0, 0.0)),
+            "A": fb.Revolute("rod.A", "crank.A"),
+            "B": fb.Revolute("slider", "rod.B"),
+        },
+        loads={"g": fb.Gravity()},
+        sensors={"turn": fb.Angle("crank")},
+    ), free
+
+
+def test_a_guide_without_play_turns_as_published_and_with_play_it_keeps_its_energy():
+    """Flores, Leine and Glocker (2010): 1.17109 and 2.30756 turns at 0.0798 and 0.1598 s."""
+    model, free = guide()
+    held = replace(model, joints={**model.joints, "guide": fb.Prismatic("slider", (0.0, 0.0))})
+    motion = fb.simulate(held, duration=0.1598, step=2e-5)
+    for t, turn in ((0.0798, 1.17109), (0.1598, 2.30756)):
+        turned = float(motion.sel(output="turn", time=t)) / (2 * np.pi)
+        assert turned == pytest.approx(turn, rel=1e-5)
+
+    law = contact.KeepsRestitution(stiffness=1e9)
+    play = fb.Prismatic("slider", (0.0, 0.0), law=law, **free)
+    sensors = {"K": fb.KineticEnergy(), "P": fb.PotentialEnergy(),
+               "c": contact.Contacts("guide", first=1)}  # fmt: skip
+    loose = replace(model, joints={**model.joints, "guide": play}, sensors=sensors)
+    motion = fb.simulate(loose, duration=0.01, step=2e-4, integrator=chosen(1e-7))
+    energy = (motion.sel(output="K") + motion.sel(output="P")).values
+    assert motion.sel(output="c_number").values[-1] >= 4
+    assert energy[-1] == pytest.approx(energy[0], rel=2e-4)
+
+
+def follower(speed, stiffness):
+    """An eccentric circle under a flat-faced follower on a spring, started on its exact motion."""
+    m, k, e, radius, preload = 0.5, 2000.0, 0.01, 0.03, 60.0
+    law = contact.KeepsRestitution(stiffness=stiffness, restitution=1.0, exponent=1.0)
+    # at the lowest position, angle −90°: the spring force F0 and the inertia m e ω² are carried
+    depth = (preload + m * e * speed**2) / stiffness
+    height = -e + radius - depth
+    cam = fb.RigidBody(
+        mass=1.0, inertia=1e-3, points={"circle": (e, 0.0)}, angle=-np.pi / 2, rate=speed
+    )
+    return fb.Mechanism(
+        bodies={"cam": cam, "follower": fb.PointMass(mass=m, position=(0.0, height))},
+        joints={
+            "shaft": fb.Revolute("cam", (0.0, 0.0)),
+            "motor": fb.PrescribedRotation("cam", lambda t: speed * np.asarray(t) - np.pi / 2),
+            "guide": fb.Slot("follower", (0.0, 0.0), axis=(0.0, 1.0)),
+        },
+        loads={
+            "spring": fb.Spring("follower", (0.0, 1.0), stiffness=k,
+                                rest_length=1.0 - height + preload / k),
+            "face": contact.Contact("cam.circle", "follower",
+                                    contact.CircleOnLine(radius=radius, normal=(0.0, -1.0)), law,
+                                    closed_at_start=True),
+        },
+        sensors={"c": contact.Contacts("face", first=1)},
+    )  # fmt: skip
+
+
+def test_a_follower_lifts_off_at_the_speed_of_its_spring():
+    """ω² = (F₀ + 2ke)/(me): the force at the top is F₀ + 2ke − meω²."""
+    m, k, e, preload = 0.5, 2000.0, 0.01, 60.0
+    exact = np.sqrt((preload + 2 * k * e) / (m * e))
+    speeds = exact * np.array([0.9985, 1.0015])
+    model = follower(speeds, 1e9)
+    turn = 2 * np.pi / exact
+    motion = fb.simulate(model, duration=turn, step=turn / 20, integrator=chosen(1e-9))
+    number = motion.isel(time=-1).sel(output="c_number").values
+    assert number[0] == 0
+    assert number[1] > 0

@@ -21,7 +21,6 @@ ROOMS = [
     "absent",
     "namespaces",
     "errors",
-    "units",
     "arguments",
     "error_text",
     "prescribed_motion",

@@ -17,9 +17,9 @@ from flexband.analysis.requirements.corridors import (
     within_times,
 )
 from flexband.analysis.requirements.criteria import Criterion, WorstCase
+from flexband.analysis.requirements.units import factor, unit_of
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
-from flexband.units import factor, unit_of
 
 NOMINAL = "nominal"
 """The `of` of a requirement around the response at the nominal values of all inputs."""

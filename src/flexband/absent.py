@@ -37,18 +37,6 @@ ABSENT = (
         "such as µN tanh(v/v₀), which creeps where it should stick.",
     ),
     Absent(
-        "contact",
-        "Contact Impact Stop Bumper EndStop HertzContact Collision",
-        "Write the force as a ForceLaw of the gap that lists the gap in `events`, and give "
-        "GeneralizedAlpha a step_tolerance.",
-    ),
-    Absent(
-        "clearance in joints",
-        "Clearance ClearanceJoint Backlash Play JointClearance",
-        "Write the force between journal and bearing as a ForceLaw of their distance that lists "
-        "the gap in `events`.",
-    ),
-    Absent(
         "belts and chains",
         "Belt Chain Pulley Sprocket BeltDrive",
         "Gear couples two angles by a fixed ratio, as a belt without slip and stretch does; a "

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexband.analysis.requirements.requirement import several
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
 from flexband.source_hash import source_hash
@@ -26,8 +27,9 @@ def identity(study: Study, *options: object) -> str:
     """Return a hash of a study and of further options that change its result."""
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
-    limits = tuple(map(str, study.limits))
-    limits += tuple(repr(requirement.criterion) for requirement in study.limits)
+    requirements = several(study.limits)
+    limits = tuple(map(str, requirements))
+    limits += tuple(repr(requirement.criterion) for requirement in requirements)
     settings = (
         texts,
         study.sigmas,

@@ -89,7 +89,7 @@ class Requirement:
         if self.unit:
             unit_of(f"{self.label} unit", self.unit)
         if self.within is not None:
-            self._check_within()
+            self._check_within(self.within)
         elif self.below is None and self.above is None:
             more = "" if self.label == "Limit" else ", or within"
             raise InputError(f"{self.label} must have below, above or both{more}; got none")
@@ -257,14 +257,12 @@ class Requirement:
         half = scale * self.within
         return middle - half, middle + half
 
-    def _check_within(self) -> None:
+    def _check_within(self, within: float) -> None:
         label = self.label
         if self.below is not None or self.above is not None:
             raise InputError(f"{label} must have either within, or below and above; got both")
-        within = float(
-            check_positive(f"{label} within", check_numbers(f"{label} within", self.within))
-        )
-        object.__setattr__(self, "within", within)
+        width = float(check_positive(f"{label} within", check_numbers(f"{label} within", within)))
+        object.__setattr__(self, "within", width)
         if isinstance(self.of, str):
             if self.of != NOMINAL:
                 raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got {self.of!r}")

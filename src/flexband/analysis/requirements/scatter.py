@@ -93,16 +93,17 @@ class ScatteringTolerances:
             beyond the interval of the runs.
         """
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
-        tolerances = space.of_kind(random=False)
-        for name, interval in tolerances.items():
+        tolerances: dict[str, Interval] = {}
+        for name, interval in space.of_kind(random=False).items():
             if type(interval) is not Interval:
                 kind = type(interval).__name__
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
-        given = {name: _within(name, one, tolerances) for name, one in scatter.items()}
+            tolerances[name] = interval
+        groups = {name: _within(name, group, tolerances) for name, group in scatter.items()}
         distributions = {
-            member: one
-            for name, group in given.items()
-            for member, one in (
+            member: distribution
+            for name, group in groups.items()
+            for member, distribution in (
                 group.inputs.items() if isinstance(group, Correlated) else [(name, group)]
             )
         }
@@ -114,7 +115,7 @@ class ScatteringTolerances:
                 f"scatter must have a distribution of every tolerance; {', '.join(missing)} "
                 f"{'has' if len(missing) == 1 else 'have'} none"
             )
-        return ScatteringTolerances(Space(given), tolerances)
+        return ScatteringTolerances(Space(groups), tolerances)
 
     @property
     def dimension(self) -> int:

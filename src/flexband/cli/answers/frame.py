@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from flexband.analysis.requirements.requirement import several
     from flexband.response import ResponseFunction
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -73,7 +74,7 @@ class SavedResult(NamedTuple):
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
-            return list(self.study(trust=trust).limits)
+            return list(several(self.study(trust=trust).limits))
         except UsageError:
             raise
         except Exception as error:  # the study is a program

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
-    from flexband.analysis.requirements.requirement import corridors
+    from flexband.analysis.requirements.requirement import corridors, several
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
@@ -133,7 +133,7 @@ def limits_of(
             known_limits[side] = value
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
-        if known and (known_limits := result.study(trust=trust).limits):
+        if known and (known_limits := several(result.study(trust=trust).limits)):
             return selected(known_limits, only)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"

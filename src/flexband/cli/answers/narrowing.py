@@ -108,7 +108,7 @@ def narrow(
 
 
 def limits_before_and_after(
-    both: tuple[fb.Surrogate, fb.Surrogate], limits: Sequence[fb.Limit], *, likely: bool
+    both: tuple[fb.Surrogate, fb.Surrogate], limits: Sequence[fb.Requirement], *, likely: bool
 ) -> list[dict[str, Any]]:
     """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
 

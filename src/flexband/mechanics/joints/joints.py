@@ -237,11 +237,13 @@ class Prismatic(LineJoint, AlignedJoint):
         contacts = []
         for end in (-1.0, 1.0):
             for wall in (-1.0, 1.0):
-                corner = tuple(
+                corner_x, corner_y = (
                     end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
                 )
                 numbers = line_parameters(
-                    (wall * y, -wall * x), centre=corner, height=-(side + self.clearance)
+                    (wall * y, -wall * x),
+                    centre=(corner_x, corner_y),
+                    height=-(side + self.clearance),
                 )
                 contacts.append(touching(gap_above_line, self.law, *numbers))
         return contacts

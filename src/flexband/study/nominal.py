@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.requirement import Requirement, several
+from flexband.analysis.requirements.requirement import Requirement, Requirements, several
 from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
@@ -51,11 +51,12 @@ def write_nominal(
     return len(cases)
 
 
-def around_nominal(requirements: tuple[Requirement, ...], folder: Path) -> list[Requirement]:
+def around_nominal(limits: Requirements, folder: Path) -> list[Requirement]:
     """Return requirements with the nominal that a study has written into its folder.
 
     Raise `InputError` if one needs it, and it is not there.
     """
+    requirements = several(limits)
     if not any(requirement.needs_nominal for requirement in requirements):
         return list(requirements)
     try:

@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.requirements.requirement import several
-from flexband.analysis.sensitivity.contributions import contributions
-from flexband.analysis.verification import MAX_RUNS, RUNS
-from flexband.analysis.verification.verify import verify
+from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
 from flexband.arguments import frozen
 from flexband.error_text import error_text
 from flexband.errors import (
@@ -34,8 +31,7 @@ from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
-from flexband.uncertainty.runs import BATCH
-from flexband.uncertainty.runs.evaluations import checked_policy, forget_failed
+from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike
@@ -171,7 +167,7 @@ def run_study(
             verifying = options.verifying(study)
             seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
             listener().stage("the answers")
-            shares = _contributions(study, surrogate, files)
+            shares = files.contributions(surrogate, sigmas=study.sigmas)
             limits, unchecked = _limits(progress, options, surrogate)
             result = StudyResult(
                 folder=home.path,
@@ -252,21 +248,6 @@ def _verification(
     return verification
 
 
-def _contributions(
-    study: Study, surrogate: StudySurrogate, files: ResultFiles
-) -> xr.Dataset | None:
-    """Write how much each input widens the error bars; warn and return None if that fails."""
-    if surrogate is None:
-        return None
-    try:
-        shares = contributions(surrogate, sigmas=study.sigmas)
-    except Exception as error:  # the bands are there
-        warn(f"which input matters is not known: {error}")
-        return None
-    files.write_contributions(shares)
-    return shares
-
-
 def _limits(
     progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate
 ) -> tuple[LimitCheck | None, str]:
@@ -277,7 +258,7 @@ def _limits(
     if surrogate is None:
         return None, "the method expands no response"
     try:
-        requirements = around_nominal(several(study.requirements), folder)
+        requirements = around_nominal(study.requirements, folder)
 
         def run_margin(margins: xr.Dataset) -> xr.Dataset:
             if study.runs_elsewhere:

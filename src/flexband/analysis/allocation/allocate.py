@@ -19,7 +19,7 @@ from flexband.analysis.allocation.stated_probability import (
     checked_probability,
 )
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.requirements.corridors import joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
@@ -137,7 +137,7 @@ def allocate(
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
         return allocated_by_chance(chance, response, options)
-    worst = WorstCase.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
+    worst = WorstCaseBounds.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
     check_feasible(surrogate, worst, limit_corridors)
     search = cheapest_grades if tolerances.grades else cheapest
     if response is None:

@@ -19,13 +19,13 @@ from itertools import product
 import numpy as np
 
 from flexband.analysis.allocation.search import Allocated
-from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCase
+from flexband.analysis.allocation.worst_case import SAME, SIGNS, WatchedPlaces, WorstCaseBounds
 from flexband.analysis.results import expected_error
 from flexband.analysis.verification.expanded_runs import RunsOf
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-Search = Callable[[WorstCase, WatchedPlaces, np.ndarray | None], Allocated]
+Search = Callable[[WorstCaseBounds, WatchedPlaces, np.ndarray | None], Allocated]
 """Returns tolerances that keep margins, given points where they are watched, and a start."""
 
 
@@ -75,7 +75,7 @@ class Confirmed:
     inferred: bool = False
 
     @staticmethod
-    def without_runs(worst: WorstCase, allocated: Allocated) -> Confirmed:
+    def without_runs(worst: WorstCaseBounds, allocated: Allocated) -> Confirmed:
         """Return tolerances for which no runs were made."""
         run_margins = np.full(len(allocated.points), np.nan)
         return Confirmed(allocated, np.zeros(worst.bounds.shape), run_margins, 0, False)
@@ -83,7 +83,7 @@ class Confirmed:
 
 def confirmed(
     surrogate: Surrogate,
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     allocated: Allocated,
     runs_of: RunsOf,
     search: Search,
@@ -136,7 +136,7 @@ def confirmed(
 
 def _run_points(
     narrow: Surrogate,
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     allocated: Allocated,
     order: np.ndarray,
     difference: float,
@@ -162,7 +162,7 @@ def _run_points(
 
 
 def _doubtful(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     allocated: Allocated,
     shift: np.ndarray,
     error: np.ndarray,
@@ -192,7 +192,7 @@ def _doubtful(
 
 
 def _shifted(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     allocated: Allocated,
     shift: np.ndarray,
     margins: np.ndarray,

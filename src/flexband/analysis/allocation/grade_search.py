@@ -16,7 +16,7 @@ import scipy
 
 from flexband.analysis.allocation.grades import Grades
 from flexband.analysis.allocation.search import Allocated, allocated
-from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.errors import InputError
 
 
@@ -35,7 +35,7 @@ class GradeOptions:
 
 
 def cheapest_grades(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     points: WatchedPlaces,
     x: np.ndarray | None = None,
     *,
@@ -90,7 +90,7 @@ def _chosen(
 
 
 def _cut(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     point: WatchedPlaces,
     x: np.ndarray,
     logs: Sequence[np.ndarray],

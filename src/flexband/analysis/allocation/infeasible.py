@@ -9,14 +9,16 @@ import xarray as xr
 
 from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.allocation.worst_case import WorstCase
+from flexband.analysis.allocation.worst_case import WorstCaseBounds
 from flexband.analysis.requirements.corridors import Corridor, joint
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.errors import InputError
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, Corridor]) -> None:
+def check_feasible(
+    surrogate: Surrogate, worst: WorstCaseBounds, limits: Mapping[str, Corridor]
+) -> None:
     """Raise `InputError` if limits are not kept with the least tolerances.
 
     If sizes are free, this is decided at the best ones of a search.
@@ -48,7 +50,11 @@ def check_feasible(surrogate: Surrogate, worst: WorstCase, limits: Mapping[str, 
 
 
 def _reason(
-    everything: Mapping[str, list[str]], worst: WorstCase, side: int, series: int, violation: float
+    everything: Mapping[str, list[str]],
+    worst: WorstCaseBounds,
+    side: int,
+    series: int,
+    violation: float,
 ) -> str:
     """Return why a limit is violated with the least tolerances.
 
@@ -95,15 +101,15 @@ def _reason(
 
 
 def _with_sizes(
-    surrogate: Surrogate, worst: WorstCase, x: np.ndarray, limits: Mapping[str, Corridor]
-) -> tuple[Surrogate, WorstCase]:
+    surrogate: Surrogate, worst: WorstCaseBounds, x: np.ndarray, limits: Mapping[str, Corridor]
+) -> tuple[Surrogate, WorstCaseBounds]:
     """Return a surrogate and its margins with sizes that are not free any more."""
     all_tolerances, corridor = worst.tolerances, joint(limits)
     inputs = all_tolerances.inputs(all_tolerances.looser(x))
     narrow = surrogate.narrowed(**{name: inputs[name] for name in all_tolerances.sizes})
     tolerances = Tolerances.of(narrow.space, all_tolerances.costs)
     k = worst.sigmas or 1.0
-    return narrow, WorstCase.of(narrow, tolerances, corridor.lower, corridor.upper, k)
+    return narrow, WorstCaseBounds.of(narrow, tolerances, corridor.lower, corridor.upper, k)
 
 
 def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:

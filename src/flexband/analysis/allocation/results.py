@@ -14,7 +14,7 @@ from flexband.analysis.allocation.chance import Chance, ExceedanceEstimate
 from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
+from flexband.analysis.allocation.worst_case import SIGNS, WorstCaseBounds
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.probability.correction import Correction
 from flexband.analysis.probability.statements import (
@@ -54,7 +54,10 @@ class TolerancesConfirmed(StrEnum):
 
 
 def result_of(
-    surrogate: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
+    surrogate: Surrogate,
+    limits: Mapping[str, Corridor],
+    worst: WorstCaseBounds,
+    confirmation: Confirmed,
 ) -> xr.Dataset:
     """Return the tolerances, what limits them, and the margins that they leave."""
     tolerances, allocation, labels = worst.tolerances, confirmation.allocated, surrogate.labels
@@ -215,7 +218,10 @@ def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
 
 
 def _margins(
-    narrow: Surrogate, limits: Mapping[str, Corridor], worst: WorstCase, confirmation: Confirmed
+    narrow: Surrogate,
+    limits: Mapping[str, Corridor],
+    worst: WorstCaseBounds,
+    confirmation: Confirmed,
 ) -> Variables:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
@@ -251,7 +257,7 @@ def _margins(
 
 
 def _verdict(
-    worst: WorstCase, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
+    worst: WorstCaseBounds, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
 ) -> str:
     allocation = confirmation.allocated
     text = _in_words(worst.tolerances, allocation.x, attrs["cost"])

@@ -18,7 +18,7 @@ import scipy
 
 from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import STEP
-from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.errors import InputError
 
 
@@ -82,7 +82,7 @@ class Problem:
     other, which all margins there share.
     """
 
-    worst: WorstCase
+    worst: WorstCaseBounds
     points: WatchedPlaces
 
     @cached_property
@@ -148,7 +148,7 @@ class Problem:
 
 
 def cheapest(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     points: WatchedPlaces,
     x: np.ndarray | None = None,
     *,
@@ -207,7 +207,9 @@ def cheapest(
     return allocated(worst, best, points, options=options)
 
 
-def _starts(worst: WorstCase, options: AllocationOptions) -> tuple[np.ndarray, list[np.ndarray]]:
+def _starts(
+    worst: WorstCaseBounds, options: AllocationOptions
+) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return where a search starts, and where it is tried again.
 
     The first are tolerances in the ratio of the largest that about keep all margins.
@@ -227,7 +229,7 @@ def _starts(worst: WorstCase, options: AllocationOptions) -> tuple[np.ndarray, l
 
 
 def _solved(
-    worst: WorstCase, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
+    worst: WorstCaseBounds, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
 ) -> tuple[np.ndarray, WatchedPlaces]:
     """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
@@ -263,7 +265,7 @@ def _solved(
 
 
 def _best_of(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     points: WatchedPlaces,
     starts: Sequence[np.ndarray],
     options: AllocationOptions,
@@ -273,7 +275,7 @@ def _best_of(
 
 
 def _rank(
-    worst: WorstCase, x: np.ndarray, points: WatchedPlaces, slack: float
+    worst: WorstCaseBounds, x: np.ndarray, points: WatchedPlaces, slack: float
 ) -> tuple[bool, float]:
     """Return whether tolerances violate margins, which the least may do, and their cost."""
     margins = worst.values(x[None], points)[0]
@@ -282,7 +284,7 @@ def _rank(
 
 
 def _kept(
-    worst: WorstCase, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
+    worst: WorstCaseBounds, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
 ) -> np.ndarray:
     """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
     tolerances, count = worst.tolerances, options.tried_ratios
@@ -301,7 +303,7 @@ def _kept(
 
 
 def allocated(
-    worst: WorstCase,
+    worst: WorstCaseBounds,
     x: np.ndarray,
     watched: WatchedPlaces,
     *,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from flexband.analysis.allocation.worst_case import SIGNS, WorstCase
+from flexband.analysis.allocation.worst_case import SIGNS, WorstCaseBounds
 from flexband.analysis.descent import descend
 from flexband.uncertainty.inputs.sampling import sobol
 
@@ -43,7 +43,7 @@ class SizeOptions:
     margins_at_once: int = 2_000_000
 
 
-def starts(worst: WorstCase, *, options: SizeOptions = SizeOptions()) -> np.ndarray:
+def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> np.ndarray:
     """Return variables of a search, the best first, (starts, variables)."""
     tolerances = worst.tolerances
     count, (low, high) = len(tolerances.sizes), tolerances.bounds
@@ -81,7 +81,7 @@ def starts(worst: WorstCase, *, options: SizeOptions = SizeOptions()) -> np.ndar
 
 
 def _with_most_room(
-    worst: WorstCase, place: np.ndarray, reach: np.ndarray, step: float
+    worst: WorstCaseBounds, place: np.ndarray, reach: np.ndarray, step: float
 ) -> np.ndarray:
     """Return sizes, in parts of their reach, near which the least margin is largest."""
     low, _ = worst.tolerances.bounds
@@ -120,7 +120,7 @@ def _joined(x: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return np.concatenate([np.tile(x[: len(x) - count], (len(sizes), 1)), sizes], axis=1)
 
 
-def looseness(worst: WorstCase, sizes: np.ndarray, options: SizeOptions) -> np.ndarray:
+def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -> np.ndarray:
     """Return the tolerances in parts of the largest that sizes allow, to first order, (points,).
 
     Where margins are negative without any tolerance, it is the least of these in parts of their

@@ -15,7 +15,7 @@ from flexband.analysis.allocation.infeasible import check_feasible
 from flexband.analysis.allocation.results import chance_result
 from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCase
+from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
 from flexband.errors import InputError, check_numbers
@@ -70,7 +70,7 @@ def _first_tolerances(chance: Chance) -> np.ndarray:
     k = -float(ndtri(chance.probability))
     m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
     for sigmas in (k, k / 2, 0.1 * k):
-        worst = WorstCase.of(
+        worst = WorstCaseBounds.of(
             chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
         )
         try:

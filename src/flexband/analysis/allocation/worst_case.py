@@ -66,7 +66,7 @@ class WatchedPlaces:
 
 
 @dataclass(frozen=True, eq=False)
-class WorstCase:
+class WorstCaseBounds:
     """The margins of μ ± kσ, or, without random inputs, of the response, for given tolerances.
 
     Attributes
@@ -93,11 +93,13 @@ class WorstCase:
         lower: np.ndarray,
         upper: np.ndarray,
         sigmas: float,
-    ) -> WorstCase:
+    ) -> WorstCaseBounds:
         """Return the margins of a corridor, of the shape of the response, on a surrogate."""
         expansions, numbers, bounds = limited(surrogate, lower, upper)
         k = sigmas if surrogate.space.random_dimension else 0.0
-        bare = WorstCase(tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k)
+        bare = WorstCaseBounds(
+            tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k
+        )
         low, high, _ = bare._extremes(np.zeros_like(tolerances.bounds[1]))
         width = (high - low).reshape(-1, bare.times).mean(axis=1)
         size = np.maximum(abs(low), abs(high)).reshape(-1, bare.times).max(axis=1)
@@ -108,7 +110,7 @@ class WorstCase:
         """Number of times."""
         return len(self.numbers) // sum(len(expansion.outputs) for expansion in self.expansions)
 
-    def tightened(self, by: np.ndarray) -> WorstCase:
+    def tightened(self, by: np.ndarray) -> WorstCaseBounds:
         """Return the margins of limits that are tighter by so much, (2, series) or a number."""
         return replace(self, bounds=self.bounds + SIGNS[:, None] * by)
 

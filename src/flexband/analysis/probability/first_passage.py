@@ -63,7 +63,7 @@ def first_passage(
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)
     state = LimitState.of(surrogate, corridor, error, rng)
-    n, m, importance = space.random_dimension, space.interval_dimension, options.ends.importance
+    n, m = space.random_dimension, space.interval_dimension
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
         state, model = _of_parts(state, model, tolerances)
@@ -71,7 +71,8 @@ def first_passage(
         eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
         found = [
-            estimate(state, near, at, rare, accuracy, rng, options=importance) for at, rare in pairs
+            estimate(state, near, at, rare, accuracy, rng, options=options.ends.importance)
+            for at, rare in pairs
         ]
         unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, found, strict=True)]
         if max(unseen) <= options.max_unseen:
@@ -116,8 +117,8 @@ def first_passage(
         **dict(zip(BETWEEN, between, strict=True)),
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
+        **_run_counts(final),
     }
-    of_bounds |= _run_counts(final)
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = bool(source) and state.exact
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}

@@ -11,7 +11,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections
 from flexband.mechanics.engine.entries import MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws
+from flexband.mechanics.engine.failures import blame_laws, overlaps
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -31,7 +31,6 @@ from flexband.mechanics.engine.threads import (
 )
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, address
-from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
@@ -187,25 +186,6 @@ def march_block(
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
     failure[3, overlapping] = depth[overlapping]
     return series, failure, first, work
-
-
-def overlaps(
-    system: System, values: Values, z: np.ndarray, touch: float = 1e-9
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest depth of contacts that must be open at the start, and its number.
-
-    Both have the shape (WIDTH,). A depth of `touch` times the size of the mechanism counts as none.
-    """
-    laws = [law for _, law in system.mechanism.contact_laws]
-    if not laws:
-        return np.zeros(WIDTH), np.zeros(WIDTH)
-    kinds = system.structure.laws.gap_kind
-    depths = -z[system.structure.state.gap :][: len(kinds)][kinds != GAP.event]
-    sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
-    sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
-    refused = ~np.array([law.closed_at_start for law in laws])[:, None]
-    depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
-    return depths.max(axis=0), depths.argmax(axis=0).astype(float)
 
 
 def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:

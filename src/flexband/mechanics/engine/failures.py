@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import AssemblyError, SimulationError
+from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.loads.compiled_laws import take_failures
 from flexband.words import number_of
 
@@ -143,3 +146,22 @@ def _advice(system: System, sample: int) -> str:
         f"of joints of {bodies}, or their `start` and `angle` if they do reach each other. "
         f"`fb.draw(mechanism, sample={sample})` shows the guess"
     )
+
+
+def overlaps(
+    system: System, values: Values, z: np.ndarray, touch: float = 1e-9
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest depth of contacts that must be open at the start, and its number.
+
+    Both have the shape (WIDTH,). A depth of `touch` times the size of the mechanism counts as none.
+    """
+    laws = [law for _, law in system.mechanism.contact_laws]
+    if not laws:
+        return np.zeros(WIDTH), np.zeros(WIDTH)
+    kinds = system.structure.laws.gap_kind
+    depths = -z[system.structure.state.gap :][: len(kinds)][kinds != GAP.event]
+    sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
+    sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
+    refused = ~np.array([law.closed_at_start for law in laws])[:, None]
+    depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
+    return depths.max(axis=0), depths.argmax(axis=0).astype(float)

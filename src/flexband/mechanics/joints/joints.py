@@ -243,7 +243,7 @@ class Prismatic(LineJoint, AlignedJoint):
                 numbers = line_parameters(
                     (wall * y, -wall * x),
                     centre=(corner_x, corner_y),
-                    height=-(side + self.clearance),
+                    height=-(side + np.asarray(self.clearance)),
                 )
                 contacts.append(touching(gap_above_line, self.law, *numbers))
         return contacts

@@ -15,7 +15,11 @@ from flexband.mechanics.contact.contact_law import (
     touching,
     turning,
 )
-from flexband.mechanics.contact.geometry.circle_on_line import gap_above_line, line_parameters
+from flexband.mechanics.contact.geometry.circle_on_line import (
+    CircleOnLine,
+    gap_above_line,
+    line_parameters,
+)
 from flexband.mechanics.contact.geometry.geometry import Geometry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import PointName, body_and_point, check_axis, straight
@@ -104,7 +108,7 @@ class Contact(ContactLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the law of the contact."""
-        if hasattr(self.geometry, "normal"):
+        if isinstance(self.geometry, CircleOnLine):
             straight("Contact", model.frame(self.second))
         return ContactLoad.enters(self, model)
 

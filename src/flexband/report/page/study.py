@@ -78,8 +78,8 @@ def write_report(
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),
         requirements=[
-            (str(one.verdict), verdict_line(one).removeprefix(one.verdict).strip())
-            for one in (requirement_verdicts(check, uncertain, checked) if check else [])
+            (str(line.verdict), verdict_line(line).removeprefix(line.verdict).strip())
+            for line in (requirement_verdicts(check, uncertain, checked) if check else [])
         ],
         verdict=verdict(given, bands, checked, uncertain, check),
         drawing=given.get("drawing"),

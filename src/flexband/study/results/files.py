@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from flexband.analysis.sensitivity.contributions import contributions
+from flexband.errors import warn
 from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.study.folder import StudyFolder
@@ -70,10 +72,20 @@ class ResultFiles:
         file = self.folder.path / FileName.VERIFICATION
         self._write(FileName.VERIFICATION, lambda: write_netcdf(verification, file))
 
-    def write_contributions(self, contributions: xr.Dataset) -> None:
-        """Write a result of `contributions`."""
+    def contributions(
+        self, surrogate: Surrogate | SurrogateOfChoices | None, *, sigmas: float
+    ) -> xr.Dataset | None:
+        """Write how much each input widens the error bars; warn and return None if that fails."""
+        if surrogate is None:
+            return None
+        try:
+            shares = contributions(surrogate, sigmas=sigmas)
+        except Exception as error:  # the bands are there
+            warn(f"which input matters is not known: {error}")
+            return None
         file = self.folder.path / FileName.CONTRIBUTIONS
-        self._write(FileName.CONTRIBUTIONS, lambda: write_netcdf(contributions, file))
+        self._write(FileName.CONTRIBUTIONS, lambda: write_netcdf(shares, file))
+        return shares
 
     def stale(self) -> list[str]:
         """Return the names of files in the folder that belong to earlier results."""

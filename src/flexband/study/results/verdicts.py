@@ -127,9 +127,9 @@ def _verdict(
     worst = least.between if least.decided_between else least.margin
     if reason is Reason.RUN:
         worst = min(worst, float(limit["run_margin"]))
-    found = "", np.nan
+    most_important = "", np.nan
     if contributions is not None and "width" in contributions:
-        found = largest_around(contributions, limit, _output(limit))[:2]
+        most_important = largest_around(contributions, limit, _output(limit))[:2]
     about = {
         name: str(limit[name].values) if name in limit else ""
         for name in ("requirement", "identifier", "source", "bounds")
@@ -151,8 +151,8 @@ def _verdict(
         dim=least.dim,
         dim_unit=least.dim_unit,
         place=least.place_before if least.decided_between else least.place,
-        input=found[0],
-        input_share=found[1],
+        input=most_important[0],
+        input_share=most_important[1],
         share=share,
     )
 

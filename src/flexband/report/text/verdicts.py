@@ -44,6 +44,8 @@ def reason_text(verdict: RequirementVerdict) -> str:
     error = with_unit(f"± {number(verdict.error, 2)}", verdict.unit)
     reasons = {
         Reason.ERROR: f"but its error is {error}",
+        Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
+        "output_step",
         Reason.NO_ERROR: "but the method states no error",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",

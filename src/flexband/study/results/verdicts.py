@@ -37,6 +37,8 @@ class Reason(StrEnum):
     """A run at these values leaves the bounds, whatever the accuracy of the surrogate."""
     ERROR = "error"
     """The error is larger than the margin."""
+    BETWEEN = "between times"
+    """The bounds are left only between output times, where no error is stated."""
     NO_ERROR = "no error"
     """No error can be stated, neither by the method nor by verification runs."""
     NOT_TRUSTED = "not trusted"
@@ -186,8 +188,10 @@ def _by_margin(
     kept = least.verdict
     if kept is LimitVerdict.KEPT and least.between - error >= 0:
         return Verdict.PASS, Reason.MARGIN, error
-    if kept is LimitVerdict.NOT_KEPT and min(least.margin, least.between) + error < 0:
+    if kept is LimitVerdict.NOT_KEPT and least.margin + error < 0:
         return Verdict.FAIL, Reason.MARGIN, error
+    if kept is LimitVerdict.NOT_KEPT and least.between + error < 0:
+        return Verdict.UNDECIDED, Reason.BETWEEN, error
     beyond = abs(least.between) > error and (least.between < 0) == (least.margin < 0)
     trusted = not (kept is LimitVerdict.UNDECIDED and beyond)
     return Verdict.UNDECIDED, Reason.ERROR if trusted else Reason.NOT_TRUSTED, error

@@ -139,7 +139,9 @@ def test_options_change_the_method_of_the_study(study_file, tmp_path):
     assert "improved PCCI (1, 2), 13 runs" in result.output
     wrong = call("run", study_file, "--output", tmp_path / "out", "--samples", 500)
     assert wrong.exit_code == 2
-    message = "options of improved PCCI are --random-order, --interval-order; got --samples"
+    message = (
+        "options of improved PCCI are --random-order, --interval-order, --correct; got --samples"
+    )
     assert message in " ".join(wrong.output.split())
 
 

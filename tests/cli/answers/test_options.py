@@ -259,7 +259,9 @@ def test_only_takes_outputs_with_limits(limited):
 
 def test_narrowing_tells_the_margins_of_the_study_and_how_likely_limits_are_left(limited):
     """X = (10 + e (1 + 0.2 x)) cos t is up to 11.6, μ + 3σ, and up to 10.8 if e is below 0.5."""
-    told = run("narrow", limited, "e=0..0.5", "--probability", "--json").stdout
+    done = run("narrow", limited, "e=0..0.5", "--probability", "--json")
+    assert done.exit_code == 0, (done.output, done.exception)
+    told = done.stdout
     found = json.loads(told)["limits"]
     own = found["X between -13 and 13"]
     assert own["least_margin"] == pytest.approx([1.4, 2.2])

@@ -193,3 +193,23 @@ def test_a_sample_does_not_depend_on_its_neighbours():
         np.testing.assert_array_equal(motion(float(restitution[k])), together[k])
         clones = motion(np.full(8, restitution[k]))
         np.testing.assert_array_equal(clones, np.broadcast_to(together[k], clones.shape))
+
+
+@pytest.mark.parametrize("step", [0.05, 0.02, 0.01, 0.005])
+@pytest.mark.parametrize("speed", [2.0, 2.0 * (1 - 2e-16), 2.0 * (1 + 3e-16), 1.99])
+def test_an_impact_at_an_output_time_is_one(step, speed):
+    """A mass that reaches the stop at 0.05 s, where a step ends with a gap of zero."""
+    mass = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(0.0, 0.0), velocity=(speed, 0.0))},
+        joints={"guide": fb.Slot("m", (0.0, 0.0))},
+        loads={
+            "stop": fb.contact.Stop(
+                "m", (0.0, 0.0),
+                fb.contact.KeepsRestitution(stiffness=1e8, restitution=0.5),
+                upper=0.1,
+            )
+        },
+        sensors={"v": fb.Velocity("m")},
+    )  # fmt: skip
+    motion = fb.simulate(mass, duration=0.1, step=step)
+    assert float(motion.sel(output="v_X")[-1]) == pytest.approx(-0.5 * speed, rel=3e-4)

@@ -38,7 +38,7 @@ class Capability:
     Examples
     --------
     >>> fb.analysis.Capability(cp=1.0, cpk=0.5, side="upper").within(fb.Interval(-6.0, 6.0))
-    TruncatedNormal(mean=3.0, spread=2.0, lower=-6.0, upper=6.0)
+    TruncatedNormal(mean=3.0, std=2.0, lower=-6.0, upper=6.0)
     """
 
     cp: float

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from flexband.analysis.requirements.requirement import several
     from flexband.response import ResponseFunction
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -71,6 +70,8 @@ class SavedResult(NamedTuple):
 
         Raise `UsageError` if its file is run only with `trust`.
         """
+        from flexband.analysis.requirements.requirement import several  # noqa: PLC0415
+
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:

@@ -105,15 +105,19 @@ def size_modes(state, z, chosen):
 
 @compiled
 def switch_modes(state, z, chosen):
-    """Set the modes to those of the gaps; return where the sign of one changes."""
+    """Set the modes to those of the gaps; return where the sign of one changes.
+
+    A gap that is zero has the sign that it is about to have.
+    """
     count = (state.extreme - state.gap) // GAP_ROWS
     changed = filled(0.0)
     for k in range(count):
         row = state.gap + 2 * count + k
-        opposite = less(load(z, row) * load(z, state.gap + k), filled(0.0))
-        opposite = where(chosen, opposite, filled(0.0))
+        gap, rate = load(z, state.gap + k), load(z, state.gap + count + k)
+        heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
+        opposite = where(chosen, less(load(z, row) * heading, filled(0.0)), filled(0.0))
         changed = where(opposite, filled(1.0), changed)
-        speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
+        speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
         mode = where(less(filled(0.0), load(z, row)), -speed, speed)
         store(z, row, where(opposite, mode, load(z, row)))
     return changed

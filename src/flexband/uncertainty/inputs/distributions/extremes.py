@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 from scipy.special import gamma, gammaln
 
 from flexband.arguments import frozen
@@ -49,9 +48,11 @@ class Weibull(Moments):
 
     def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:
         """Return scale and shape: (std/m)² = Γ(1 + 2/shape)/Γ(1 + 1/shape)² − 1."""
+        from scipy.optimize import elementwise  # noqa: PLC0415
+
         above = mean - self.location
         variation = np.log1p((std / above) ** 2)
-        shape = scipy.optimize.elementwise.find_root(
+        shape = elementwise.find_root(
             lambda k, sought: _variation(k) - sought,
             (np.float64(MIN_SHAPE), np.float64(LARGEST_SHAPE)),
             args=(variation,),

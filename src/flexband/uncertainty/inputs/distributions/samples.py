@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.polynomial import hermite_e
 from scipy.special import ndtr, ndtri
 
@@ -134,12 +133,12 @@ class Samples(Distribution):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the values at a standard normal z, between those of the outermost kernels."""
+        from scipy.optimize import elementwise  # noqa: PLC0415
+
         z = np.asarray(z, dtype=float)
         centres, _, width = self.kernels
         ends = centres.min() + width * (z - 1e-9), centres.max() + width * (z + 1e-9)
-        solution = scipy.optimize.elementwise.find_root(
-            lambda x, z: self.to_normal(x) - z, ends, args=(z,)
-        )
+        solution = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
         return solution.x
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -28,7 +28,6 @@ from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
-from flexband.uncertainty.phase_resolved.given_runs import corrected_expansion
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
@@ -373,6 +372,10 @@ class Level(Evaluate):
         nodes: Sequence[np.ndarray] | None = None,
     ) -> Surrogate:
         """Return a surrogate whose error of step and elements is corrected by finer runs."""
+        from flexband.uncertainty.phase_resolved.given_runs import (  # noqa: PLC0415
+            corrected_expansion,
+        )
+
         return corrected_expansion(surrogate, runs, self, nodes)
 
     def refinements(self) -> dict[str, Level]:

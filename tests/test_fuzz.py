@@ -128,6 +128,19 @@ OWN = {
     ("LawState", "state"): "s",
     **{(name, "sensor"): fb.Position("r.tip") for name in fb.sensors.__all__},
     ("Average", "window"): 0.1,
+    **{
+        (name, "law"): fb.contact.KeepsRestitution(stiffness=1e3, restitution=0.5)
+        for name in ("Contact", "Stop", "AngularStop")
+    },
+    ("Contact", "geometry"): fb.contact.CircleOnLine(),
+    ("Contact", "second"): (0.0, -1.0),
+    ("Stop", "upper"): 5.0,
+    ("AngularStop", "upper"): 2.0,
+    ("CircleOnCircle", "radii"): (0.1, 0.2),
+    ("CircleInCircle", "radii"): (0.1, 0.2),
+    ("hertz_stiffness", "radii"): (0.1, 0.2),
+    ("hertz_stiffness", "youngs_moduli"): (2e11, 2e11),
+    ("hertz_stiffness", "poissons_ratios"): (0.3, 0.3),
     ("samplewise", "function_of_one"): max,
     ("table", "times"): (0.0, 1.0),
     ("table", "values"): (0.0, 1.0),
@@ -213,9 +226,9 @@ OBJECTS = [
 ]  # fmt: skip
 FOREIGN = {
     "Dask", "FMU", "Surrogate", "UMBridgeModel", "UMBridgeServer", "load_ipython_extension",
-    "load_surrogate", "open_runs", "serve",
+    "load_surrogate", "open_runs", "serve", "Gap", "ContactForce", "Contacts",
 }  # fmt: skip
-"""What takes a file, a server, another program's object, or the parts of a surrogate."""
+"""What takes a file, a server, another program's object, the parts of a surrogate, or a contact."""
 
 VALUES = (NUMBERS, ARRAYS, OBJECTS)
 SEED = os.environ.get("FUZZ_SEED", "")

@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import inspect
 import re
 from pathlib import Path
 
@@ -77,6 +78,7 @@ CLASSES = [
     for name, value in PUBLIC.items()
     if isinstance(value, type)
     and not issubclass(value, BaseException)
+    and not inspect.isabstract(value)
     and "__init__" in vars(value)
 ]
 

@@ -186,6 +186,13 @@ def check_numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     return array
 
 
+def check_pair(name: str, value: object) -> list | tuple:
+    """Return a list or a tuple of two; else raise `InputError`."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InputError(f"{name} must be a pair; got {shown(value)}")
+    return value
+
+
 def check_positive(name: str, value: ArrayLike, *, rank: int | None = 1) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if one is not positive."""
     return _within(name, value, "positive", lambda x: x <= 0, rank)

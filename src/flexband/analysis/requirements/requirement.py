@@ -84,7 +84,7 @@ class Requirement:
         if not self.name.strip():
             raise InputError(f"Requirement name must be a text; got {shown(self.name)}")
         if self.output is not None:
-            check_instance(f"{self.label} output", self.output, str, "the name of an output")
+            check_instance("Requirement output", self.output, str, "the name of an output")
         check_instance(f"{self.label} criterion", self.criterion, Criterion, "WorstCase(3.0)")
         if self.unit:
             unit_of(f"{self.label} unit", self.unit)

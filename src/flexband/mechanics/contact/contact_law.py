@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, check_finite, shown
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.kernels.laws.forces import GAP
 
@@ -99,8 +99,12 @@ def checked_limits(
         If none is given, one is not finite, or the lower is not below the upper one.
     """
     limits = {-1.0: lower, 1.0: upper}
-    given = {sign: np.asarray(v, dtype=float) for sign, v in limits.items() if v is not None}
-    if not given or not all(np.all(np.isfinite(value)) for value in given.values()):
+    given = {
+        sign: check_finite(f"{name} {'upper' if sign > 0 else 'lower'}", value)
+        for sign, value in limits.items()
+        if value is not None
+    }
+    if not given:
         raise InputError(f"{name} needs finite limits, lower, upper or both; got {lower}, {upper}")
     if len(given) == 2 and np.any(given[-1.0] >= given[1.0]):
         raise InputError(f"{name} lower limit must be below the upper one; got {lower}, {upper}")

@@ -12,13 +12,23 @@ approximations of the literature.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_positive, check_same_samples
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_non_negative,
+    check_pair,
+    check_poissons_ratio,
+    check_positive,
+    check_same_samples,
+    shown,
+)
 
 
 def kept_restitution(damping: ArrayLike) -> np.ndarray:
@@ -175,15 +185,19 @@ def hertz_stiffness(
     '6.61e+10'
     """
     compliance, curvature = np.zeros(()), np.zeros(())
-    for k, name in enumerate(("first", "second")):
-        E = check_positive(f"the {name} Young's modulus [Pa]", youngs_moduli[k])
-        nu = np.asarray(poissons_ratios[k], dtype=float)
-        if not np.all((nu > -1) & (nu < 0.5)):
-            raise InputError(f"Poisson's ratios must be between -1 and 0.5; got {nu}")
-        radius = np.asarray(radii[k], dtype=float)
-        if np.any(np.isnan(radius)) or np.any(radius == 0):
-            raise InputError(f"radii [m] must be numbers other than 0; got {radius}")
-        compliance = compliance + (1.0 - nu**2) / E
+    for E, nu, R in zip(
+        check_pair("youngs_moduli [Pa]", youngs_moduli),
+        check_pair("poissons_ratios", poissons_ratios),
+        check_pair("radii [m]", radii),
+        strict=True,
+    ):
+        modulus = check_positive("youngs_moduli [Pa]", E)
+        ratio = check_poissons_ratio("poissons_ratios", nu)
+        infinite = np.ndim(R) == 0 and R in (math.inf, -math.inf)
+        radius = np.asarray(R) if infinite else check_finite("radii [m]", R)
+        if np.any(radius == 0):
+            raise InputError(f"radii [m] must be numbers other than 0; got {shown(R)}")
+        compliance = compliance + (1.0 - ratio**2) / modulus
         curvature = curvature + 1.0 / radius
     if np.any(curvature <= 0):
         raise InputError(

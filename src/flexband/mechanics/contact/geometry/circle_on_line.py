@@ -10,7 +10,13 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_non_negative, check_numbers
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_non_negative,
+    check_numbers,
+    check_pair,
+)
 from flexband.mechanics.contact.geometry.geometry import Geometry
 
 ENDLESS = 1e300
@@ -69,7 +75,8 @@ class CircleOnLine(Geometry):
         if not np.any(check_numbers("CircleOnLine normal", self.normal, 2)):
             raise InputError(f"CircleOnLine normal must have a length; got {self.normal}")
         if self.ends is not None:
-            begin, end = (check_finite("CircleOnLine ends [m]", end) for end in self.ends)
+            name = "CircleOnLine ends [m]"
+            begin, end = (check_finite(name, end) for end in check_pair(name, self.ends))
             if np.any(begin >= end):
                 raise InputError(f"CircleOnLine ends [m] must increase; got {self.ends}")
 

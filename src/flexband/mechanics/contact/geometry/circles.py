@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_positive
+from flexband.errors import InputError, check_non_negative, check_pair, check_positive
 from flexband.mechanics.contact.geometry.geometry import Geometry
 
 
@@ -94,7 +94,6 @@ class CircleInCircle(Geometry):
 
 def check_radii(name: str, radii: object, check) -> tuple[np.ndarray, np.ndarray]:
     """Return two radii; raise `InputError` if they are not a pair, or not as `check` allows."""
-    if not isinstance(radii, list | tuple) or len(radii) != 2:
-        raise InputError(f"{name} radii [m] must be a pair; got {radii!r}")
-    first, second = (check(f"{name} radii [m]", radius) for radius in radii)
+    name = f"{name} radii [m]"
+    first, second = (check(name, radius) for radius in check_pair(name, radii))
     return first, second

@@ -48,7 +48,7 @@ def test_restitutions_that_need_endless_damping(law):
         (lambda: contact.Stop((0.0, 0.0), (1.0, 0.0), LAW, upper=1.0), "are both of the ground"),
         (lambda: contact.Stop("a", "b", LAW), "needs finite limits"),
         (lambda: contact.Stop("a", "b", LAW, lower=1.0, upper=0.0), "must be below the upper"),
-        (lambda: contact.AngularStop("a", "b", LAW, lower=np.nan), "needs finite limits"),
+        (lambda: contact.AngularStop("a", "b", LAW, lower=np.nan), "lower must be finite numbers"),
         (lambda: contact.AngularStop("a", "b", 1e5, upper=1.0), "law must be a normal law"),
         (lambda: fb.Revolute("a", "b", clearance=0.0, law=LAW), "clearance [m] must be positive"),
         (lambda: fb.Revolute("a", "b", clearance=-1e-3, law=LAW), "clearance [m] must be positi"),

@@ -33,6 +33,7 @@ def test_a_new_method_needs_only_its_class():
         "mirrored": (bool, {"two-stage-lhs": False}),
         "random_order": (int, {"pcci": 3}),
         "interval_order": (int, {"pcci": 3}),
+        "correct": (bool, {"pcci": False}),
     }
 
 

@@ -55,4 +55,4 @@ def picture(drawing, plot):
         label = f"{SPEEDS[n] / LIFT_OFF:.2f} of the speed of lift-off"
         plot.plot(1e3 * result.time, 1e3 * result.sel(output="gap")[n], color=color, label=label)
     plot.set(xlabel="time [ms]", ylabel="gap [mm]")
-    plot.legend()
+    plot.legend(loc="upper left")

@@ -226,7 +226,9 @@ class WorkSpace(NamedTuple):
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
-    steps: np.ndarray  # free steps: length of the next and the last one [s], events in a row
+    steps: (
+        np.ndarray
+    )  # free steps: length of the next and the last one [s], events since a long one
     taken: np.ndarray  # number of free steps, one row
     forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`

@@ -46,8 +46,9 @@ class StepControl(NamedTuple):
         Size of a mode where its gap does not move.
     in_contact
         Part of the tolerance of steps in which a contact is closed: depths are small.
-    events_in_a_row
-        Shortest steps in a row that may end with an event; more are events without end.
+    events_in_a_row, long_step
+        More events than that are without end if no step between them is longer than the shortest
+        one times `long_step`.
     """
 
     safety: float = 0.9
@@ -62,6 +63,7 @@ class StepControl(NamedTuple):
     least_speed: float = 1e-30
     in_contact: float = 0.01
     events_in_a_row: float = 20.0
+    long_step: float = 100.0
 
 
 CONTROL = StepControl()

@@ -149,8 +149,8 @@ def cover(  # noqa: PLR0915 (a step is one story)
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.
 
-    `work.steps` has the length of the next step of each lane, that of the one before, and how many
-    of the shortest steps in a row ended with an event. Returns the mask of those that failed on the way.
+    `work.steps` has the length of the next step of each lane, that of the one before, and how
+    many events there were since the last long one. Returns the mask of those that failed.
     """
     z, a, none, now, state = work.z, work.a, filled(0.0), np.int64(0), structure.state
     elapsed, remaining, lost = none, stepping, none
@@ -198,11 +198,12 @@ def cover(  # noqa: PLR0915 (a step is one story)
         go_back(structure, work, where(accepted, none, filled(1.0)))
         elapsed = where(accepted, elapsed + step, elapsed)
         changed = switch(structure, values, work, step, time + step, limits, accepted)
-        shortest = where(remaining, less(step, filled(1.0001 * limits.smallest)), none)
-        events = where(changed, load(work.steps, 2) + 1.0, none)
-        store(work.steps, 2, where(shortest, events, where(accepted, none, load(work.steps, 2))))
-        endless = less(filled(CONTROL.events_in_a_row), load(work.steps, 2))
-        shortest = where(shortest, where(accepted, endless, filled(1.0)), none)
+        long = less(filled(CONTROL.long_step * limits.smallest), step)
+        events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
+        store(work.steps, 2, events)
+        endless = less(filled(CONTROL.events_in_a_row), events)
+        shortest = less(step, filled(1.0001 * limits.smallest))
+        shortest = where(remaining, where(accepted, endless, shortest), none)
         blame(values, n, work.trial, failed, failure, shortest)
         lost = where(shortest, filled(1.0), lost)
         remaining = where(shortest, none, remaining)

@@ -18,6 +18,8 @@ import numpy as np
 import scipy
 from scipy.sparse import csr_array
 
+from flexband.uncertainty.expansions.polynomials import cubic_spline
+
 
 class CarrierOptions(NamedTuple):
     """How carriers are looked for, and how the runs are split.
@@ -133,7 +135,7 @@ def track(
     for k in range(passes):
         z, part = split(F, psi, moments, at_once) if k else (z, part)
         turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
-        psi = psi + scipy.interpolate.CubicSpline(at, turned, axis=-1)(np.arange(times))
+        psi = psi + cubic_spline(at, turned, np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
             return None
@@ -145,7 +147,7 @@ def track(
     z = z * np.exp(-1j * shift)[:, None, None]
     envelope = _by_output(F.shape, complex)
     for o in range(F.shape[1]):
-        envelope[:, o] = scipy.interpolate.CubicSpline(at, z[:, o], axis=-1)(np.arange(times))
+        envelope[:, o] = cubic_spline(at, z[:, o], np.arange(times))
     return Carrier(psi + shift[:, None], envelope, frequency)
 
 

@@ -25,6 +25,7 @@ from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
 from flexband.progress import listener
+from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -72,8 +73,12 @@ def compile_ahead(study: Study) -> None:
 
     What fails is compiled when it is needed. A single missing part is left to this process.
     """
-    moves = isinstance(study.response, DynamicResponse)
-    needed = [name for name in PARTS if study.expands and (moves or name != "engine")]
+    uses = {
+        "engine": isinstance(study.response, DynamicResponse),
+        "bounds": True,
+        "phases": isinstance(study.method, AdaptivePCCI | PhaseResolvedPCCI),
+    }
+    needed = [name for name in PARTS if study.expands and uses[name]]
     missing = [name for name in needed if not kept(PARTS[name][0])]
     if min(len(missing), available_cores()) < 2:
         return

@@ -25,7 +25,6 @@ from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.expansions.bounds.search import descents
 from flexband.uncertainty.inputs.distributions.normal import Normal
 from flexband.uncertainty.inputs.inputs import Interval
@@ -76,7 +75,7 @@ def compile_ahead(study: Study) -> None:
     uses = {
         "engine": isinstance(study.response, DynamicResponse),
         "bounds": True,
-        "phases": isinstance(study.method, AdaptivePCCI | PhaseResolvedPCCI),
+        "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
     needed = [name for name in PARTS if study.expands and uses[name]]
     missing = [name for name in needed if not kept(PARTS[name][0])]

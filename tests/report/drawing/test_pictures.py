@@ -70,7 +70,9 @@ def test_fields_are_drawn_with_their_limits():
     spread = fb.RandomField(5.0, 0.5, correlation_length=2.0, domain=(0.0, 2.0))
     address = fields_picture({"a": limits, "b": spread}, {"a": "time"})
     assert {"a", "b", "limits", "μ ± σ", "time [s]", "position [m] or time [s]"} <= written(address)
-    drawn = [e.get("d") for e in tree(address).iter(f"{SVG}path") if e.get("stroke") == "#5b9bd0"]
+    drawn = [
+        e.attrib["d"] for e in tree(address).iter(f"{SVG}path") if e.get("stroke") == "#5b9bd0"
+    ]
     assert len(drawn) == 16
     assert all(len(re.findall(r"[\d.]+", line)) == 402 for line in drawn)
 

@@ -24,9 +24,6 @@ POINTS_PER_INCH = 72.0
 BEFORE, AFTER = np.array([54.0, 39.6]), np.array([10.8, 10.8])
 """Margins of a sheet [pt], for the numbers of its axes: left and below, right and above."""
 
-LARGEST = POINTS_PER_INCH * np.array([8.0, 6.0])
-"""Size of a sheet [pt], with its margins, at most."""
-
 
 class Sheet(NamedTuple):
     """Where a mechanism is drawn.
@@ -51,8 +48,8 @@ def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
     extremes : the lowest and the highest coordinates of the mechanism [m], shape (2, 2).
     space : width and height [pt]; by default as large as needed.
     """
-    smallest = POINTS_PER_INCH * np.array([2.5, 1.8])
-    most = LARGEST - BEFORE - AFTER if space is None else space
+    smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
+    most = largest - BEFORE - AFTER if space is None else space
     margin = min(60.0, 0.2 * most.min())
     lowest, highest = extremes
     unit = ((highest - lowest) / (most - 2 * margin)).max() or 1.0 / POINTS_PER_INCH

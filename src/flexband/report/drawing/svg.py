@@ -15,8 +15,6 @@ from flexband.report.shapes.shapes import Line, Mark
 
 Attributes = dict[str, str | float]
 
-FONTS = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
-
 
 @dataclass(frozen=True)
 class SvgAxes:
@@ -163,9 +161,10 @@ def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
     parts : what `SvgAxes.picture` returned.
     """
     size = f'width="{width:.2f}pt" height="{height:.2f}pt" viewBox="0 0 {width:.2f} {height:.2f}"'
+    fonts = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
     text = "\n".join(
         [
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{FONTS}">',
+            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{fonts}">',
             '<rect width="100%" height="100%" fill="#ffffff"/>',
             *parts,
             "</svg>",

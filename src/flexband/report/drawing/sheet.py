@@ -53,10 +53,10 @@ def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
     margin = min(60.0, 0.2 * most.min())
     lowest, highest = extremes
     unit = ((highest - lowest) / (most - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
-    if space is None:
-        space = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
-    middle, half = (lowest + highest) / 2, unit * space / 2
-    return Sheet(np.array([middle - half, middle + half]), unit, space)
+    needed = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
+    size = needed if space is None else space
+    middle, half = (lowest + highest) / 2, unit * size / 2
+    return Sheet(np.array([middle - half, middle + half]), unit, size)
 
 
 def draw_on(

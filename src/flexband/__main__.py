@@ -9,6 +9,7 @@ thread therefore ends the process a little later in any case.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -40,8 +41,11 @@ def main() -> None:
             after_in_parent=lambda: mask(signal.SIG_UNBLOCK, ENDING),
             after_in_child=_leave_to_parent,
         )
+    gc.disable()  # nothing that imports make is dropped before the end of the process
     app = import_module("flexband.cli").app
     import_module("flexband.cli.commands").load(sys.argv[1:])
+    gc.freeze()
+    gc.enable()
     for number in ENDING:
         signal.signal(number, _interrupt)
     app()

@@ -12,7 +12,7 @@ import os
 import time
 from collections.abc import Iterable
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,8 +99,14 @@ def _is_text(node: object) -> bool:
 
 def _remembered(file: Path) -> dict[str, list]:
     with suppress(OSError, ValueError, TypeError):
-        return dict(json.loads(read_unlinked(file)))
+        return _read(file, _state(file)[0])
     return {}
+
+
+@lru_cache(maxsize=1)
+def _read(file: Path, _: str) -> dict[str, list]:
+    """Return what a file in a state has, which is read once."""
+    return dict(json.loads(read_unlinked(file)))
 
 
 def _state(file: str | os.PathLike[str]) -> tuple[str, float]:

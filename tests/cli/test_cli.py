@@ -276,7 +276,7 @@ def test_a_figure_that_cannot_be_drawn_is_a_remark(study_file, tmp_path, monkeyp
     def broken(fields, along):
         raise ValueError(f"no picture of {', '.join(fields)}")
 
-    monkeypatch.setattr("flexband.report.page.given.fields_figure", broken)
+    monkeypatch.setattr("flexband.report.page.given.fields_picture", broken)
     out = tmp_path / "out"
     result = call("run", study_file, "--output", out, "--no-store")
     assert result.exit_code == 0, result.output

@@ -57,6 +57,7 @@ def started(monkeypatch):
     [
         (MOVES, fb.AdaptivePCCI(), ["engine", "bounds", "phases"]),
         (formula, fb.AdaptivePCCI(), ["bounds", "phases"]),
+        (MOVES, fb.PCCI(2, 2), ["engine", "bounds"]),
         (MOVES, fb.MonteCarlo(100), []),
     ],
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+from base64 import b64encode
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
+from io import BytesIO
 from itertools import chain, count
 from pathlib import Path
 from typing import NamedTuple
@@ -13,9 +16,10 @@ from matplotlib.figure import Figure
 from flexband.errors import warn
 from flexband.execution.names import FileName
 from flexband.report.page.given import field_axes
-from flexband.report.page.template import picture, write_page
+from flexband.report.page.template import write_page
 from flexband.report.plot import figures
 from flexband.report.text import tables
+from flexband.report.text.drawable import definitions, drawable_outputs
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -54,7 +58,7 @@ def write_comparison_report(
         draw = partial(figures.variance_error_figure, random, along)
         drawn.append(Drawing(caption, draw))
     drawn += _of_fields(fields, along)
-    if outputs := figures.drawable_outputs(response):
+    if outputs := drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(Drawing("Response without uncertainty", draw))
     for name in outputs:
@@ -72,7 +76,7 @@ def write_comparison_report(
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(caption, draw))
-    text = [*tables.comparison_remarks(fields), figures.definitions(results[0].bands)]
+    text = [*tables.comparison_remarks(fields), definitions(results[0].bands)]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
     file = folder / FileName.REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
@@ -116,7 +120,7 @@ def write_figures(
     pictures, remarks = [], list(remarks)
     for caption, draw in drawings:
         try:
-            pictures.append((caption, picture(draw(), "png", dpi=120)))
+            pictures.append((caption, _picture(draw())))
         except Exception as error:  # whatever Matplotlib raises
             remarks.append(f"The figure {caption!r} could not be drawn: {error}")
             warn(remarks[-1])
@@ -125,3 +129,12 @@ def write_figures(
         pictures=pictures,
     )  # fmt: skip
     return file
+
+
+def _picture(figure: Figure) -> str:
+    """Return a figure as the address of an image in a page."""
+    image = BytesIO()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # characters that fonts do not have are boxes
+        figure.savefig(image, format="png", dpi=120)
+    return f"data:image/png;base64,{b64encode(image.getvalue()).decode()}"

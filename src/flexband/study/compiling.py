@@ -72,8 +72,12 @@ def compile_ahead(study: Study) -> None:
 
     What fails is compiled when it is needed. A single missing part is left to this process.
     """
-    moves = isinstance(study.response, DynamicResponse)
-    needed = [name for name in PARTS if study.expands and (moves or name != "engine")]
+    uses = {
+        "engine": isinstance(study.response, DynamicResponse),
+        "bounds": True,
+        "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
+    }
+    needed = [name for name in PARTS if study.expands and uses[name]]
     missing = [name for name in needed if not kept(PARTS[name][0])]
     if min(len(missing), available_cores()) < 2:
         return

@@ -10,7 +10,7 @@ from scipy.stats import norm
 import flexband as fb
 from flexband.analysis.probability.estimates import clear
 from flexband.report.page.answers import limits_table
-from flexband.report.plot.figures import is_likely
+from flexband.report.text.drawable import is_likely
 
 NORMAL = fb.Normal(0.0, 1.0)
 T = np.linspace(0.0, 1.0, 41)

@@ -16,7 +16,8 @@ from flexband.words import number_of
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
-    from flexband.report.plot.figures import bounds_figure, drawable_outputs
+    from flexband.report.plot.figures import bounds_figure
+    from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
     from flexband.report.text.tables import outputs_of, select
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import only_one
     from flexband.report.page.inputs import over_time
-    from flexband.report.plot.figures import bounds_figure, contributions_figure, drawable_outputs
+    from flexband.report.plot.figures import bounds_figure, contributions_figure
+    from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import percent_to_tenth
     from flexband.report.text.tables import CONSTANT, deviations, outputs_of, select
 

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from multiprocessing import parent_process
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
@@ -109,11 +110,14 @@ def interruptible(work: Callable[[], Result]) -> Result:
 
 
 def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
-    """Return the result of `work`; say so if the engine is being compiled after some seconds."""
+    """Return the result of `work`; say so if the engine is being compiled after some seconds.
+
+    Of several processes that compile it at once, only the first one says so.
+    """
     text = "flexband: compiling the engine (once per machine, up to a minute) ..."
 
     def announce() -> None:
-        if compiling:
+        if compiling and parent_process() is None:
             print(text, file=sys.stderr, flush=True)
 
     timer = threading.Timer(after, announce)

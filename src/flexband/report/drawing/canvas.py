@@ -1,4 +1,4 @@
-"""The canvas that mechanisms are drawn on: axes of Matplotlib.
+"""The canvas that mechanisms are drawn on, whatever its surface is.
 
 Places are in metres, sizes of symbols in points (1/72 inch). The canvas records as ink where it is
 covered, so that names can be written where there is little ink.
@@ -11,18 +11,11 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
+from flexband.report.drawing.surface import Lettering, Surface
 from flexband.report.shapes.shapes import FieldArrow, Line, Mark, Name, Shape, Stroke
 from flexband.report.shapes.sketch import Sketch, arrow
-
-COLORS = {
-    "": "none", "ink": "0.15", "paper": "white", "hole": "white", "pale": "0.9", "muted": "0.6",
-    "flexible": "#1f78b4", "filled": "#c6dbef", "load": "#d95f02", "drive": "#1b7837",
-    "length": "0.4",
-}  # fmt: skip
-"""Colours of Matplotlib by their names in shapes."""
 
 
 class Label(NamedTuple):
@@ -31,7 +24,7 @@ class Label(NamedTuple):
     place: np.ndarray
     text: str
     inside: bool
-    style: dict[str, str]
+    lettering: Lettering = Lettering()
 
 
 class Dimension(NamedTuple):
@@ -44,11 +37,11 @@ class Dimension(NamedTuple):
 
 @dataclass
 class Canvas:
-    """Axes with a scale, and the ink on them: a surface for shapes.
+    """A surface with a scale, and the ink on it.
 
     Attributes
     ----------
-    axes : axes to draw on.
+    surface : to draw on.
     box : two opposite corners of the drawing [m], shape (2, 2).
     unit : metres per point.
     position, direction : those that the shapes are placed by, shape (tracks, 2).
@@ -57,7 +50,7 @@ class Canvas:
     labels, measured, notes : what is to be written.
     """
 
-    axes: Axes
+    surface: Surface
     box: np.ndarray
     unit: float
     position: np.ndarray
@@ -90,7 +83,7 @@ class Canvas:
             ]
 
     def draw_line(self, line: Line) -> None:
-        """Draw lines as one artist, an area, or an arrow."""
+        """Draw lines, an area, or an arrow."""
         strokes = [self.places(stroke) for stroke in line.strokes]
         if line.head:
             self.arrow(strokes[0], line)
@@ -102,17 +95,12 @@ class Canvas:
 
     def line(self, points: np.ndarray, style: Line) -> None:
         """Draw a line through points [m]; NaN interrupts the line."""
-        self.axes.plot(*points.T, color=COLORS[style.color], linewidth=style.width,
-                       linestyle=_dashes(style), zorder=style.layer,
-                       gid=style.part or None)  # fmt: skip
+        self.surface.line(points, style)
         self.add_ink(points)
 
     def area(self, points: np.ndarray, style: Line) -> None:
         """Fill a polygon [m]."""
-        self.axes.fill(*points.T, facecolor=COLORS[style.fill], edgecolor=COLORS[style.color],
-                       linewidth=style.width, linestyle=_dashes(style), alpha=style.alpha,
-                       joinstyle="round", capstyle="round", snap=False, zorder=style.layer,
-                       gid=style.part or None)  # fmt: skip
+        self.surface.area(points, style)
         self.add_ink(np.concatenate([points, points[:1]]), style.width)
 
     def arrow(self, points: np.ndarray, style: Line) -> None:
@@ -132,15 +120,11 @@ class Canvas:
         return np.asarray(origin) + self.unit * np.asarray(shape, dtype=float) @ [[x, y], [-y, x]]
 
     def draw_mark(self, mark: Mark) -> None:
-        """Draw markers as one artist."""
+        """Draw a marker at each vertex."""
         places = self.places(mark.strokes[0])
         if not self._is_apart(places, mark):
             return
-        marker = {"disc": "o", "square": "s", "diamond": "D", "f": "$f$"}[mark.marker]
-        self.axes.plot(*places.T, linestyle="none", marker=marker, markersize=mark.size,
-                       color=COLORS[mark.color], markerfacecolor=COLORS[mark.fill],
-                       markeredgewidth=mark.width, zorder=mark.layer,
-                       gid=mark.part or None)  # fmt: skip
+        self.surface.marks(places, mark)
         turn = np.linspace(0, 2 * np.pi, 12)
         rim = self.unit * mark.size / 2 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         for place in places:
@@ -157,10 +141,9 @@ class Canvas:
         if name.stroke is None:
             self.notes.append(name.text)
         elif self.names:
-            style = {"color": COLORS[name.color]} if name.color != "ink" else {}
-            style |= {"style": "italic"} if name.italic else {}
             place = self.places(name.stroke).mean(axis=0)
-            self.labels.append(Label(place, name.text, name.inside, style))
+            lettering = Lettering(name.color, name.italic)
+            self.labels.append(Label(place, name.text, name.inside, lettering))
 
     def draw_field(self, field: FieldArrow) -> None:
         """Draw an arrow in the emptiest corner, or a dot if its vector vanishes."""
@@ -172,9 +155,10 @@ class Canvas:
             shaft = self.local(place, field.vector, [(-half, 0), (half, 0)])
             self.arrow(shaft, arrow((), color="load", part=field.part))
         else:
-            self.axes.plot(*place, marker="o", markersize=4.0, color=COLORS["load"], gid=field.part)
+            dot = Mark(strokes=(), size=4.0, width=1.0, color="load", fill="load", part=field.part)
+            self.surface.marks(place[None], dot)
         if self.names:
-            self.labels.append(Label(place, field.name, False, {"color": COLORS["load"]}))
+            self.labels.append(Label(place, field.name, False, Lettering("load")))
 
     def covered(self, place: np.ndarray, reach: float) -> int:
         """Return how many points of ink are within `reach` points of a place [m]."""
@@ -198,8 +182,3 @@ class Canvas:
         parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in pieces]
         dense = np.concatenate([*parts, points[-1:]])
         return dense[np.isfinite(dense).all(axis=1)]
-
-
-def _dashes(style: Line) -> str | tuple[int, list[float]]:
-    """Return the dashes of a line as Matplotlib takes them, in parts of its width."""
-    return (0, [length / style.width for length in style.dash]) if style.dash else "-"

@@ -6,14 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexband.errors import AssemblyError, check_flag, check_instance, warn
+from flexband.errors import check_flag, check_instance
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.configuration import Configuration, assembled, given
-from flexband.report.drawing.canvas import COLORS, Canvas
-from flexband.report.drawing.words import write
-from flexband.report.shapes.mechanism import extent, sketch_mechanism
-from flexband.report.shapes.scene import Scene
-from flexband.report.shapes.tracks import Tracks
+from flexband.report.drawing.matplotlib_surface import MatplotlibSurface
+from flexband.report.drawing.sheet import AFTER, BEFORE, POINTS_PER_INCH, Sheet, draw_on, sheet_for
+from flexband.report.drawing.surface import COLORS
 
 
 def draw(
@@ -54,56 +51,32 @@ def draw(
     check_flag("names", names)
     if axes is not None:
         check_instance("axes", axes, Axes, "axes of matplotlib")
-    scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
-    first = sketch_mechanism(scene, tracks)
-    box, unit, axes = _layout(extent(first, *tracks.at_start(scene.start)), axes)
-    sketch = sketch_mechanism(scene, tracks, unit, gaps=48)
-    canvas = Canvas(
-        axes, box, unit, *tracks.at_start(scene.start), names=names, dimensions=dimensions
-    )
-    canvas.draw(sketch)
-    write(canvas)
-    axes.update_datalim(box)  # keeps space for the names
-    axes.margins(0.0)
-    axes.autoscale_view()
-    axes.set_aspect("equal", adjustable="datalim")
-    return axes.figure.figure
+
+    def surface_for(extremes: np.ndarray) -> tuple[MatplotlibSurface, Sheet]:
+        sheet, chosen = _layout(extremes, axes)
+        chosen.update_datalim(sheet.box)  # keeps space for the names
+        return MatplotlibSurface(chosen), sheet
+
+    drawn = draw_on(surface_for, mechanism, sample, names=names, dimensions=dimensions).axes
+    drawn.margins(0.0)
+    drawn.autoscale_view()
+    drawn.set_aspect("equal", adjustable="datalim")
+    return drawn.figure.figure
 
 
-def _start(mechanism: Mechanism, sample: int) -> Configuration:
-    try:
-        return assembled(mechanism, sample)
-    except AssemblyError as error:
-        warn(f"the bodies are drawn as they are given, since they cannot be assembled: {error}")
-        return given(mechanism, sample)
-
-
-def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[np.ndarray, float, Axes]:
-    """Return the corners of the drawing [m], its metres per point, and axes for it.
-
-    Without axes, those of a new figure are as large as the drawing needs, in the limits of `draw`.
-    """
-    lowest, highest = extremes
+def _layout(extremes: np.ndarray, axes: Axes | None) -> tuple[Sheet, Axes]:
+    """Return a sheet, and axes for it; without axes, those of a new figure of its size."""
     new, axes = axes is None, axes or Figure().add_subplot()
     figure = axes.figure.figure
     axes.set(xlabel="X [m]", ylabel="Y [m]")
     axes.spines[:].set_color(COLORS["muted"])
     axes.tick_params(color=COLORS["muted"], labelsize=8)
-    points_per_inch = 72.0
-    before, after = np.array([0.75, 0.55]), np.array([0.15, 0.15])  # [in], for the axes' numbers
-    if new:
-        space = points_per_inch * (np.array([8.0, 6.0]) - before - after)
-    else:
+    if not new:
         figure.draw_without_rendering()  # computes the layout
-        space = np.array(axes.get_window_extent().size) * points_per_inch / figure.dpi
-    margin = min(60.0, 0.2 * space.min())
-    unit = ((highest - lowest) / (space - 2 * margin)).max() or 1.0 / points_per_inch
-    if new:
-        smallest = points_per_inch * np.array([2.5, 1.8])
-        space = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
-        size = space / points_per_inch
-        width, height = before + size + after
-        figure.set_size_inches(width, height)
-        axes.set_position((*(before / (width, height)), *(size / (width, height))))
-    middle, half = (lowest + highest) / 2, unit * space / 2
-    return np.array([middle - half, middle + half]), unit, axes
+        size = np.array(axes.get_window_extent().size) / figure.dpi
+        return sheet_for(extremes, size * POINTS_PER_INCH), axes
+    sheet = sheet_for(extremes)
+    width, height = total = BEFORE + sheet.space + AFTER
+    figure.set_size_inches(width / POINTS_PER_INCH, height / POINTS_PER_INCH)
+    axes.set_position((*(BEFORE / total), *(sheet.space / total)))
+    return sheet, axes

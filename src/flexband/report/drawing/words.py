@@ -5,33 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
 
-from flexband.report.drawing.canvas import COLORS, Canvas, Dimension, Label
+from flexband.report.drawing.canvas import Canvas, Dimension, Label
+from flexband.report.drawing.surface import Lettering
 from flexband.report.shapes.shapes import Line
-
-FONT_SIZE = 9.0
-CENTERED: dict[str, Any] = {"ha": "center", "va": "center"}
 
 
 def write(canvas: Canvas) -> None:
     """Write dimensions, names and notes; the longest names come first."""
     short = [d for d in canvas.measured if not _write_dimension(canvas, d)]
-    style = {"color": COLORS["length"]}
-    labels = canvas.labels + [Label(d.points.mean(axis=0), d.text, False, style) for d in short]
+    grey = Lettering("length")
+    labels = canvas.labels + [Label(d.points.mean(axis=0), d.text, False, grey) for d in short]
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
     for label in sorted(_merged(canvas, labels), key=lambda label: -len(label.text)):
         _write_label(canvas, label, boxes)
     if canvas.notes:
-        text = "without a place: " + ", ".join(canvas.notes)
-        canvas.axes.text(0.01, 0.01, text, transform=canvas.axes.transAxes, fontsize=FONT_SIZE)
-
-
-def extent(text: str) -> np.ndarray:
-    """Return the width and the height of a text [pt]."""
-    box = TextPath((0, 0), text, size=FONT_SIZE, prop=FontProperties()).get_extents()
-    return np.array([box.width, FONT_SIZE])
+        canvas.surface.note("without a place: " + ", ".join(canvas.notes))
 
 
 def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
@@ -39,7 +28,7 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     # Distances [pt] of a dimension from its line that are tried
     dimension_distances = (20.0, 32.0, 44.0)
     points, text, beside = dimension
-    width, height = extent(text)
+    width, height = canvas.surface.extent(text, Lettering())
     if np.linalg.norm(np.diff(points, axis=0), axis=1).sum() < (width + 12.0) * canvas.unit:
         return False
     slopes = np.gradient(points, axis=0)
@@ -56,14 +45,13 @@ def _write_dimension(canvas: Canvas, dimension: Dimension) -> bool:
     for a, b in ((points[0], best[0]), (points[-1], best[-1])):
         reach = float(np.linalg.norm(b - a)) / canvas.unit
         canvas.line(canvas.local(a, b - a, [(6.0, 0.0), (reach + 3.0, 0.0)]), thin)
-    (x, y), along = second[0], second[1] - first[-1]
+    along = second[1] - first[-1]
     angle = (np.degrees(np.arctan2(along[1], along[0])) + 89.9) % 180.0 - 89.9  # never upside down
-    white = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0}
-    canvas.axes.text(x, y, text, fontsize=FONT_SIZE - 1.0, color=COLORS["length"], zorder=9.0,
-                     rotation=angle, rotation_mode="anchor", bbox=white, **CENTERED)  # fmt: skip
+    lettering = Lettering("length", size=8.0, angle=angle, backed=True, layer=9.0)
+    canvas.surface.text(second[0], text, lettering)
     for side in (-0.5, 0.0, 0.5):
         ends = [(-width / 2, side * height), (width / 2, side * height)]
-        canvas.add_ink(canvas.local((x, y), along, ends))
+        canvas.add_ink(canvas.local(second[0], along, ends))
     return True
 
 
@@ -84,7 +72,7 @@ def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
     """Return the labels, with those of the same place and style joined."""
     merged: dict[Any, Label] = {}
     for label in labels:
-        key = (*np.round(label.place / canvas.unit), *label.style.items())
+        key = (*np.round(label.place / canvas.unit), label.lettering)
         text = f"{merged[key].text}, {label.text}" if key in merged else label.text
         merged[key] = label._replace(text=text)
     return list(merged.values())
@@ -99,33 +87,35 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     label_padding = 3.0
     # Distance [pt] from which on a line connects a name with its place
     leader_distance = 20.0
-    label_directions = [
-        np.array([np.cos(a), np.sin(a)]) for a in np.arange(0.0, 2.0, 0.125) * np.pi
-    ]
+    turns = np.arange(0.0, 2.0, 0.125) * np.pi
+    label_directions = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     # Distances [pt] of a name from its place that are tried
-    label_distances = (7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0)
-    ink, size = canvas.all_ink(), extent(label.text) * canvas.unit
+    label_distances = np.array([7.0, 11.0, 16.0, 22.0, 30.0, 40.0, 55.0])
+    size = canvas.surface.extent(label.text, label.lettering) * canvas.unit
     low, high = canvas.box
-
-    def cost(centre: np.ndarray) -> float:
-        half = size / 2 + label_padding * canvas.unit
-        covered = np.all(np.abs(ink - centre) < half, axis=1).sum()
-        over = sum(np.all(np.abs(other - centre) < half + size / 2) for other, size in boxes)
-        outside = np.any(centre - half < low) or np.any(centre + half > high)
-        return covered + overlap_cost * (over + outside)
-
-    spots = [(0.0, label.place)] if label.inside else []
-    spots += [
-        (distance, label.place + turn * (distance * canvas.unit + size / 2))
-        for distance in label_distances
-        for turn in label_directions
-    ]
-    distance, centre = spots[int(np.argmin([cost(c) + distance_cost * d for d, c in spots]))]
+    distances = np.repeat(label_distances, len(turns))
+    directions = np.tile(label_directions, (len(label_distances), 1))
+    centres = label.place + directions * (distances[:, None] * canvas.unit + size / 2)
+    if label.inside:
+        distances, centres = np.append(0.0, distances), np.vstack([label.place, centres])
+    half = size / 2 + label_padding * canvas.unit
+    ink = canvas.all_ink()
+    ink = ink[np.all(np.abs(ink - label.place) < np.ptp(centres, axis=0) + half, axis=1)]
+    cost = distance_cost * distances + _within(ink, centres, half).sum(axis=1)
+    cost += overlap_cost * np.any((centres - half < low) | (centres + half > high), axis=1)
+    for middle, extent in boxes:
+        cost += overlap_cost * _within(middle[None], centres, half + extent / 2)[:, 0]
+    best = int(np.argmin(cost))
+    distance, centre = distances[best], centres[best]
     boxes.append((centre, size))
     if distance > leader_distance:
         near = np.clip(label.place, centre - size / 2, centre + size / 2)
         canvas.line(
             np.array([label.place, near]), Line(strokes=(), color="length", width=0.5, layer=2.0)
         )
-    style: dict[str, Any] = CENTERED | {"fontsize": FONT_SIZE, "zorder": 10.0} | label.style
-    canvas.axes.text(centre[0], centre[1], label.text, **style)
+    canvas.surface.text(centre, label.text, label.lettering)
+
+
+def _within(points: np.ndarray, centres: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Return which points are in boxes of half a size, shape (centres, points)."""
+    return np.all(np.abs(points - centres[:, None]) < half, axis=2)

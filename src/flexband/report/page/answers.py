@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.analysis.probability.texts import told
 from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
-from flexband.report.plot.figures import is_likely
+from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.results.answers import Unusable, read_answers

@@ -7,8 +7,7 @@ import xarray as xr
 
 from flexband.analysis.results import ERRORS
 from flexband.report.page.arrays import JsonRecord, packed
-from flexband.report.plot.figures import drawable_outputs
-from flexband.report.plot.series import series
+from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

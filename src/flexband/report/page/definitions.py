@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xarray as xr
 
-from flexband.report.plot.figures import bounds
 from flexband.report.text import tables
+from flexband.report.text.drawable import bounds
 
 
 def definitions(

@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Any
 from flexband.errors import warn, without_warnings
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import SensorResponse
-from flexband.report.drawing.draw import draw
+from flexband.report.drawing.pictures import fields_picture, mechanism_picture
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES
 from flexband.report.page.motion.studies import study_motion
-from flexband.report.page.template import picture
-from flexband.report.plot.figures import fields_figure
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
@@ -70,7 +68,7 @@ def given_by(
     response = study.response
     if fields:
         along = field_axes(response, inputs)
-        _add(data, "fields", "The fields", lambda: picture(fields_figure(fields, along)))
+        _add(data, "fields", "The fields", lambda: fields_picture(fields, along))
     if not isinstance(response, SensorResponse):
         return data
 
@@ -79,7 +77,7 @@ def given_by(
         return nominal_mechanism(response, inputs)
 
     with without_warnings():
-        _add(data, "drawing", "The mechanism", lambda: picture(draw(mechanism())))
+        _add(data, "drawing", "The mechanism", lambda: mechanism_picture(mechanism()))
         _add(data, "description", "The mechanism", lambda: _in_words(mechanism()))
         takes = f"since a run takes {seconds:.2g} s on average."
         if seconds < very_slow:
@@ -96,7 +94,7 @@ def _add(data: JsonRecord, name: str, what: str, make: Callable[[], str]) -> Non
     """Add a part of the report, or a remark that it cannot be shown."""
     try:
         data[name] = make()
-    except Exception as error:  # whatever a builder or Matplotlib raises
+    except Exception as error:  # whatever a builder raises
         data["hidden"].append(f"{what} cannot be shown: {error}")
         warn(data["hidden"][-1])
 

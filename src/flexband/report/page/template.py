@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import json
-import warnings
-from base64 import b64encode
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from importlib.metadata import version
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import jinja2
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from flexband.files import replaced
 
@@ -62,20 +58,3 @@ def _plotly() -> Markup:
     """Return the library of the charts, as its package has it."""
     file = resources.files("plotly").joinpath("package_data/plotly.min.js")
     return Markup(file.read_text(encoding="utf-8").replace("</script", "<\\/script"))
-
-
-def picture(figure: Figure, kind: str = "svg", **options: Any) -> str:
-    """Return a figure of Matplotlib as the address of an image in a page.
-
-    Parameters
-    ----------
-    kind : "svg", or "png" for what has too many points.
-    options : of `savefig`.
-    """
-    image = BytesIO()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # characters that fonts do not have are boxes
-        metadata = {"Date": None} if kind == "svg" else None
-        figure.savefig(image, format=kind, metadata=metadata, **options)
-    form = {"svg": "image/svg+xml", "png": "image/png"}[kind]
-    return f"data:{form};base64,{b64encode(image.getvalue()).decode()}"

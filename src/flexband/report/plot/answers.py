@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 
 from flexband.errors import InputError, check_option
 from flexband.report.plot.margins import each_limit
-from flexband.report.plot.series import label, legend_above, literal, output_of, series, variable_of
+from flexband.report.plot.series import label, legend_above, literal, output_of, variable_of
 from flexband.report.plot.style import LINES, MIDDLE, axes_of, shades
+from flexband.report.text.drawable import series
 
 LEAST = 1e-9
 """Probabilities below this are drawn next to zero."""

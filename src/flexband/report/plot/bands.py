@@ -17,10 +17,10 @@ from flexband.report.plot.series import (
     legend_above,
     literal,
     output_of,
-    series,
     with_unit,
 )
 from flexband.report.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
+from flexband.report.text.drawable import series
 from flexband.report.text.numbers import percent
 
 

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator
 
 from flexband.errors import InputError, check_option, shown
-from flexband.report.plot.series import bounded, label, literal, output_of, series
+from flexband.report.plot.series import bounded, label, literal, output_of
 from flexband.report.plot.style import LINES, axes_of
+from flexband.report.text.drawable import series
 from flexband.report.text.tables import select
 from flexband.study.comparison import Comparison
 

@@ -9,14 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from flexband.errors import InputError, check_instance, check_option, shown
+from flexband.report.drawing.pictures import ALONG, field_series
 from flexband.report.plot.series import legend_above, literal
 from flexband.report.plot.style import LINES, MIDDLE, axes_of
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.fields.interval_field import IntervalField
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-
-ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or time [s]"}
-"""What a field is a function of -> name of the axis."""
 
 
 def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = None) -> Axes:
@@ -38,22 +35,14 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     InputError
         If `field` is none, or has no domain, or `along` is neither.
     """
-    realizations = 8
     check_instance("field", field, Field, "a field")
     check_option("along", along, ALONG)
     check_instance("name", name, str, "a text")
-    x = np.linspace(*field.located, 501)
-    drawn = field.realizations(x, realizations)
-    middle, text, lines = field.nominal(x), "limits", []
-    if isinstance(field, RandomField):
-        deviation = field.deviation(x)
-        lines, text = [middle - deviation, middle + deviation], r"$\mu \pm \sigma$"
-    elif isinstance(field, IntervalField):
-        lines = list(field.limits(x))
+    x, drawn, lines, key = field_series(field, 501)
     ax = axes_of(ax)
     ax.plot(x, drawn.T, color=MIDDLE, linewidth=0.6)
     for k, line in enumerate(lines):
-        ax.plot(x, line, **LINES[0], label=None if k else text)
+        ax.plot(x, line, **LINES[0], label=None if k else key)
     ax.set(xlabel=ALONG[along], ylabel=literal(name))
     ax.margins(x=0)
     if lines:

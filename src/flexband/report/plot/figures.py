@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import flexband.report.plot as plot  # noqa: PLR0402 (not the package, which imports this)
 from flexband.report.plot.margins import least_in_words, too_small_to_see
 from flexband.report.plot.series import legend_above, title_above
+from flexband.report.text.drawable import bounds, is_likely
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
@@ -19,27 +20,6 @@ from flexband.uncertainty.inputs.fields.random_field import RandomField
 
 WIDTH, HEIGHT = 5.6, 2.5
 """Of one axes [in]: letters of 10 pt are read on a phone that shows all of the width."""
-
-
-def bounds(bands: xr.Dataset) -> dict[str, str]:
-    """Return what interval mean and interval error bar are, by variable."""
-    deviation = deviations(bands)
-    return {
-        "mean": "Interval mean: the range of the mean μ over all values of the interval inputs",
-        "error_bar": f"Interval error bar: the range from the lowest μ − {deviation} to the "
-        f"highest μ + {deviation} over all values of the interval inputs",
-    }
-
-
-def definitions(bands: xr.Dataset) -> str:
-    """Return what interval mean and interval error bar are, as sentences."""
-    return ". ".join(bounds(bands).values()) + "."
-
-
-def drawable_outputs(data: xr.DataArray) -> list[str]:
-    """Return the outputs if each is a function of at most one variable, or an empty list."""
-    free = [d for d in data.dims if d not in ("output", "bound")]
-    return outputs_of(data) if len(free) <= 1 else []
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
@@ -168,11 +148,6 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
         plot.probability(probability, ax=rows[-1]).sharex(rows[0])
         title_above(rows[-1], "Probability of being outside at a time, at most")
     return figure
-
-
-def is_likely(probability: xr.Dataset | None) -> bool:
-    """Return whether limits are left with some probability at a time, so that it is drawn."""
-    return probability is not None and bool((probability["at_each_time"] > 0).any())
 
 
 def _closest(limits: xr.Dataset, axes: Axes, unit: str = "") -> None:

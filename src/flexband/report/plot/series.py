@@ -53,30 +53,6 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
     return output
 
 
-def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and the values of shape (..., x) of one output, those of bounds first.
-
-    This is what figures and charts draw.
-
-    Raises
-    ------
-    InputError
-        If the output depends on more than one variable.
-    """
-    output_data = select(data, output)
-    if "bound" in output_data.dims:
-        output_data = output_data.transpose("bound", ...)
-    last = str(output_data.dims[-1]) if output_data.dims else "bound"
-    if output_data.ndim > 1 + ("bound" in output_data.dims):
-        raise InputError(
-            f"an output must depend on one variable at most; got dims {output_data.dims}"
-        )
-    if last == "bound":
-        return np.zeros(1), output_data.values[..., None]
-    x = output_data[last].values
-    return (x if x.dtype.kind in "iuf" else np.arange(len(x))), output_data.values
-
-
 def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
     """Name the axes after one output and what it depends on.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
 
 
@@ -25,3 +26,45 @@ def scaled_chebyshev_zeros(order: int) -> np.ndarray:
 def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
     """Return T_0 … T_order at η, shape (*eta.shape, order + 1)."""
     return chebyshev.chebvander(eta, order)
+
+
+def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the not-a-knot cubic spline through y(x) at other places, shape (..., places).
+
+    It is `scipy.interpolate.CubicSpline`, bit for bit, whose package takes half a second to import.
+
+    Parameters
+    ----------
+    x : increasing places, shape (n,).
+    y : real or complex values, shape (..., n).
+    at : places from the first to the last of x.
+    """
+    if len(x) < 4:
+        return scipy.interpolate.CubicSpline(x, y, axis=-1)(at)
+    y = np.moveaxis(y, -1, 0)
+    dx = np.diff(x).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
+    slope = np.diff(y, axis=0) / dx
+    start, end = x[2] - x[0], x[-1] - x[-3]
+    right = np.concatenate(
+        [
+            ((dx[:1] + 2 * start) * dx[1:2] * slope[:1] + dx[:1] ** 2 * slope[1:2]) / start,
+            3 * (dx[1:] * slope[:-1] + dx[:-1] * slope[1:]),
+            (dx[-1:] ** 2 * slope[-2:-1] + (2 * end + dx[-1:]) * dx[-2:-1] * slope[-1:]) / end,
+        ]
+    )
+    h = dx.ravel()
+    bands = np.zeros((3, len(x)))
+    bands[0, 1:] = [start, *h[:-1]]
+    bands[1] = [h[1], *(2 * (h[:-1] + h[1:])), h[-2]]
+    bands[2, :-1] = [*h[1:], end]
+    solved = scipy.linalg.solve_banded((1, 1), bands, right.reshape(len(x), -1))
+    derivative = solved.reshape(y.shape)
+    bend = (derivative[:-1] + derivative[1:] - 2 * slope) / dx
+    terms = y[:-1], derivative[:-1], (slope - derivative[:-1]) / dx - bend, bend / dx
+    piece = np.minimum(np.searchsorted(x, at, side="right") - 1, len(x) - 2)
+    s = (at - x[piece]).astype(float).reshape(-1, *np.ones(y.ndim - 1, int))
+    values, power = terms[0][piece], s
+    for term in terms[1:]:
+        values = values + term[piece] * power
+        power = power * s
+    return np.moveaxis(values, 0, -1)

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from scipy.sparse import csr_array
+
+from flexband.uncertainty.expansions.polynomials import cubic_spline
 
 
 class CarrierOptions(NamedTuple):
@@ -133,7 +134,7 @@ def track(
     for k in range(passes):
         z, part = split(F, psi, moments, at_once) if k else (z, part)
         turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
-        psi = psi + scipy.interpolate.CubicSpline(at, turned, axis=-1)(np.arange(times))
+        psi = psi + cubic_spline(at, turned, np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
         if rate.min() < frequency / 2 or rate.max() > 2 * frequency:
             return None
@@ -145,7 +146,7 @@ def track(
     z = z * np.exp(-1j * shift)[:, None, None]
     envelope = _by_output(F.shape, complex)
     for o in range(F.shape[1]):
-        envelope[:, o] = scipy.interpolate.CubicSpline(at, z[:, o], axis=-1)(np.arange(times))
+        envelope[:, o] = cubic_spline(at, z[:, o], np.arange(times))
     return Carrier(psi + shift[:, None], envelope, frequency)
 
 
@@ -237,7 +238,23 @@ def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float)
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
-    lag = scipy.ndimage.convolve1d(lag, weight / weight.sum(), mode="constant")
+    lag = _averaged(lag, weight / weight.sum())
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
     lag = lag + silent_energy * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)
+
+
+def _averaged(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return averages over times to both sides, with symmetric weights; outside, values are zero.
+
+    It is `scipy.ndimage.convolve1d`, bit for bit, whose package takes long to import.
+    """
+    half, times = len(weights) // 2, values.shape[-1]
+    padded = np.pad(values, ((0, 0), (half, half)))
+    averages = values * weights[half]
+    for k in range(half):
+        last = 2 * half - k
+        averages = (
+            averages + (padded[:, k : k + times] + padded[:, last : last + times]) * weights[k]
+        )
+    return averages

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from flexband.errors import InputError
@@ -155,11 +154,20 @@ def trust(
 
 def running(v: np.ndarray, half: int) -> np.ndarray:
     """Return the root mean square over ±half times."""
-    top, count = (
-        scipy.ndimage.uniform_filter1d(square, 2 * half + 1, mode="constant")
-        for square in (v**2, np.ones(v.shape[-1]))
-    )
+    top, count = (_averages(square, half) for square in (v**2, np.ones(v.shape[-1])))
     return np.sqrt(np.maximum(top, 0.0) / count)
+
+
+def _averages(values: np.ndarray, half: int) -> np.ndarray:
+    """Return averages over ±half times; outside, values are zero.
+
+    It is `scipy.ndimage.uniform_filter1d`, bit for bit, whose package takes long to import.
+    """
+    size = 2 * half + 1
+    padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(half, half)])
+    first = np.cumsum(padded[..., :size], axis=-1)[..., -1:]
+    changes = padded[..., size:] - padded[..., : values.shape[-1] - 1]
+    return np.cumsum(np.concatenate([first, changes], axis=-1), axis=-1) / size
 
 
 def stacked(extremes: list[Extremes]) -> np.ndarray:

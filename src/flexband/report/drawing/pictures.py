@@ -1,0 +1,89 @@
+"""The pictures of a page, in SVG: the mechanism, and realizations of fields."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.report.drawing.sheet import AFTER, BEFORE, Sheet, draw_on, sheet_for
+from flexband.report.drawing.svg import SvgAxes, svg_address
+from flexband.report.shapes.shapes import Line
+from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.inputs.fields.interval_field import IntervalField
+from flexband.uncertainty.inputs.fields.random_field import RandomField
+
+ALONG = {"position": "position [m]", "time": "time [s]", "": "position [m] or time [s]"}
+"""What a field is a function of -> name of the axis."""
+
+
+def mechanism_picture(mechanism: Mechanism) -> str:
+    """Return a drawing of a mechanism at its start, as `draw` makes it, as an image's address."""
+
+    def surface_for(extremes: np.ndarray) -> tuple[SvgAxes, Sheet]:
+        sheet = sheet_for(extremes)
+        return SvgAxes(sheet.box, sheet.space, ("X [m]", "Y [m]")), sheet
+
+    axes = draw_on(surface_for, mechanism)
+    width, height = BEFORE + axes.size + AFTER
+    return svg_address(width, height, [axes.picture(BEFORE[0], AFTER[1])])
+
+
+class FieldSeries(NamedTuple):
+    """What is drawn of a field: places x, shape (points,), and functions of them.
+
+    Attributes
+    ----------
+    realizations : shape (realizations, points).
+    lines, key : limits or a standard deviation about the mean, and what they are.
+    """
+
+    x: np.ndarray
+    realizations: np.ndarray
+    lines: list[np.ndarray]
+    key: str
+
+
+def field_series(field: Field, points: int) -> FieldSeries:
+    """Return what is drawn of a field that has a domain."""
+    realizations = 8
+    x = np.linspace(*field.located, points)
+    drawn = field.realizations(x, realizations)
+    if isinstance(field, RandomField):
+        middle, deviation = field.nominal(x), field.deviation(x)
+        return FieldSeries(x, drawn, [middle - deviation, middle + deviation], "μ ± σ")
+    lines = list(field.limits(x)) if isinstance(field, IntervalField) else []
+    return FieldSeries(x, drawn, lines, "limits")
+
+
+def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:
+    """Return realizations of fields, below each other, with their limits, as an image's address.
+
+    Parameters
+    ----------
+    along : name -> "position" or "time", what the field is a function of, as far as is known.
+    """
+    size, top, left, right, below = np.array([330.0, 110.0]), 8.0, 60.0, 14.0, 44.0  # [pt]
+    parts: list[str] = []
+    for name, field in fields.items():
+        x, realizations, lines, key = field_series(field, 201)
+        low, high = np.min([*realizations, *lines]), np.max([*realizations, *lines])
+        margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+        box = np.array([[x[0], low - margin], [x[-1], high + margin]])
+        axes = SvgAxes(box, size, (ALONG[along.get(name, "")], name))
+        for values in realizations:
+            axes.line(np.stack([x, values], 1), Line(color="realization", width=0.6))
+        for values in lines:
+            axes.line(np.stack([x, values], 1), Line(width=0.9))
+        if lines:
+            axes.above(key, 8.0, is_key=True)
+        title = textwrap.wrap(field.summary, 60)
+        for k, text in enumerate(reversed(title)):
+            axes.above(text, 8.0 + 14.0 * (k + bool(lines)))
+        top += 8.0 + 14.0 * (len(title) + bool(lines))
+        parts.append(axes.picture(left, top))
+        top += size[1] + below
+    return svg_address(left + size[0] + right, top, parts)

@@ -1,0 +1,92 @@
+"""Sheets: how large the drawing of a mechanism is, and at which scale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from flexband.errors import AssemblyError, warn
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.configuration import Configuration, assembled, given
+from flexband.report.drawing.canvas import Canvas
+from flexband.report.drawing.surface import Surface
+from flexband.report.drawing.words import write
+from flexband.report.shapes.mechanism import extent, sketch_mechanism
+from flexband.report.shapes.scene import Scene
+from flexband.report.shapes.tracks import Tracks
+
+S = TypeVar("S", bound=Surface)
+
+POINTS_PER_INCH = 72.0
+
+BEFORE, AFTER = np.array([54.0, 39.6]), np.array([10.8, 10.8])
+"""Margins of a sheet [pt], for the numbers of its axes: left and below, right and above."""
+
+
+class Sheet(NamedTuple):
+    """Where a mechanism is drawn.
+
+    Attributes
+    ----------
+    box : lower left and upper right corner [m], shape (2, 2).
+    unit : metres per point.
+    space : width and height between the margins [pt].
+    """
+
+    box: np.ndarray
+    unit: float
+    space: np.ndarray
+
+
+def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
+    """Return a sheet that holds a mechanism and its symbols.
+
+    Parameters
+    ----------
+    extremes : the lowest and the highest coordinates of the mechanism [m], shape (2, 2).
+    space : width and height [pt]; by default as large as needed.
+    """
+    smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
+    most = largest - BEFORE - AFTER if space is None else space
+    margin = min(60.0, 0.2 * most.min())
+    lowest, highest = extremes
+    unit = ((highest - lowest) / (most - 2 * margin)).max() or 1.0 / POINTS_PER_INCH
+    needed = np.maximum((highest - lowest) / unit + 2 * margin, smallest)
+    size = needed if space is None else space
+    middle, half = (lowest + highest) / 2, unit * size / 2
+    return Sheet(np.array([middle - half, middle + half]), unit, size)
+
+
+def draw_on(
+    surface_for: Callable[[np.ndarray], tuple[S, Sheet]],
+    mechanism: Mechanism,
+    sample: int = 0,
+    *,
+    names: bool = True,
+    dimensions: bool = True,
+) -> S:
+    """Draw a mechanism at its start on a surface, and return it; other parameters as of `draw`.
+
+    Parameters
+    ----------
+    surface_for : returns the surface, and its sheet, from `extremes` as of `sheet_for`.
+    """
+    scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
+    first = sketch_mechanism(scene, tracks)
+    surface, (box, unit, _) = surface_for(extent(first, *tracks.at_start(scene.start)))
+    sketch = sketch_mechanism(scene, tracks, unit, gaps=48)
+    placed = tracks.at_start(scene.start)
+    canvas = Canvas(surface, box, unit, *placed, names=names, dimensions=dimensions)
+    canvas.draw(sketch)
+    write(canvas)
+    return surface
+
+
+def _start(mechanism: Mechanism, sample: int) -> Configuration:
+    try:
+        return assembled(mechanism, sample)
+    except AssemblyError as error:
+        warn(f"the bodies are drawn as they are given, since they cannot be assembled: {error}")
+        return given(mechanism, sample)

@@ -103,6 +103,7 @@ class DynamicResponse(SensorResponse):
     given_step: bool = True
     start: str = "assembled"
     period: float | None = None
+    slow: float = 0.0
     given: DynamicResponse | None = None
     """The response that this is a refinement of."""
 
@@ -149,6 +150,16 @@ class DynamicResponse(SensorResponse):
         step, step_parts = self.output_step / most, self.step_parts // most
         return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
 
+    def started_softly(self, duration: float) -> DynamicResponse | None:
+        """Return the response from a rest, with a time that reaches its pace after a duration [s].
+
+        The outputs have the times of the given motion; from half the duration on, functions of time
+        have the given values. None where the motion is periodic from its start on.
+        """
+        if self.start == "periodic":
+            return None
+        return replace(self, start="static", slow=duration, given=self.given or self)
+
     def left_out(self, **values: Argument) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
         mechanism = self.built(values)
@@ -192,9 +203,10 @@ class DynamicResponse(SensorResponse):
             try:
                 motion, _ = simulated(
                     mechanism,
-                    TimeGrid(self.duration, self.output_step, self.step_parts),
+                    TimeGrid(self.duration + self.slow / 2, self.output_step, self.step_parts),
                     start=self.start,
                     period=self.period,
+                    slow=self.slow,
                     integrator=self.integrator,
                     threads=self.threads,
                     progress=listener().advance,
@@ -210,6 +222,9 @@ class DynamicResponse(SensorResponse):
                 f"steps of {self.step:g} s and had to be completed with half of it; estimates of "
                 "the step's error do not see their error: take a shorter step"
             )
+        if self.slow:
+            later = motion.isel(time=slice(round(self.slow / 2 / self.output_step), None))
+            motion = later.assign_coords(time=later["time"] - self.slow / 2)
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ from flexband.mechanics.engine.threads import Progress, available_cores, interru
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
 from flexband.mechanics.starts import start_of
+from flexband.mechanics.time_functions.slowed import slowed
 from flexband.progress import ProgressListener, listener, listening
 
 
@@ -161,6 +163,7 @@ def simulated(
     *,
     start: str = "assembled",
     period: float | None = None,
+    slow: float = 0.0,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -168,7 +171,8 @@ def simulated(
 ) -> tuple[xr.DataArray, System]:
     """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
-    If it is not `complete`, samples that diverge are not completed with half the step, but fail.
+    Functions of time reach their pace after a `slow` start [s]. If it is not `complete`, samples
+    that diverge are not completed with half the step, but fail.
     """
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
@@ -181,7 +185,7 @@ def simulated(
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
     begins = start_of(start, period, float(grid.step), "step")
-    system = assemble(mechanism)
+    system = assembled(mechanism, slow)
     free = integrator.step_limits(system.structure.state, grid.step)
     if free:
         refuse_sums_over_steps(mechanism.sensors)
@@ -244,6 +248,12 @@ def simulated(
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
+
+
+def assembled(mechanism: Mechanism, slow: float) -> System:
+    """Return the system of a mechanism, whose functions of time have a slow start [s]."""
+    system = assemble(mechanism)
+    return replace(system, functions=slowed(system.functions, slow)) if slow else system
 
 
 def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
-from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,7 +25,6 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
-from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import raise_failures
@@ -42,9 +40,11 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
-from flexband.mechanics.starts import start_of
-from flexband.mechanics.time_functions.slowed import slowed
+from flexband.mechanics.starts import assembled, start_of
 from flexband.progress import ProgressListener, listener, listening
+
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.system import System
 
 
 def simulate(
@@ -248,12 +248,6 @@ def simulated(
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
-
-
-def assembled(mechanism: Mechanism, slow: float) -> System:
-    """Return the system of a mechanism, whose functions of time have a slow start [s]."""
-    system = assemble(mechanism)
-    return replace(system, functions=slowed(system.functions, slow)) if slow else system
 
 
 def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:

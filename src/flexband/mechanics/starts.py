@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flexband.errors import InputError, check_numbers, check_option, check_positive
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.block_equilibria import block_equilibria
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.periodic_start import PeriodicStart
+from flexband.mechanics.time_functions.slowed import slowed
 
 STARTS = ["assembled", "static", "periodic"]
 
@@ -60,3 +63,9 @@ def start_of(name: str, period: float | None, step: float, step_name: str) -> St
             f"{step_name} {step:g}"
         )
     return PeriodicStart(length)
+
+
+def assembled(mechanism: Mechanism, slow: float) -> System:
+    """Return the system of a mechanism, whose functions of time have a slow start [s]."""
+    system = assemble(mechanism)
+    return replace(system, functions=slowed(system.functions, slow)) if slow else system

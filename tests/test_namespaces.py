@@ -44,7 +44,7 @@ def test_few_names_are_flat():
     assert set(fb.__all__) >= FLAT
     assert (
         len(fb.__all__) <= 94
-    )  # 90, a sensor of states and an integral, requirements and their yield
+    )  # 90, a sensor of states and an integral, requirements and their yield, a ramp
     assert sum(len(place.__all__) for place in PLACES.values()) == len(PUBLIC)
 
 

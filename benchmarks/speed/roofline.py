@@ -135,7 +135,7 @@ def main() -> None:
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
     work = WorkSpace.of(structure)
     work.smallest[:] = 1e-7
-    start(structure, values, work, np.zeros((4, WIDTH)))
+    start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
     z, matrix, pattern = work.z, work.matrix, structure.pattern
     count = {
         "residual": operations(
@@ -153,7 +153,7 @@ def main() -> None:
             lambda: factorization.solve(pattern, pattern.below, matrix, (work.r,))
         ),
     }
-    start(structure, values, work, np.zeros((4, WIDTH)))
+    start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
     array = zeros(3) + 0.5
     repeats = np.int64(chosen.samples)
     cases = {"multiply-adds": lambda: kernel_time(multiply_adds, repeats, array)}

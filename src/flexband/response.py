@@ -50,6 +50,10 @@ class Response(ABC):
         """Return the response at times that divide each of its steps; None if it has no others."""
         return None
 
+    def started_softly(self, duration: float) -> Response | None:
+        """Return the response whose motion starts at rest within a duration [s]; None if none."""
+        return None
+
     def left_out(self, **values: Any) -> list[str]:
         """Return what of the discretization is not given, so that the method chooses it."""
         return []

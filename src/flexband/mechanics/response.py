@@ -26,6 +26,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
+from flexband.mechanics.starts import start_of
 from flexband.progress import listener
 from flexband.response import Response
 from flexband.words import number_of
@@ -100,6 +101,9 @@ class DynamicResponse(SensorResponse):
     step_parts: int = 1
     element_parts: int = 1
     given_step: bool = True
+    start: str = "assembled"
+    period: float | None = None
+    slow: float = 0.0
     given: DynamicResponse | None = None
     """The response that this is a refinement of."""
 
@@ -146,6 +150,16 @@ class DynamicResponse(SensorResponse):
         step, step_parts = self.output_step / most, self.step_parts // most
         return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
 
+    def started_softly(self, duration: float) -> DynamicResponse | None:
+        """Return the response from a rest, with a time that reaches its pace after a duration [s].
+
+        The outputs have the times of the given motion; from half the duration on, functions of time
+        have the given values. None where the motion is periodic from its start on.
+        """
+        if self.start == "periodic":
+            return None
+        return replace(self, start="static", slow=duration, given=self.given or self)
+
     def left_out(self, **values: Argument) -> list[str]:
         """Return which of "step" and "elements" were not given, so that a study chooses them."""
         mechanism = self.built(values)
@@ -160,7 +174,8 @@ class DynamicResponse(SensorResponse):
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
         parts = self.step_parts, self.element_parts, self.given_step
-        return self.builder, self.duration, self.output_step, self.integrator, *parts
+        start = () if self.start == "assembled" else (self.start, self.period)
+        return self.builder, self.duration, self.output_step, self.integrator, *parts, *start
 
     def __call__(self, **values: Argument) -> xr.DataArray:
         """Return the sensors' outputs, dims (sample, output, time).
@@ -188,7 +203,10 @@ class DynamicResponse(SensorResponse):
             try:
                 motion, _ = simulated(
                     mechanism,
-                    TimeGrid(self.duration, self.output_step, self.step_parts),
+                    TimeGrid(self.duration + self.slow / 2, self.output_step, self.step_parts),
+                    start=self.start,
+                    period=self.period,
+                    slow=self.slow,
                     integrator=self.integrator,
                     threads=self.threads,
                     progress=listener().advance,
@@ -204,6 +222,9 @@ class DynamicResponse(SensorResponse):
                 f"steps of {self.step:g} s and had to be completed with half of it; estimates of "
                 "the step's error do not see their error: take a shorter step"
             )
+        if self.slow:
+            later = motion.isel(time=slice(round(self.slow / 2 / self.output_step), None))
+            motion = later.assign_coords(time=later["time"] - self.slow / 2)
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return motion
@@ -224,6 +245,8 @@ def dynamic_response(
     duration: float,
     step: float | None = None,
     output_step: float | None = None,
+    start: str = "assembled",
+    period: float | None = None,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
 ) -> DynamicResponse:
@@ -240,6 +263,8 @@ def dynamic_response(
         `output_step`, and warns of that.
     output_step : time between two outputs [s], a multiple of `step`. By default each step is one,
         or there are 500 if `step` is left out.
+    start, period : as in `simulate`; the period is a whole multiple of `output_step`. A vibration
+        that the given start excites is not there after a "static" or a "periodic" one.
     integrator, threads : as in `simulate`.
 
     Raises
@@ -280,9 +305,17 @@ def dynamic_response(
         raise InputError(
             f"output_step [s] must be a multiple of step; got {between:g} with step {step:g}"
         )
-    chosen = integrator or GeneralizedAlpha()
+    start_of(start, period, between, "output_step" if output_step else "step")
     return DynamicResponse(
-        builder, duration, between, chosen, threads, round(parts), given_step=step is not None
+        builder,
+        duration,
+        between,
+        integrator or GeneralizedAlpha(),
+        threads,
+        round(parts),
+        given_step=step is not None,
+        start=start,
+        period=None if period is None else float(period),
     )
 
 

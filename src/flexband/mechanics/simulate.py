@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,7 +25,6 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
-from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
 from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import raise_failures
@@ -41,7 +40,11 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
+from flexband.mechanics.starts import assembled, start_of
 from flexband.progress import ProgressListener, listener, listening
+
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.system import System
 
 
 def simulate(
@@ -50,6 +53,8 @@ def simulate(
     duration: float,
     step: float,
     substeps: int = 1,
+    start: str = "assembled",
+    period: float | None = None,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -61,6 +66,11 @@ def simulate(
     duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
     substeps : number of equal parts in which each step is integrated. The result has the times of
         whole steps, so that motions with different substeps can be compared.
+    start : "assembled", as bodies are given, with members as little deformed as joints allow;
+        "static", the stable equilibrium at time zero, from which bodies move with their velocities;
+        or "periodic", the state to which the motion returns after a period.
+    period : that of a periodic start [s], a whole multiple of the step, in which all functions of
+        time repeat themselves.
     integrator : parameters of the integrator, or None for ``GeneralizedAlpha()``.
     threads : number of threads, or None for one per core. Results do not depend on it.
     progress : called as ``progress(done, total)`` when runs are finished.
@@ -81,9 +91,12 @@ def simulate(
     Raises
     ------
     InputError
-        If a number is out of its range, numbers of samples do not fit, or there are no sensors.
+        If a number is out of its range, numbers of samples do not fit, there are no sensors, or a
+        function of time does not repeat itself after the period.
     AssemblyError
-        If the constraints cannot be met at the start or do not determine their multipliers.
+        If the constraints cannot be met at the start or do not determine their multipliers, if
+        there is no stable equilibrium to start from, or no periodic motion that disturbances
+        approach: the map of a state to that one period later has a spectral radius above 0.98.
     SimulationError
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
@@ -107,6 +120,8 @@ def simulate(
         motion, system = simulated(
             mechanism,
             TimeGrid(duration, step, substeps),
+            start=start,
+            period=period,
             integrator=integrator,
             threads=threads,
             progress=progress,
@@ -146,6 +161,9 @@ def simulated(
     mechanism: Mechanism,
     grid: TimeGrid,
     *,
+    start: str = "assembled",
+    period: float | None = None,
+    slow: float = 0.0,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -153,7 +171,8 @@ def simulated(
 ) -> tuple[xr.DataArray, System]:
     """Return the motion as `simulate` does, but for its look for few steps, and the system.
 
-    If it is not `complete`, samples that diverge are not completed with half the step, but fail.
+    Functions of time reach their pace after a `slow` start [s]. If it is not `complete`, samples
+    that diverge are not completed with half the step, but fail.
     """
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
@@ -165,7 +184,8 @@ def simulated(
     check_sensors(mechanism, grid)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
-    system = assemble(mechanism)
+    begins = start_of(start, period, float(grid.step), "step")
+    system = assembled(mechanism, slow)
     free = integrator.step_limits(system.structure.state, grid.step)
     if free:
         refuse_sums_over_steps(mechanism.sensors)
@@ -174,7 +194,7 @@ def simulated(
     )
     times = grid.times()
     batch = run_samples(
-        system, times, integrator, every=substeps, threads=threads, progress=progress
+        system, times, integrator, start=begins, every=substeps, threads=threads, progress=progress
     )
     impulses = batch.impulses
     again = np.flatnonzero(
@@ -185,7 +205,14 @@ def simulated(
         every = 2 * substeps
         halves = grid._replace(substeps=every).times()
         finer = run_samples(
-            system, halves, integrator, samples=again, every=every, attempts=2, threads=threads
+            system,
+            halves,
+            integrator,
+            samples=again,
+            start=begins,
+            every=every,
+            attempts=2,
+            threads=threads,
         )
         interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
         finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
@@ -195,13 +222,12 @@ def simulated(
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
         for strains, new in zip(batch.strains, finer.strains, strict=True):
             strains[..., again] = new
-    errors = attributes_of_units(system, grid.step / substeps)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
         coords={
             "output": system.outputs,
-            "unit": ("output", system.units, errors),
+            "unit": ("output", system.units, attributes_of_units(system, grid.step / substeps)),
             "time": ("time", grid._replace(substeps=1).times(), {"units": "s"}),
         },
     )

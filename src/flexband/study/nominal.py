@@ -14,7 +14,9 @@ from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import try_write
+from flexband.progress import listener
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
+from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 
@@ -49,6 +51,25 @@ def write_nominal(
     nominal = xr.Dataset({"nominal": data}).assign_coords(case=[label or "-" for label in cases])
     try_write(lambda: write_netcdf(nominal, folder / FileName.NOMINAL))
     return len(cases)
+
+
+def bands_with_nominal(
+    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
+) -> xr.Dataset:
+    """Return the bands of a surrogate, with what nominal runs tell in their attributes.
+
+    These are runs for requirements around the nominal, which count, and which vibrations the start
+    of the motion excites (`start_vibrations`).
+    """
+    nominal = write_nominal(study, surrogate, folder, **options)
+    listener().stage("the bands of the expansion")
+    bands = surrogate.bands(study.sigmas)
+    if nominal:
+        bands.attrs["runs"] += nominal
+        bands.attrs["runs_nominal"] = nominal
+    if not study.runs_elsewhere:
+        bands.attrs |= attributes(start_vibrations(study, surrogate, bands))
+    return bands
 
 
 def around_nominal(limits: Requirements, folder: Path) -> list[Requirement]:

@@ -26,7 +26,7 @@ from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
-from flexband.study.nominal import around_nominal, with_runs, write_nominal
+from flexband.study.nominal import around_nominal, bands_with_nominal, with_runs
 from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
@@ -207,12 +207,7 @@ def _bands(
             surrogate = study.expand(**how)
         files.write_surrogate(surrogate)
         execution = {k: how[k] for k in ("store", "executor", "failed")}
-        nominal = write_nominal(study, surrogate, progress.folder.path, **execution)
-        listener().stage("the bands of the expansion")
-        bands = surrogate.bands(study.sigmas)
-        if nominal:
-            bands.attrs["runs"] += nominal
-            bands.attrs["runs_nominal"] = nominal
+        bands = bands_with_nominal(study, surrogate, progress.folder.path, **execution)
     else:
         surrogate, bands = None, study.run(**how)
         files.write_surrogate(None)

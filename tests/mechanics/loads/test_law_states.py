@@ -39,6 +39,27 @@ def last(motion, *outputs):
     return motion.sel(output=list(outputs)).values[..., -1]
 
 
+def test_starts_include_states():
+    """At rest s = k x; on a periodic motion s/x is the transfer function k / (1 + iωτ)."""
+
+    mass = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(0.1, 0.0))},
+        joints={"rail": fb.Slot("m", (0.0, 0.0))},
+        loads={
+            "f": fb.ForceLaw(["m"], follows, (100.0, 0.05), states={"s": 0.0}),
+            "damper": fb.Spring("m", (-1.0, 0.0), stiffness=0.0, damping=20.0, rest_length=1.0),
+            "push": fb.Force("m", x=lambda t: 5.0 * np.cos(4 * np.pi * t)),
+        },
+        sensors={"x": fb.Position("m"), "s": fb.LawState("f", "s", "N")},
+    )
+    rest = fb.simulate(mass, duration=0.01, step=1e-3, start="static")
+    assert rest.sel(output=["x_X", "s"]).values[:, 0] == pytest.approx([0.05, 5.0], rel=1e-9)
+    cycle = fb.simulate(mass, duration=0.5, step=1e-3, start="periodic", period=0.5)
+    assert np.abs(cycle[:, 0] - cycle[:, -1]).max() < 1e-9
+    x, s = (np.fft.rfft(cycle.sel(output=name)[:-1])[1] for name in ("x_X", "s"))
+    assert s / x == pytest.approx(100.0 / (1 + 0.05j * 4 * np.pi), rel=1e-3)
+
+
 def test_states_converge_with_the_square_of_the_step():
     exact = (expm(system(100.0, 0.05)) @ [0.1, 0.0, 0.0])[[0, 2]]
     errors = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections
-from flexband.mechanics.engine.entries import MARCH, START, dynamics, free_dynamics, statics
+from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws, overlaps
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
@@ -30,7 +31,7 @@ from flexband.mechanics.engine.threads import (
     while_compiling,
 )
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH, address
+from flexband.mechanics.kernels.lane_type import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace
@@ -40,6 +41,42 @@ if TYPE_CHECKING:
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
+
+
+class Begun(NamedTuple):
+    """A block at time zero: its state, its failures (4, WIDTH), and the z that assembly found."""
+
+    work: WorkSpace
+    failure: np.ndarray
+    assembled: np.ndarray
+
+
+class Run(NamedTuple):
+    """What the blocks of a run share.
+
+    Attributes
+    ----------
+    times : of the run [s], equidistant.
+    samples : numbers of those that are run.
+    """
+
+    system: System
+    times: np.ndarray
+    integrator: GeneralizedAlpha
+    samples: np.ndarray
+
+
+class Start:
+    """How runs start: from the guess, assembled with as little deformation as joints allow."""
+
+    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+        """Return what begins a block, given its number and its values."""
+
+        def begin_block(number: int, values: Values) -> Begun:
+            work, failure = begin(run.system, values)
+            return Begun(work, failure, work.z.copy())
+
+        return begin_block
 
 
 class Batch(NamedTuple):
@@ -70,6 +107,7 @@ def run_samples(
     integrator: GeneralizedAlpha,
     *,
     samples: np.ndarray | None = None,
+    start: Start = Start(),
     every: int = 1,
     attempts: int = 1,
     threads: int | None = None,
@@ -83,15 +121,18 @@ def run_samples(
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
     packed = pack(system, times, samples, limits and limits.tolerance)
     chosen = np.arange(system.samples) if samples is None else samples
+    begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
-    method = integrator.coefficients(times[1] - times[0])
-    method = method._replace(attempts=attempts, matrices=NEWTON.factorizations if limits else 1000)
+    method = integrator.coefficients(times[1] - times[0])._replace(
+        attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
+    )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
-    failures = np.zeros((len(chosen), 4))
+    failures, firsts = (
+        np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
+    )  # fmt: skip
     starts: dict[int, np.ndarray] = {}
     blocks = -(-len(chosen) // WIDTH)
-    firsts = np.empty((system.structure.state.rows, len(chosen)))
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [LargestStrains.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
@@ -101,7 +142,8 @@ def run_samples(
         places = slice(block * WIDTH, (block + 1) * WIDTH)
         numbers = chosen[places]
         values = packed(block)
-        series, failure, first, work = run_block(values, rounds, under_way)
+        begun = begin_block(block, values)
+        series, failure, first, work = run_block(values, rounds, under_way, begun=begun[:2])
         started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
         require_inertia(system, values, started[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
@@ -121,7 +163,7 @@ def run_samples(
         if members.own:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             strains[block] = members.largest(states, chosen[lanes])
-        firsts[:, places] = first[:, : len(numbers)]
+        firsts[:, places] = begun.assembled[:, : len(numbers)]
         if failure[3, : len(numbers)].any():
             starts[int(numbers[0])] = first[:, 0].copy()
         return len(numbers)
@@ -164,16 +206,17 @@ def march_block(
     rounds: int,
     under_way: list[np.ndarray] | None = None,
     limits: StepLimits | None = None,
+    begun: tuple[WorkSpace, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
     """Run one block; the number of its last round is added to those `under_way`.
 
-    With `limits` its lanes choose their steps.
+    With `limits` its lanes choose their steps. It starts from the guess, or as it has `begun`.
 
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
     series = np.zeros((rounds, system.sensed, WIDTH))
-    work, failure = begin(system, values)
+    work, failure = begun or begin(system, values)
     first = work.z.copy()
     depth, contact = overlaps(system, values, work.z)
     overlapping = (failure[0] == 0) & (depth > 0)
@@ -238,6 +281,32 @@ def _started(
     return work, failure
 
 
+def hold(
+    system: System, values: Values, work: WorkSpace, z: np.ndarray, *, velocities: bool
+) -> np.ndarray:
+    """Start a block that has begun from other coordinates and states of laws; return its failures.
+
+    Velocities are the nearest to those in z, or, as at every start, those with the least rate of
+    deformation. Springs keep their elongations at rest, and angles the turns on which they began.
+    """
+    state, failure = system.structure.state, np.zeros((4, WIDTH))
+    work.z[1 : state.multiplier] = z[1 : state.multiplier]
+    given, laws = _lanes(values.law_states), (state.rule - state.law_state) // 4
+    given[:laws] = z[state.law_state : state.law_state + laws]
+    values = values._replace(law_states=given)
+    if velocities:
+        values = values._replace(velocity=_lanes(z[state.velocity : state.acceleration]))
+    run(HOLD, system, values, work, failure=failure, number=0.0 if velocities else 1.0)
+    return failure
+
+
+def _lanes(rows: np.ndarray) -> np.ndarray:
+    """Return a copy of rows as the engine takes them."""
+    lanes = zeros(len(rows))
+    lanes[:] = rows
+    return lanes
+
+
 def run(
     task: int,
     system: System,
@@ -262,7 +331,7 @@ def run(
         address(failure),
         address(stop_flag()),
     )
-    entry = dynamics if task in (START, MARCH) else statics
+    entry = dynamics if task in (START, HOLD, MARCH) else statics
     entry = free_dynamics if limits else entry
     entry(*arguments)
     if system.laws and failure is not NOTHING:

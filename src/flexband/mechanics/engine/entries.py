@@ -15,7 +15,7 @@ from flexband.mechanics.engine.static_solver import settle
 from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
 from flexband.mechanics.kernels.lanes import cached, filled
 
-START, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE = range(7)
+START, HOLD, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE = range(8)
 
 
 @cached
@@ -24,16 +24,19 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
 
     Parameters
     ----------
-    task : START fills the state at time zero; MARCH simulates from there.
+    task : START fills the state at time zero, HOLD does so about the deformations in it; MARCH
+        simulates from there.
     method : `Coefficients` of the integrator, for MARCH.
-    number : tolerance of Newton's method, for MARCH.
+    number : tolerance of Newton's method, for MARCH; see `start` for HOLD.
     outputs : filled by MARCH, shape (times, rows, WIDTH).
     failure : shape (4, WIDTH): the code of the failure (0 for none), the number of its time, the
         row of Φ that caused it (negative for none), and how many multipliers the start left out.
     stop : one row; MARCH and SETTLE end early once it is not zero.
     """
     if task == START:
-        start(structure, values, work, failure)
+        start(structure, values, work, failure, False, 1.0)
+    elif task == HOLD:
+        start(structure, values, work, failure, True, number)
     else:
         march(structure, method, number, values, work, outputs, failure, stop)
 

@@ -87,6 +87,10 @@ def raise_failures(
             "each other without end, or forces that jump are not events",
             FAILURE.overlapping: f"the bodies of contact {where!r} overlap at the start, by "
             f"{part[sample]:.3g}; move them apart, or give a contact closed_at_start=True",
+            FAILURE.unstable: "the equilibrium to start from is not stable",
+            FAILURE.not_periodic: "no periodic motion to start from was found; the spectral radius "
+            f"of the motion over a period is {part[sample]:.4g}, and a vibration must decay to "
+            "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)

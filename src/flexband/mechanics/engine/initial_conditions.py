@@ -99,8 +99,8 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
 
 
 @compiled
-def assemble(structure, values, s, work):
-    """Move q to where Φ(q, 0) = 0.
+def assemble(structure, values, s, work, held):
+    """Move q to where Φ(q, 0) = 0; deformations relax unless they are `held`.
 
     Returns the multiplier of the constraint that is violated most, or 0 if all are met, and how
     many multipliers had to be left out at the guess.
@@ -115,7 +115,8 @@ def assemble(structure, values, s, work):
         if iteration == 0:
             redundant = left_out
         clear(r, state.velocity)
-        add_elastic_forces(structure, values, z, r)
+        if not held:
+            add_elastic_forces(structure, values, z, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
         pass_on_moments(structure.vectors, values.vectors, state, z, r)
         to_right_side(structure, r, s)
@@ -160,19 +161,22 @@ def project_velocities(structure, values, s, work):
 
 
 @compiled
-def start(structure, values, work, failure):
+def start(structure, values, work, failure, held, number):
     """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
 
-    The search begins at the coordinates in z, each angle on the turn nearest to that in z.
+    The search begins at the coordinates in z, each angle on the turn nearest to that in z. If
+    deformations are `held`, so are springs' elongations at rest, and `number` is the weight of
+    rates of deformation in the projection of the velocities.
     """
     state, z = structure.state, work.z
     for i in range(state.multiplier, state.rows):
         if i < state.angle or i >= state.velocity:
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
-    failed, redundant = assemble(structure, values, s, work)
-    set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
-    project_velocities(structure, values, s, work)
+    failed, redundant = assemble(structure, values, s, work, held)
+    if not held:
+        set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
+    project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
         start_states(
             structure.laws, values.laws, values.law_states, structure.vectors, values.vectors,

@@ -34,6 +34,10 @@ class FailureCodes(NamedTuple):
         The smallest of the steps that are chosen freely is not short enough.
     overlapping
         Bodies overlap at the start.
+    unstable
+        The equilibrium to start from is not stable.
+    not_periodic
+        No periodic motion to start from was found.
     """
 
     not_assembled: float = 1.0
@@ -48,6 +52,8 @@ class FailureCodes(NamedTuple):
     undetermined: float = 10.0
     too_small: float = 11.0
     overlapping: float = 12.0
+    unstable: float = 13.0
+    not_periodic: float = 14.0
 
 
 FAILURE = FailureCodes()

@@ -8,15 +8,14 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
+from flexband.report.text.advice import advice_on
 from flexband.report.text.numbers import digits_for, number, percent
 from flexband.rounding import ROUNDING, rounding_levels
 from flexband.study.comparison import Comparison
-from flexband.uncertainty.adaptive.adaptation import StopReason
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.unconverged import in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import of_doubtful
 from flexband.words import number_of
 
@@ -298,7 +297,7 @@ def remarks(
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-        lines += _tolerance_remarks(bands) if "tolerance" in attrs else []
+    lines += advice_on(bands, checked)
     if "choice" in bands.dims:
         for name in outputs_of(bands):
             ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)
@@ -342,46 +341,6 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
                 f"at these times ({number_of(bands.attrs['runs_between'], 'run')} at more times): "
                 "a smaller "
                 "output_step shows it"
-            )
-    return lines
-
-
-def _tolerance_remarks(bands: xr.Dataset) -> list[str]:
-    """Return whether expansion and discretization keep below the tolerance, if they do not.
-
-    If the discretization was left to the method, each of them has one half of the tolerance.
-    """
-    # What helps where a method does not tell
-    more = "allow more runs (--max-runs)"
-    attrs, lines = bands.attrs, []
-    error, finer, tolerance = (
-        attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
-    )
-    chosen, unmet = "halved" in attrs, f"The tolerance of {100 * attrs['tolerance']:g} % is"
-    share = tolerance / 2 if chosen else tolerance
-    exceeded = attrs["expected_error"] > tolerance if chosen else error > tolerance
-    if (
-        exceeded
-        and attrs.get("sigmas", 1) != 1
-        and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
-    ):
-        return [
-            f"{unmet} met for μ ± σ, but NOT for μ ± {deviations(bands)}: choose a smaller one "
-            "(--tolerance)"
-        ]
-    others_met = in_words(attrs) and attrs.get("stop_reason") == StopReason.TOLERANCE_MET
-    if exceeded and error > share and not others_met:
-        lines.append(f"{unmet} NOT met: {attrs.get('advice', more)}")
-        lines.append(f"The largest prediction error is {attrs['largest_miss']}")
-    if attrs["refined"] and finer > (share if chosen else max(tolerance, error)):
-        if chosen:
-            lines.append(f"{unmet} NOT met by the discretization: {why_not_finer(attrs)}")
-        else:
-            lines.append(
-                "The discretization is coarse: a finer one would move the bands by more than the "
-                "tolerance"
-                + "; leave out step and elements to have them chosen"
-                * ("step" in attrs["refined"])
             )
     return lines
 

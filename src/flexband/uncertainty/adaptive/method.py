@@ -18,7 +18,7 @@ from flexband.uncertainty.adaptive.adaptation import Adaptation, StopReason
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted
 from flexband.uncertainty.adaptive.refinement.correction import ExtrapolationOptions
 from flexband.uncertainty.adaptive.resolution import solved
-from flexband.uncertainty.adaptive.results import advice, surrogate_of, what_helps
+from flexband.uncertainty.adaptive.results import advice, orders_used, surrogate_of, what_helps
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
@@ -168,6 +168,8 @@ class AdaptivePCCI(ExpansionMethod):
             "stop_reason": stopped.value,
             "stopped": stopped.text,
         }
+        if used := orders_used(course):
+            attrs["orders_used"] = used
         surrogate = surrogate_of(course).with_attrs(tolerance=self.tolerance, **attrs)
         error = surrogate.diagnostics.attrs["expected_error"]
         if error > self.tolerance:

@@ -120,14 +120,15 @@ def judged(
     return dataset
 
 
+def orders_used(course: Adaptation) -> list[str]:
+    """Return the variables whose highest order is in use, each with this order."""
+    orders = zip(_variables(course.space), course.choice.orders, course.design.highest, strict=True)
+    return [f"{name} ({order})" for name, order, most in orders if order >= most]
+
+
 def advice(course: Adaptation, stopped: StopReason) -> str:
     """Return what helps where the tolerance is not met."""
-    design, orders = course.design, course.choice.orders
-    used = [
-        f"{name} ({order})"
-        for name, order, most in zip(_variables(course.space), orders, design.highest, strict=True)
-        if order >= most
-    ]
+    used = orders_used(course)
     if used or stopped is StopReason.ORDERS_USED:
         where = f" in {', '.join(used)}" if used else ""
         return (
@@ -135,7 +136,7 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
             "jumps or has a corner, LHSScanning, SobolScanning or MonteCarlo (--method "
             "lhs-scanning) need no smoothness; or leave out the outputs that converge too slowly"
         )
-    sampled = course.space.advice_on_fields if design.sampled else ""
+    sampled = course.space.advice_on_fields if course.design.sampled else ""
     return (
         "allow more runs (max_runs, or --max-runs) or leave out the outputs that converge too "
         f"slowly{sampled}"

@@ -141,6 +141,8 @@ def _recorded(
         motion, _ = simulated(
             mechanism,
             TimeGrid(outputs // every * between, between, every * response.step_parts),
+            start=response.start,
+            period=response.period,
             integrator=response.integrator,
             threads=response.threads,
         )

@@ -1,0 +1,191 @@
+"""Starts on a periodic motion: the fixed point of the map from a state to that one period later.
+
+The map x → P(x) is a simulation over the period, from coordinates q and velocities v. Its fixed
+point is found by Anderson's acceleration of x ← P(x), which is GMRES where the map is linear. The
+differences of all iterates span the directions in which the motion is slow to become periodic; the
+eigenvalues of the map in this space tell its spectral radius ρ. An error of a state is at most
+1/(1 − ρ) of what it changes in a period, so that the motion is refused where ρ is near 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.errors import InputError, named, returned, without_warnings
+from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.structure import Values, WorkSpace
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.assembly.vectors import time as of_time
+from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold, march_block
+from flexband.mechanics.engine.generalized_alpha import NEWTON
+from flexband.mechanics.engine.threads import stop_flag
+from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.forms import Composed
+from flexband.mechanics.kernels.lane_type import WIDTH
+
+
+@dataclass(frozen=True)
+class PeriodicStart(Start):
+    """The state of a motion that is the same one period later.
+
+    Attributes
+    ----------
+    period : of all functions of time [s], a multiple of the step.
+    tolerance : change of a state in a period, relative to the size of the mechanism.
+    max_radius : largest spectral radius of the map that is accepted.
+    max_periods : most periods that are simulated.
+    memory : most differences of iterates that are used.
+    independent : singular value of the differences, relative to the largest, below which they are
+        rounding errors.
+    """
+
+    period: float
+    tolerance: float = 1e-10
+    max_radius: float = 0.98
+    max_periods: int = 100
+    memory: int = 40
+    independent: float = 1e-7
+
+    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+        """Return what begins a block. Raise `InputError` if a function of time is not periodic."""
+        system, step = run.system, run.times[1] - run.times[0]
+        self._check_functions(system, float(run.times[-1]))
+        limits = run.integrator.step_limits(system.structure.state, step)
+        method = run.integrator.coefficients(step)
+        method = method._replace(
+            attempts=2, matrices=NEWTON.factorizations if limits else method.matrices
+        )
+        times = step * np.arange(round(self.period / step) + 1)
+        with without_warnings():
+            packed = pack(system, times, run.samples, limits and limits.tolerance)
+        rounds, newton = len(packed.schedule.parts), float(run.integrator.tolerance)
+        rows = _rows(system)
+
+        def begin_block(number: int, values: Values) -> Begun:
+            work, failure = begin(system, values)
+            size = _sizes(system, values, self.period / math.tau)
+
+            def after_period(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                over_period = packed(number)
+                over_period.springs.rest[:] = values.springs.rest
+                begun = self._held(system, over_period, work, x * size)
+                _, failure, _, end = march_block(
+                    system, method, newton, over_period, rounds, limits=limits, begun=begun
+                )
+                failure[1] = 0.0
+                return end.z[rows] / size, failure
+
+            x, failed = self._fixed_point(after_period, work.z[rows] / size, failure)
+            held, failure = self._held(system, values, work, x * size)
+            return Begun(held, np.where(failed[0] > 0, failed, failure), work.z)
+
+        return begin_block
+
+    @staticmethod
+    def _held(
+        system: System, values: Values, work: WorkSpace, x: np.ndarray
+    ) -> tuple[WorkSpace, np.ndarray]:
+        """Return a block that starts from a state, shape (rows, WIDTH), and its failures."""
+        z, held = work.z.copy(), WorkSpace.of(system.structure)
+        z[_rows(system)] = x
+        held.smallest[:], held.z[:] = work.smallest, work.z
+        return held, hold(system, values, held, z, velocities=True)
+
+    def _fixed_point(
+        self,
+        after_period: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+        x: np.ndarray,
+        failure: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the fixed point of each lane, and its failure."""
+        lanes = [_Iteration(self) for _ in range(WIDTH)]
+        for _ in range(self.max_periods):
+            g, failed = after_period(x)
+            new = failed[0] > 0
+            failure = np.where(new & (failure[0] == 0), failed, failure)
+            for lane, iteration in enumerate(lanes):
+                if not failure[0, lane] and not iteration.done:
+                    x[:, lane] = iteration.next(x[:, lane], g[:, lane])
+            if stop_flag().any() or all(
+                iteration.done or failure[0, lane] for lane, iteration in enumerate(lanes)
+            ):
+                break
+        for lane, iteration in enumerate(lanes):
+            radius = iteration.spectral_radius()
+            if not failure[0, lane] and (not iteration.done or radius > self.max_radius):
+                failure[:, lane] = FAILURE.not_periodic, 0.0, -1.0, radius
+        return x, failure
+
+    def _check_functions(self, system: System, duration: float) -> None:
+        """Raise `InputError` if a function of time does not repeat itself, sampled irregularly."""
+        golden = (5**0.5 - 1) / 2
+        span = max(self.period, duration - self.period)
+        moments = span * ((golden * np.arange(1, 65)) % 1.0)
+        for function in system.functions:
+            if function is of_time:  # laws are given the time, which they need not use
+                continue
+            now, later = (
+                np.array([returned(function, float(t)) for t in moments + shift], dtype=float)
+                for shift in (0.0, self.period)
+            )
+            if np.abs(later - now).max() > 1e-6 * max(np.abs(now).max(), 1e-300):
+                inner = function.inner if isinstance(function, Composed) else function
+                raise InputError(
+                    f"start='periodic' needs functions of time that repeat themselves after the "
+                    f"period of {self.period:g} s; {named(inner)} does not"
+                )
+
+
+class _Iteration:
+    """Anderson's acceleration in one lane."""
+
+    def __init__(self, options: PeriodicStart) -> None:
+        self.options, self.done = options, False
+        self.points: list[np.ndarray] = []
+        self.images: list[np.ndarray] = []
+
+    def next(self, x: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """Return the next iterate after x, which is at `g` one period later."""
+        most = self.options.memory + 1
+        self.points, self.images = [*self.points, x.copy()][-most:], [*self.images, g][-most:]
+        self.done = bool(np.abs(g - x).max() <= self.options.tolerance)
+        if self.done or len(self.points) == 1:
+            return g
+        moved, mapped = self._differences()
+        weights = np.linalg.lstsq(mapped - moved, g - x, rcond=1e-12)[0]
+        return g - mapped @ weights
+
+    def spectral_radius(self) -> float:
+        """Return the largest eigenvalue of the map in the space of the differences."""
+        if len(self.points) < 2:
+            return 0.0
+        moved, mapped = self._differences()
+        u, s, vt = np.linalg.svd(moved, full_matrices=False)
+        kept = s > self.options.independent * s[0]
+        matrix = (u[:, kept].T @ mapped @ vt[kept].T) / s[kept]
+        return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+    def _differences(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return differences of iterates, of length one, and those that they are mapped to."""
+        moved, mapped = np.diff(self.points, axis=0).T, np.diff(self.images, axis=0).T
+        length = np.linalg.norm(moved, axis=0)
+        return moved[:, length > 0] / length[length > 0], mapped[:, length > 0] / length[length > 0]
+
+
+def _rows(system: System) -> np.ndarray:
+    """Return the rows of z that are its state: q, v and the states of force laws."""
+    state = system.structure.state
+    q = np.arange(1, 1 + state.coordinates)
+    laws = np.arange(state.law_state, state.law_state + (state.rule - state.law_state) // 4)
+    return np.concatenate([q, state.velocity + q, laws])
+
+
+def _sizes(system: System, values: Values, time: float) -> np.ndarray:
+    """Return the sizes of a state by which it is compared, those of velocities per `time` [s]."""
+    size = 1 / values.inverse_scale[1 : 1 + system.structure.state.coordinates]
+    laws = len(_rows(system)) - 2 * len(size)
+    return np.concatenate([size, size / time, np.ones((laws, WIDTH))])

@@ -1,0 +1,71 @@
+"""How a motion starts: from the assembled guess, from rest, or on a periodic motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexband.errors import InputError, check_numbers, check_option, check_positive
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.block_equilibria import block_equilibria
+from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
+from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.periodic_start import PeriodicStart
+from flexband.mechanics.time_functions.slowed import slowed
+
+STARTS = ["assembled", "static", "periodic"]
+
+
+@dataclass(frozen=True)
+class StaticStart(Start):
+    """The stable equilibrium at time zero, from which bodies move with their velocities."""
+
+    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+        """Return what begins a block."""
+
+        def begin_block(number: int, values: Values) -> Begun:
+            count = min(WIDTH, len(run.samples) - number * WIDTH)
+            work, failure = begin(run.system, values)
+            assembled = work.z.copy()
+            rest = block_equilibria(run.system, values, 1, count)
+            z, failed = work.z.copy(), np.where(failure[0] > 0, failure, rest.failure)
+            for lane in range(WIDTH):
+                balance = rest.balances[min(lane, count - 1)]
+                failed[:, lane] = failed[:, min(lane, count - 1)]
+                if not failed[0, lane]:
+                    z[:, lane] = balance.z
+                    if not balance.stable:
+                        failed[:3, lane] = FAILURE.unstable, 0.0, -1.0
+            failure = hold(run.system, values, work, z, velocities=False)
+            return Begun(work, np.where(failed[0] > 0, failed, failure), assembled)
+
+        return begin_block
+
+
+def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:
+    """Return how runs start; raise `InputError` if it is none, or the period does not fit."""
+    check_option("start", name, STARTS)
+    if (period is None) == (name == "periodic"):
+        needs = "requires a period [s]" if period is None else "is required by a period"
+        raise InputError(f"start='periodic' {needs}; got start={name!r} and period={period!r}")
+    if period is None:
+        return StaticStart() if name == "static" else Start()
+    length = float(check_positive("period [s]", check_numbers("period [s]", period)))
+    ratio = length / step
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+        raise InputError(
+            f"period [s] must be a whole multiple of {step_name}; got {length:g} with "
+            f"{step_name} {step:g}"
+        )
+    return PeriodicStart(length)
+
+
+def assembled(mechanism: Mechanism, slow: float) -> System:
+    """Return the system of a mechanism, whose functions of time have a slow start [s]."""
+    system = assemble(mechanism)
+    return replace(system, functions=slowed(system.functions, slow)) if slow else system

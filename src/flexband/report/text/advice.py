@@ -1,0 +1,91 @@
+"""What to do next where an accuracy is missed: one sentence for every reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import xarray as xr
+
+from flexband.report.text.numbers import number, percent
+from flexband.study.results.shortfall import Shortfall, shortfalls
+from flexband.study.start_vibrations import of_attributes
+from flexband.uncertainty.surrogates.unconverged import why_not_finer
+from flexband.words import number_of
+
+
+def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
+    """Return why an accuracy is missed and what to do next, without full stops; none if it is met.
+
+    Parameters
+    ----------
+    checked : result of `verify`.
+    """
+    attrs, lines = bands.attrs, list[str]()
+    for reason in shortfalls(bands, checked):
+        lines.append(SENTENCES[reason](attrs))
+        if reason in (Shortfall.BUDGET, Shortfall.KINKS):
+            lines.append(f"The largest prediction error is {attrs['largest_miss']}")
+    return lines
+
+
+Attributes = Mapping[str, Any]
+
+
+def _of_expansion(attrs: Attributes) -> str:
+    more = "allow more runs (--max-runs)"
+    return f"{_unmet(attrs)} NOT met: {attrs.get('advice', more)}"
+
+
+def _of_discretization(attrs: Attributes, finer: str) -> str:
+    if "halved" in attrs:
+        return f"{_unmet(attrs)} NOT met by the discretization: {why_not_finer(attrs)}"
+    left_out = ", or leave out step and elements to have them chosen"
+    return (
+        "The discretization is coarse: a finer one would move the bands by more than the "
+        f"tolerance; give {finer}{left_out * ('step' in attrs['refined'])}"
+    )
+
+
+def _of_start(attrs: Attributes) -> str:
+    worst = of_attributes(attrs)[0]
+    return (
+        f"{_unmet(attrs)} NOT met: {worst.output or 'the response'} rings at "
+        f"{worst.frequency:.2g} Hz from the start, by up to {percent(worst.share)} of the band's "
+        "width; start softly (fb.ramp for drives, start='static' or start='periodic'), or require "
+        "nothing before it has decayed"
+    )
+
+
+def _of_failures(attrs: Attributes) -> str:
+    failed = attrs.get("runs_failed", 0)
+    lost = f"{number_of(failed, 'run')} failed" if failed else "Finer runs fail"
+    return f"{lost}: mend the model there, or narrow the ranges; `flexband status` lists why"
+
+
+def _of_sigmas(attrs: Attributes) -> str:
+    bars = f"μ ± {number(attrs['sigmas'])}σ"
+    return f"{_unmet(attrs)} met for μ ± σ, but NOT for {bars}: choose a smaller one (--tolerance)"
+
+
+def _of_rare_effects(attrs: Attributes) -> str:
+    return (
+        "Verification runs meet an effect that the other runs missed: study the ranges where it is "
+        "on their own, or take a method that needs no smoothness (--method lhs-scanning)"
+    )
+
+
+def _unmet(attrs: Attributes) -> str:
+    return f"The tolerance of {100 * attrs['tolerance']:g} % is"
+
+
+SENTENCES: dict[Shortfall, Callable[[Attributes], str]] = {
+    Shortfall.FAILED_RUNS: _of_failures,
+    Shortfall.RINGING: _of_start,
+    Shortfall.SIGMAS: _of_sigmas,
+    Shortfall.KINKS: _of_expansion,
+    Shortfall.BUDGET: _of_expansion,
+    Shortfall.STEP: lambda attrs: _of_discretization(attrs, "a shorter step"),
+    Shortfall.ELEMENTS: lambda attrs: _of_discretization(attrs, "more elements"),
+    Shortfall.RARE_EFFECTS: _of_rare_effects,
+}

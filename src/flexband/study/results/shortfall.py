@@ -1,0 +1,68 @@
+"""Why an accuracy is missed, as data; `report.text.advice` has the next thing to do for each."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import xarray as xr
+
+from flexband.study.start_vibrations import of_attributes as start_vibrations_of
+from flexband.uncertainty.adaptive.adaptation import StopReason
+from flexband.uncertainty.surrogates.unconverged import of_attributes as unconverged_of
+from flexband.uncertainty.surrogates.verdicts import Confirmation
+
+
+class Shortfall(StrEnum):
+    """A reason why an accuracy is missed."""
+
+    FAILED_RUNS = "failed-runs"
+    RINGING = "ringing-from-the-start"
+    """A vibration that the start excites, whose phase no expansion follows."""
+    SIGMAS = "sigmas"
+    """The tolerance is met for μ ± σ, but not for the wider bars that are asked for."""
+    KINKS = "kinks"
+    """The highest orders are in use, as where a response jumps or has a corner."""
+    BUDGET = "budget"
+    STEP = "step"
+    ELEMENTS = "elements"
+    RARE_EFFECTS = "rare-effects"
+    """Verification runs meet what the runs of the method have not."""
+
+
+def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Shortfall]:
+    """Return why an accuracy is missed, what is to be mended first at the front; none if it is met.
+
+    Parameters
+    ----------
+    checked : result of `verify`.
+    """
+    attrs, reasons = bands.attrs, list[Shortfall]()
+    failed = attrs.get("runs_failed", 0) or "not_refined" in attrs
+    refuted = checked is not None and checked.attrs.get("confirmed") == Confirmation.REFUTED
+    of_expansion = of_discretization = False
+    if "tolerance" in attrs and "expansion_error" in attrs:
+        error, finer, tolerance = (
+            attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
+        )
+        chosen, met = "halved" in attrs, attrs.get("stop_reason") == StopReason.TOLERANCE_MET
+        share = tolerance / 2 if chosen else tolerance
+        exceeded = attrs["expected_error"] > tolerance if chosen else error > tolerance
+        if exceeded and met and attrs.get("sigmas", 1) != 1:
+            return [Shortfall.SIGMAS]
+        of_expansion = exceeded and error > share and not (met and bool(unconverged_of(attrs)))
+        of_discretization = bool(attrs["refined"]) and finer > (
+            share if chosen else max(tolerance, error)
+        )
+    if failed and (of_expansion or of_discretization or refuted):
+        reasons.append(Shortfall.FAILED_RUNS)
+    if start_vibrations_of(attrs) and (of_expansion or of_discretization):
+        reasons.append(Shortfall.RINGING)
+    elif of_expansion:
+        kinks = attrs.get("stop_reason") == StopReason.ORDERS_USED or "orders_used" in attrs
+        reasons.append(Shortfall.KINKS if kinks else Shortfall.BUDGET)
+    if of_discretization:
+        worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
+        reasons.append(Shortfall.ELEMENTS if worst == "elements" else Shortfall.STEP)
+    if refuted and not of_expansion:
+        reasons.append(Shortfall.RARE_EFFECTS)
+    return reasons

@@ -1,0 +1,147 @@
+"""Vibrations that the start of a motion excites.
+
+The nominal motion is compared with one that starts at rest, and whose time reaches its pace slowly.
+Both follow the same drives and loads after half the time that this takes. What differs and
+oscillates then is what the given start has excited: by strains that are not in equilibrium, or by
+drives that move at full speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.selection import surrogates_of
+from flexband.analysis.verification.expanded_runs import as_expanded
+from flexband.errors import FlexbandWarning, InputError, RunError, without_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from flexband.response import Response
+    from flexband.study.study import Study
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+PREFIX = "ringing_"
+"""Of attributes of bands."""
+
+
+@dataclass(frozen=True)
+class StartVibration:
+    """A vibration of an output that the start excites.
+
+    Attributes
+    ----------
+    output : name of the output; "" where there is one only.
+    frequency : [Hz].
+    share : largest deviation from the motion without it, in parts of the error bar's mean width.
+    """
+
+    output: str
+    frequency: float
+    share: float
+
+
+@dataclass(frozen=True)
+class VibrationSearch:
+    """How vibrations from the start are looked for.
+
+    Attributes
+    ----------
+    parts : of the simulated time that the slow starts take, one after the other, until one takes
+        enough periods.
+    least_periods : of a vibration in the slow start, which would excite it otherwise.
+    least_cycles : of a vibration in the motion.
+    least_share : of the error bar's mean width.
+    """
+
+    parts: tuple[int, ...] = (40, 20, 10, 5)
+    least_periods: float = 2.0
+    least_cycles: float = 4.0
+    least_share: float = 0.1
+
+
+def start_vibrations(
+    study: Study,
+    surrogate: Surrogate | SurrogateOfChoices,
+    bands: xr.Dataset,
+    search: VibrationSearch = VibrationSearch(),
+) -> list[StartVibration]:
+    """Return the vibrations of a nominal motion that its start excites, the largest first.
+
+    There are none where the response is no simulation, or has no rest to start from.
+    """
+    case = next(iter(surrogates_of(surrogate).values()))
+    values = case.space.arguments_at(*case.space.nominal())
+    with without_warnings(FlexbandWarning):
+        response, _ = as_expanded(case, study.response)
+        if response.started_softly(1.0) is None:
+            return []
+        try:
+            given = response(**values).isel(sample=0)
+            return _compared(response, values, given, bands, search)
+        except (InputError, RunError):  # there is no rest, or no way from it
+            return []
+
+
+def _compared(
+    response: Response,
+    values: Mapping[str, Any],
+    given: xr.DataArray,
+    bands: xr.Dataset,
+    search: VibrationSearch,
+) -> list[StartVibration]:
+    times = given["time"].values
+    step, steps = times[1] - times[0], len(times) - 1
+    bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
+    width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean("time").values
+    known: dict[int, StartVibration] = {}
+    for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
+        softly = response.started_softly(2 * half * step)
+        assert softly is not None
+        soft = softly(**values).isel(sample=0)
+        apart = (given - soft.values).values[:, half:]
+        for k, name in enumerate(given["output"].values):
+            if k in known or width[k] <= 0:
+                continue
+            share = float(np.abs(apart[k]).max() / width[k])
+            frequency = _frequency(apart[k], step)
+            if (
+                share >= search.least_share
+                and frequency * 2 * half * step >= search.least_periods
+                and frequency * times[-1] >= search.least_cycles
+            ):
+                known[k] = StartVibration(str(name), frequency, share)
+    return sorted(known.values(), key=lambda vibration: -vibration.share)
+
+
+def _frequency(values: np.ndarray, step: float) -> float:
+    """Return the frequency at which values oscillate about zero [Hz]; 0 if they do not.
+
+    It is the mean of their spectrum's peak. Half of the energy must be around it, or above.
+    """
+    count = 4 * len(values)
+    energy = np.abs(np.fft.rfft(values, count)) ** 2
+    peak = int(energy.argmax())
+    if peak < 8 or energy[peak // 2 :].sum() < 0.5 * energy.sum():
+        return 0.0
+    around = slice(peak - 4, peak + 5)
+    return float(np.average(np.fft.rfftfreq(count, step)[around], weights=energy[around]))
+
+
+def attributes(vibrations: list[StartVibration]) -> dict[str, list[Any]]:
+    """Return vibrations as attributes of bands; none if there are none."""
+    rows = [asdict(vibration) for vibration in vibrations]
+    return {f"{PREFIX}{name}": [row[name] for row in rows] for name in (rows[0] if rows else ())}
+
+
+def of_attributes(attrs: Mapping[str, Any]) -> list[StartVibration]:
+    """Return the vibrations of the attributes of bands."""
+    if f"{PREFIX}output" not in attrs:
+        return []
+    columns = [np.atleast_1d(attrs[PREFIX + k]).tolist() for k in ("output", "frequency", "share")]
+    return [StartVibration(*row) for row in zip(*columns, strict=True)]

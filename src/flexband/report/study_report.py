@@ -66,7 +66,7 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    about = tables.remarks(result.bands, result.verification, doubtful=bool(result.doubts))
+    about = tables.remarks(result.bands, result.verification)
     return [*about, *tables.field_remarks(fields)]
 
 

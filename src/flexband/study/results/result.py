@@ -198,8 +198,9 @@ def doubts_about(
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")
-    if tolerance is not None and attrs.get("expected_error", 0.0) > tolerance:
-        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET))
+    expected = float(attrs.get("expected_error", 0.0))
+    if tolerance is not None and expected > tolerance:
+        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET, expected, float(tolerance)))
     if "not_trusted" in attrs:
         doubts.append(Doubt(DoubtKind.NOT_TRUSTED))
     if verification is None:

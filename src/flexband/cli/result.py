@@ -32,7 +32,7 @@ STYLES = {Verdict.PASS: "green", Verdict.FAIL: "bold red", Verdict.UNDECIDED: "y
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     """Write the report of a result, unless it is there; print a remark if there can be none."""
     if result.limits is not None and not result.reused:
-        draw_limits(result.limits, result.folder)
+        draw_limits(result.limits, result.folder, study.display)
     if result.reused and has_report(result.folder):
         return True
     try:
@@ -57,9 +57,9 @@ def print_result(
     plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
 ) -> None:
     """Print the table of a result, what it answers, and the files that were written."""
-    verdicts = result.verdicts
+    verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
-    table = tables.summary_table(result.bands, result.verification)
+    table = tables.summary_table(study.display.data(result.bands), result.verification)
     answer = answer_of(study, result) if reported else []
     notes = remarks(study, result)
     if as_json:

@@ -55,7 +55,7 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
 
 def answer_of(study: Study, result: StudyResult) -> list[str]:
     """Return what the first lines of a report say."""
-    inputs = inputs_table(_inputs(study, result), study.units)
+    inputs = inputs_table(_inputs(study, result), study.display)
     check = result.limits
     given = {"doubts": result.doubts, "unchecked": result.limits_unchecked}
     shares = uncertain_ones(result.contributions, inputs)
@@ -66,7 +66,7 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    about = tables.remarks(result.bands, result.verification)
+    about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]
 
 

@@ -14,6 +14,7 @@ from flexband.files import read_unlinked
 from flexband.report.plot.figures import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, summary_table
+from flexband.study.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.limits import LimitCheck
 
@@ -38,10 +39,11 @@ class Answer(NamedTuple):
     pictures: list[tuple[str, str]]
 
 
-def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
+def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck | None]:
     """Return the answers in a folder, and whether limits are kept.
 
-    Answers of earlier results, and those that are not as written, are left out, and named.
+    They are in display units. Answers of earlier results, and those that are not as written, are
+    left out, and named.
     """
     likely = (
         "Below: how likely each limit is left at a time, for the worst values of the interval "
@@ -53,6 +55,7 @@ def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
         "the others is drawn again from close by, with dots at the output times"
     )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
+    usable = {name: display.data(answer) for name, answer in usable.items()}
     limits, probability = usable.get("limits"), usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
@@ -76,7 +79,8 @@ def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     """Return an answer as a part of the report."""
     inputs = "changes" if "changes" in answer.attrs else "inputs"
-    texts = (answer.attrs.get(k) for k in ("verdict", inputs, "sampling", "surrogate_not_reliable"))
+    verdict = "outcome" if "outcome" in answer.attrs else "verdict"
+    texts = (answer.attrs.get(k) for k in (verdict, inputs, "sampling", "surrogate_not_reliable"))
     remarks = [str(text) for text in texts if text]
     tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
     table = tables[name](answer) if name in tables else None
@@ -140,16 +144,15 @@ def allocation_table(allocation: xr.Dataset) -> Table:
     """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
     margins = "contribution" in allocation
     column = "share of the used margin" if margins else "share of the change of P"
-    header = ["input", "tolerance", "largest", "cost", column]
+    units = allocation["tolerance_unit"].values if "tolerance_unit" in allocation.coords else []
+    header = ["input", "tolerance", "largest", *["unit"] * any(units), "cost", column]
     nearest = allocation["contribution"].isel(binding=0) if margins else allocation["elasticity"]
     share = nearest / nearest.sum()
-    rows = [
-        [
-            str(tolerance["name"].values),
-            *(number(tolerance[k]) for k in ("tolerance", "largest", "cost")),
-        ]
-        for tolerance in (allocation.isel(name=k) for k in range(allocation.sizes["name"]))
-    ]
+    rows = []
+    for k, name in enumerate(allocation["name"].values.tolist()):
+        of_name = allocation.isel(name=k)
+        ends = [number(of_name[end]) for end in ("tolerance", "largest")]
+        rows.append([name, *ends, *[units[k]] * any(units), number(of_name["cost"])])
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
 
 

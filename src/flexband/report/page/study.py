@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.probability.texts import verdict_on
 from flexband.execution.names import FileName
 from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data, nominal_of, numbers
@@ -20,6 +21,7 @@ from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
 from flexband.report.text.verdicts import verdict_line
+from flexband.study.display import Display
 from flexband.study.results.answers import read_answer
 from flexband.study.results.verdicts import requirement_verdicts
 from flexband.words import number_of
@@ -54,17 +56,25 @@ def write_report(
         *what_if.SCRIPTS,
         "start.js",
     )  # fmt: skip
-    answers, check = answers_in(folder)
+    display = Display(given.get("display_units", {}), given.get("units", {}))
+    answers, check = answers_in(folder, display)
     limits, probability, production = (
         (None, None, None)
         if check is None
         else (check.margins, check.probability, check.production)
     )
+    raw = bands
+    others, fixed = what_if.what_if(surrogate, bands, display)
+    bands, checked, contributions = (
+        None if data is None else display.data(data) for data in (bands, checked, contributions)
+    )
+    assert bands is not None
     uncertain = uncertain_ones(contributions, given["inputs"])
-    charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
+    nominal = nominal_of(surrogate)
+    nominal = None if nominal is None else display.data(nominal)
+    charts = chart_data(bands, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
-    others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
     page = folder / FileName.REPORT
@@ -91,7 +101,7 @@ def write_report(
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
         else "",
-        limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
+        limit_remarks=[] if probability is None else [verdict_on(probability)],
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(bands) if charts else [],
@@ -109,8 +119,8 @@ def write_report(
             "charts": charts,
             "motion": given.get("motion"),
             "what_if": others,
-            "path": path_data(read_answer(folder, "path")),
-            "p_boxes": p_box_data(read_answer(folder, "p_boxes")),
+            "path": path_data(read_answer(folder, "path"), display),
+            "p_boxes": p_box_data(read_answer(folder, "p_boxes"), raw, display),
         },
     )
     return page

@@ -60,7 +60,8 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 
     The next column is its expected error in parts of the width, both as means over time, or, for
     PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
-    last one is whether verification runs confirm it. Of an output that is constant there is none of these.
+    last one is whether verification runs confirm it. Of an output that is constant there is none
+    of these.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)
-        unit, bar = _unit(output_bands), output_bands["error_bar"]
+        unit, bar = unit_of(output_bands), output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         widest, scale = float(width.max()), float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
@@ -113,13 +114,13 @@ def _confirmed(
     return ["" if constant else "yes" if trusted else and_yet]
 
 
-def _unit(output_bands: xr.Dataset) -> str:
+def unit_of(output_bands: xr.Dataset) -> str:
     """Return the unit of an output in brackets, after a blank; or nothing."""
     return f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
-    """Return the largest size of the error bars of all outputs of a unit, by `_unit`.
+    """Return the largest size of the error bars of all outputs of a unit, by `unit_of`.
 
     Its rounding errors are not above `ROUNDING` times that.
     """
@@ -127,8 +128,8 @@ def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
     largest = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
         output_bands = select(bands, name)
-        largest[_unit(output_bands)] = max(
-            largest.get(_unit(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
+        largest[unit_of(output_bands)] = max(
+            largest.get(unit_of(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
         )
     return largest
 
@@ -321,7 +322,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
         unit = f" {output_bands['unit'].values}" if "unit" in output_bands.coords else ""
         unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
         low, high = output_bands["error_bar"].transpose("bound", ...).values
-        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(output_bands)])
+        largest = max(high.max() - low.min(), ROUNDING * sizes[unit_of(output_bands)])
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
             least = output_bands[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least

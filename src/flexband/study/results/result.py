@@ -12,6 +12,7 @@ import xarray as xr
 from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
+from flexband.study.display import Display
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
@@ -97,6 +98,10 @@ class StudyResult:
     @property
     def verdicts(self) -> list[RequirementVerdict]:
         """The verdict on every requirement of the study that was checked."""
+        return self.verdicts_in(Display())
+
+    def verdicts_in(self, display: Display) -> list[RequirementVerdict]:
+        """Return the verdicts with their numbers in display units."""
         if self.limits is None:
             return []
         shares = self.contributions
@@ -105,7 +110,9 @@ class StudyResult:
             chosen = {name for space in spaces for name in space.chosen}
             kept = [k for k, name in enumerate(shares["name"].values) if str(name) not in chosen]
             shares = shares.isel(name=kept) if kept else None
-        return requirement_verdicts(self.limits, shares, self.verification)
+        checked = None if self.verification is None else display.data(self.verification)
+        check = self.limits._replace(margins=display.data(self.limits.margins))
+        return requirement_verdicts(check, shares, checked)
 
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""

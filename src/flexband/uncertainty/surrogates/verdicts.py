@@ -115,13 +115,13 @@ class VerificationVerdict:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * self.confidence:.0f} % confidence"
             return (
-                f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of {size} "
-                f"({in_percent(self.least)} or more with {sure}), where "
+                f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
+                f"{size} ({in_percent(self.least)} or more with {sure}), where "
                 f"{in_percent(self.expected)} is expected{over}"
             )
         text = (
-            f"Estimate confirmed: {runs} {are} missed by no more than expected; the largest error that "
-            f"follows is {size}"
+            f"Estimate confirmed: {runs} {are} missed by no more than expected; the largest error "
+            f"that follows is {size}"
         )
         claim = f"; the runs of the method imply {in_percent(self.claimed)}"
         return text + claim * (self.claimed > self.inferred)

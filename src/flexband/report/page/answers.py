@@ -152,7 +152,7 @@ def allocation_table(allocation: xr.Dataset) -> Table:
     for k, name in enumerate(allocation["name"].values.tolist()):
         of_name = allocation.isel(name=k)
         ends = [number(of_name[end]) for end in ("tolerance", "largest")]
-        rows.append([name, *ends, *[units[k]] * any(units), number(of_name["cost"])])
+        rows.append([name, *ends, *units[k : k + any(units)], number(of_name["cost"])])
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
 
 

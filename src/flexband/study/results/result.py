@@ -9,11 +9,15 @@ from typing import Any
 
 import xarray as xr
 
+from flexband.analysis.requirements.production import production_yield
+from flexband.analysis.requirements.requirement import Requirements
+from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.display import Display
 from flexband.study.folder import StudyFolder, checksum_of
+from flexband.study.nominal import around_nominal
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.limits import OF_STUDY, LimitCheck
@@ -113,6 +117,30 @@ class StudyResult:
         checked = None if self.verification is None else display.data(self.verification)
         check = self.limits._replace(margins=display.data(self.limits.margins))
         return requirement_verdicts(check, shares, checked)
+
+    def production_yield(
+        self, requirements: Requirements, scatter: Scatter, **options: Any
+    ) -> xr.Dataset:
+        """Return the share of the parts that meet requirements, if tolerances scatter.
+
+        It is `production_yield` of the surrogate, with requirements around the nominal response of
+        the study.
+
+        Parameters
+        ----------
+        requirements : such as those of the study, or others.
+        scatter : of the tolerances, as for `production_yield`.
+        options : the other ones of `production_yield`, such as `response` and `runs`.
+
+        Raises
+        ------
+        InputError
+            If the method made no surrogate, and as `production_yield` does.
+        """
+        if self.surrogate is None:
+            raise InputError(f"a yield requires a method with a surrogate; got {self.label}")
+        known = around_nominal(requirements, self.folder)
+        return production_yield(self.surrogate, known, scatter, **options)
 
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""

@@ -12,7 +12,7 @@ from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.report.page.page_file import read_given
-from flexband.report.study_report import answer_of, remarks, report_study
+from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
 from flexband.report.text.verdicts import verdict_line
@@ -33,7 +33,7 @@ def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     """Write the report of a result, unless it is there; print a remark if there can be none."""
     if result.limits is not None and not result.reused:
         draw_limits(result.limits, result.folder, study.display)
-    if result.reused and has_report(result.folder):
+    if result.reused and has_report(result.folder, study, Path(plan.file)):
         return True
     try:
         report_study(study, result, plan.title, Path(plan.file))
@@ -45,10 +45,12 @@ def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     return True
 
 
-def has_report(folder: Path) -> bool:
+def has_report(folder: Path, study: Study, file: Path) -> bool:
     """Return whether a folder has the report of its result, perhaps with more answers."""
     try:
-        return (folder / FileName.REPORT).is_file() and bool(read_given(folder))
+        given = read_given(folder)
+        there = (folder / FileName.REPORT).is_file() and bool(given)
+        return there and reported_as(study, given, file)
     except InputError:
         return False
 

@@ -21,6 +21,7 @@ from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
 from flexband.study.display import Display
+from flexband.study.title_block import checked_title_block
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
@@ -55,13 +56,17 @@ class Study:
     units : texts such as ``"mm"`` by names of inputs: of the numbers that the response takes.
     display_units : units such as ``"deg"`` by names of outputs and of inputs with `units`, in which
         commands and the report show numbers. All computations and files keep the others.
+    title_block : texts for the head of the report: "title", "author", "part" (number), "drawing"
+        (number), "revision", "date", "comment". ``wiper.toml`` beside ``wiper.py`` may have them,
+        too.
 
     Raises
     ------
     InputError
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
         not a positive number, `limits` or `requirements` are none, `units` has a name that is no
-        input's or a unit that is no text, or a display unit is none or of another dimension.
+        input's or a unit that is no text, a display unit is none or of another dimension, or
+        `title_block` has another name.
 
     Examples
     --------
@@ -80,6 +85,7 @@ class Study:
     requirements: Requirements = ()
     scatter: Scatter = field(default_factory=dict)
     display_units: Mapping[str, str] = field(default_factory=dict)
+    title_block: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
@@ -97,6 +103,8 @@ class Study:
         object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
         display = Display.of(self.display_units, self.units, _names_of(self.inputs))
         object.__setattr__(self, "display_units", display.chosen)
+        block = checked_title_block("title_block", self.title_block)
+        object.__setattr__(self, "title_block", block)
 
     @property
     def display(self) -> Display:

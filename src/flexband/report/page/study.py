@@ -20,10 +20,12 @@ from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.display import Display
 from flexband.study.results.answers import read_answer
 from flexband.study.results.verdicts import requirement_verdicts
+from flexband.study.title_block import FIELDS
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -84,6 +86,12 @@ def write_report(
         scripts,
         title=given["title"],
         about=" · ".join(filter(None, heading)),
+        title_block=[
+            (name, given["title_block"][field])
+            for field, name in FIELDS.items()
+            if field != "title" and given.get("title_block", {}).get(field)
+        ],
+        unreliable=[doubt_text(doubt) for doubt in given["doubts"] if doubt.unreliable],
         doubts=given["doubts"]
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),

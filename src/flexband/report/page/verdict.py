@@ -54,7 +54,8 @@ def verdict(
     if check is not None and check.production is not None:
         every = check.production.isel(limit=-1)  # all requirements
         worst = every.isel(bound=-1) if "bound" in every.dims else every
-        lines.append(f"Yield: {share_in_words(worst)}. {RANDOM_SAMPLES}.")
+        share = share_in_words(worst).replace("meet it", "meet all requirements")
+        lines.append(f"Yield: {share}. {RANDOM_SAMPLES}.")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines

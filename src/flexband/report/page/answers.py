@@ -6,6 +6,7 @@ from base64 import b64encode
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from flexband.analysis.probability.texts import told
@@ -84,6 +85,8 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     remarks = [str(text) for text in texts if text]
     tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
     table = tables[name](answer) if name in tables else None
+    if "slack" in answer:
+        remarks.append(margins_left(answer))
     if name == "sobol" and answer.sizes["name"] == 1:
         return Answer(title, None, [only_one(answer), *remarks], [])
     if name == "derived":
@@ -154,6 +157,23 @@ def allocation_table(allocation: xr.Dataset) -> Table:
         ends = [number(of_name[end]) for end in ("tolerance", "largest")]
         rows.append([name, *ends, *units[k : k + any(units)], number(of_name["cost"])])
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
+
+
+def margins_left(allocation: xr.Dataset) -> str:
+    """Return the least margins that allocated tolerances leave to requirements."""
+    count = allocation.sizes["limit"]
+    units = allocation["unit"].values if "unit" in allocation.coords else ""
+    scale = float(abs(allocation["margin"]).max())
+    margins = [
+        f"{name}, by {number(margin, scale=scale)} {unit}".rstrip()
+        for name, margin, unit in zip(
+            allocation["limit"].values,
+            allocation["slack"].values,
+            np.broadcast_to(units, count),
+            strict=True,
+        )
+    ]
+    return f"These tolerances keep: {'; '.join(margins)}."
 
 
 def quantity_of(bands: xr.Dataset) -> str:

@@ -50,7 +50,7 @@ def test_a_page_has_the_title_block_of_the_study_and_of_the_file_beside_it(folde
 
 
 def test_numbers_of_a_result_that_is_not_reliable_are_marked(tmp_path):
-    (tmp_path / "study.py").write_text(STUDY.format(rate=3.0, order=1), encoding="utf-8")
+    (tmp_path / "study.py").write_text(STUDY.format(rate=3.0, order=0), encoding="utf-8")
     assert run("run", tmp_path / "study.py", "-o", tmp_path / "out").exit_code in (3, 5)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert '<main class="unreliable">' in page

@@ -120,7 +120,7 @@ def write_report(
         computed=[
             *given["computed"].items(),
             ("method", str(attrs.get("method", given["label"]))),
-            ("runs", runs_in_words(attrs)),
+            ("runs", runs_in_words(attrs, 0 if limits is None else limits.attrs.get("runs", 0))),
             *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
         data={
@@ -134,8 +134,8 @@ def write_report(
     return page
 
 
-def runs_in_words(attrs: Mapping[str, Any]) -> str:
-    """Return how many runs were made, and what for."""
+def runs_in_words(attrs: Mapping[str, Any], worst: int = 0) -> str:
+    """Return how many runs were made, and what for; `worst` more at the worst tolerances."""
     kinds = {
         "runs_fitted": "fitted",
         "runs_checked": "held out",
@@ -147,6 +147,8 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
     }
     parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
     text = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    if worst:
+        text += f"; {worst} more at the worst tolerances, for requirements"
     if attrs.get("runs_coarser") or attrs.get("runs_refined"):
         text += (
             ". The budget, max_runs, is for those that are fitted or held out on one discretization"

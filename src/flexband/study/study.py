@@ -95,6 +95,7 @@ class Study:
         both = *several(self.limits), *several(self.requirements, "requirements")
         for name in ("limits", "requirements"):
             object.__setattr__(self, name, tuple(dict.fromkeys(both)))
+        check_instance("scatter", self.scatter, Mapping, '{"length": fb.Uniform(0.9, 1.1)}')
         if self.scatter:
             space = Space(first_case(self.inputs))
             ScatteringTolerances.of(self.scatter, space)

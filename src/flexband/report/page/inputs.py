@@ -98,7 +98,7 @@ def known_of(input_: Any, scale: float) -> tuple[str, str]:
 
 @known_of.register
 def _(constant: Constant, scale: float) -> tuple[str, str]:
-    return "constant", number(constant.constant * scale, 6)
+    return "constant", number(float(constant.constant) * scale, 6)
 
 
 @known_of.register
@@ -121,7 +121,9 @@ def _(compensator: Compensator, scale: float) -> tuple[str, str]:
 
 @known_of.register
 def _(choice: Choice, scale: float) -> tuple[str, str]:
-    options = [number(o * scale, 6) if scale != 1 and is_number(o) else o for o in choice.options]
+    options = [
+        number(float(o) * scale, 6) if scale != 1 and is_number(o) else o for o in choice.options
+    ]
     return "choice", " or ".join(map(str, options))
 
 

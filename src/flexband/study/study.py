@@ -28,8 +28,7 @@ from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs import BATCH
-from flexband.uncertainty.runs.evaluations import Evaluations
+from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 if TYPE_CHECKING:

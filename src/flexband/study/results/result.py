@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from flexband.analysis.requirements.production import production_yield
-from flexband.analysis.requirements.requirement import Requirements
-from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
@@ -28,6 +26,10 @@ from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
+
+if TYPE_CHECKING:
+    from flexband.analysis.requirements.requirement import Requirements
+    from flexband.analysis.requirements.scatter import Scatter
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ class StepControl(NamedTuple):
         Size of a mode where its gap does not move.
     in_contact
         Part of the tolerance of steps in which a contact is closed: depths are small.
+    events_in_a_row
+        Shortest steps in a row that may end with an event; more are events without end.
     """
 
     safety: float = 0.9
@@ -59,6 +61,7 @@ class StepControl(NamedTuple):
     difference: float = 1e-3
     least_speed: float = 1e-30
     in_contact: float = 0.01
+    events_in_a_row: float = 20.0
 
 
 CONTROL = StepControl()

@@ -105,7 +105,7 @@ def jumped(structure, values, work, step):
 def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
-    Where the forces jump by that, the accelerations start anew.
+    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed.
     """
     state, now = structure.state, np.int64(0)
     changed = switch_modes(state, work.z, chosen)
@@ -120,6 +120,7 @@ def switch(structure, values, work, step, time, limits, chosen):
         update_law_gaps(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
         watch(structure, values, now, work, time, time, changed)
+    return changed
 
 
 @compiled
@@ -148,8 +149,8 @@ def cover(  # noqa: PLR0915 (a step is one story)
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.
 
-    `work.steps` has the length of the next step of each lane and that of the one before.
-    Returns the mask of those that failed on the way.
+    `work.steps` has the length of the next step of each lane, that of the one before, and how many
+    of the shortest steps in a row ended with an event. Returns the mask of those that failed on the way.
     """
     z, a, none, now, state = work.z, work.a, filled(0.0), np.int64(0), structure.state
     elapsed, remaining, lost = none, stepping, none
@@ -195,14 +196,17 @@ def cover(  # noqa: PLR0915 (a step is one story)
         store(work.steps, 0, where(remaining, next_step, planned))
         store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
         go_back(structure, work, where(accepted, none, filled(1.0)))
-        shortest = where(accepted, none, less(step, filled(1.0001 * limits.smallest)))
-        shortest = where(remaining, shortest, none)
+        elapsed = where(accepted, elapsed + step, elapsed)
+        changed = switch(structure, values, work, step, time + step, limits, accepted)
+        shortest = where(remaining, less(step, filled(1.0001 * limits.smallest)), none)
+        events = where(changed, load(work.steps, 2) + 1.0, none)
+        store(work.steps, 2, where(shortest, events, where(accepted, none, load(work.steps, 2))))
+        endless = less(filled(CONTROL.events_in_a_row), load(work.steps, 2))
+        shortest = where(shortest, where(accepted, endless, filled(1.0)), none)
         blame(values, n, work.trial, failed, failure, shortest)
         lost = where(shortest, filled(1.0), lost)
         remaining = where(shortest, none, remaining)
         at_end = where(less(step, ahead), none, accepted)
-        elapsed = where(accepted, elapsed + step, elapsed)
-        switch(structure, values, work, step, time + step, limits, accepted)
         store(work.taken, 0, load(work.taken, 0) + accepted)
         remaining = where(at_end, none, remaining)
     return lost
@@ -215,6 +219,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     store(work.rate, 0, filled(NEWTON.initial_rate))
     for row in range(2):
         store(work.steps, row, filled(CONTROL.first) * method.step)
+    store(work.steps, 2, none)
     known = load(failure, 3)
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)

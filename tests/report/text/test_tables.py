@@ -262,7 +262,7 @@ def test_cells_are_never_cut_or_wrapped(width, monkeypatch, capsys):
     assert max(map(len, lines)) <= width
     for k, cells in enumerate(rows):
         own = " ".join(line for line in lines if f"output {k} " in line)
-        assert all(with_minus(cell) in own for cell in cells)
+        assert all(cell in own for cell in [cells[0], *map(with_minus, cells[1:])])
         assert own.count(f"output {k} ") == (2 if width == 80 else 1)
 
 

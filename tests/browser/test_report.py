@@ -172,7 +172,7 @@ def test_the_first_screen_answers(folder, opened):
     page = opened(folder / "report.html", viewport={"width": 1280, "height": 900})
     assert "y_Y below 2100: kept" in page.locator(".requirements .pass").inner_text()
     verdict = page.locator(".verdict").inner_text()
-    for text in ("expected to be off by", "matters most for"):
+    for text in ("Estimated accuracy: ±", "matters most for"):
         assert text in verdict
     assert page.locator(".verdict").bounding_box()["y"] < 200
     table = page.locator(".first table").inner_text()

@@ -115,7 +115,9 @@ def test_new_runs_verify_a_surrogate(study_file, tmp_path):
     output = call_adaptive(study_file, out, 0.001)
     page = (out / "report.html").read_text(encoding="utf-8")
     for text in (output, page):
-        assert "Confirmed: 16 verification runs, 12 of them at the ends of the bands" in text
+        assert (
+            "Estimate confirmed: 16 verification runs, 12 of them at the ends of the bands" in text
+        )
         assert "no more than expected; the largest error that follows is 0" in text
     assert fb.load_surrogate(out / "surrogate.npz").labels.sizes["output"] == 2
     with xr.open_dataset(out / "verification.nc", engine="scipy") as checked:

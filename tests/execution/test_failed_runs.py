@@ -140,7 +140,7 @@ def test_verification_leaves_failed_runs_out(tmp_path):
     mean = np.sqrt((whole["run_weight"] * expected**2).mean("sample"))
     xr.testing.assert_allclose(some["missed"], mean)
     assert not failed[some["missed_most_in"]].any()
-    assert some.attrs["verdict"].startswith("Confirmed")
+    assert some.attrs["verdict"].startswith("Estimate confirmed")
     counts = f": {12 - failed.sum()} verification runs ({failed.sum()} more failed"
     assert counts in some.attrs["verdict"]
     assert f"({failed.sum()} more failed, and" in some.attrs["verdict"]

@@ -1,12 +1,15 @@
 """Verdicts on requirements: what a margin, its error and a run decide."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 from flexband.analysis.requirements.least_margin import LimitVerdict
+from flexband.cli import app
 from flexband.study.results.verdicts import Reason, Verdict, _by_margin
 
 
@@ -40,3 +43,61 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 
 def test_without_an_error_nothing_is_decided():
     assert verdict_of(5.0, 5.0, estimate="not estimated") == (Verdict.UNDECIDED, Reason.NO_ERROR)
+
+
+STUDY = """
+import numpy as np
+import xarray as xr
+import flexband as fb
+
+TIMES = np.linspace(0.0, 1.0, 5)
+
+def response(a, b, x):
+    sums = (a + b)[:, None] + 0.01 * x[:, None] + 3 * TIMES
+    values = np.stack([sums, 2 * sums], axis=1)
+    coords = {"output": ["y", "z"], "time": TIMES, "unit": ("output", ["m", "N"])}
+    return xr.DataArray(values, coords, ("sample", "output", "time"))
+
+study = fb.Study(
+    response,
+    {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0)},
+    fb.AdaptivePCCI(),
+    requirements=[
+        fb.Requirement("near", "y", within=1500, unit="mm"),
+        fb.Requirement("rare", "y", below=5.015, criterion=fb.analysis.Probability(1e-3)),
+        fb.Requirement("most", "y", within=1.0, criterion=fb.analysis.ShareOfParts(0.3)),
+        fb.Requirement("many", "z", within=2.0, criterion=fb.analysis.ShareOfParts(0.2)),
+    ],
+    scatter={"a": fb.Uniform(-1.0, 1.0), "b": fb.Uniform(-1.0, 1.0)},
+)
+"""
+
+
+def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
+    """|a + b| > 1 has the share 1/4; y is beyond 5.015 with Φ(−1.5) = 0.067, if a + b = 2.
+
+    The worst case is 2.03 from the nominal, 0.53 beyond what is allowed.
+    """
+    (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
+    call = CliRunner().invoke(app, ["run", str(tmp_path / "study.py"), "-o", str(tmp_path / "out")])
+    assert call.exit_code == 5, call.output
+    text = " ".join(call.output.split())
+    for line in (
+        "FAIL near (nominal ± 1500 mm): exceeded by 530 mm at",
+        "FAIL rare (below 5.015): probability 0.067 (95 % confidence: 0.0",
+        "PASS most (nominal ± 1): 25 % of the parts fail (95 % confidence: 2",
+        "FAIL many (nominal ± 2): 25 % of the parts fail (95 % confidence: 2",
+    ):
+        assert line in text
+    namespace = {}
+    exec(STUDY, namespace)
+    study = namespace["study"]
+    result = study.run_in(tmp_path / "out")
+    verdicts = result.verdicts
+    assert [str(own.verdict) for own in verdicts] == ["FAIL", "FAIL", "PASS", "FAIL"]
+    assert verdicts[0].margin == pytest.approx(-530.0, abs=0.1)
+    again = result.production_yield(study.requirements[2:], study.scatter)
+    np.testing.assert_allclose(again["failing"], 0.25, atol=0.02)
+    assert "FAIL" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    table = CliRunner().invoke(app, ["yield", str(tmp_path / "out"), "--trust"]).output
+    assert re.search(r"most \(nominal ± 1\)\s+.\s+7\d[.\d]* % ", table)

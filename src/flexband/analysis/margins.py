@@ -12,7 +12,7 @@ from flexband.analysis.allocation.adjustment import Adjusted, compensators, limi
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.requirements.corridors import Corridor, chosen_output, joint
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
-from flexband.analysis.requirements.least_margin import WORST_FIRST, LeastMargin, LimitVerdict
+from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
 from flexband.analysis.results import ERRORS, Variables, check_free
 from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
@@ -107,19 +107,11 @@ def check_limits(
         source, inputs = checked.source, checked.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
-    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(len(requirements))]
-    words = [
-        f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
-        + f", with {', '.join(verdict.inputs)}" * bool(verdict.inputs)
-        for verdict in verdicts
-    ]
-    attrs: dict[str, Any] = {
-        "error": source or "not estimated",
-        "verdict": ". ".join(words) + ("" if source else ". The error of this is not estimated"),
-    }
+    attrs: dict[str, Any] = {"error": source or "not estimated"}
+    attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     if len(set(deviations.values())) == 1:
         attrs["sigmas"] = next(iter(deviations.values()))
-    kept = {verdict.verdict for verdict in verdicts}
+    kept = {LimitVerdict(verdict) for verdict in result["verdict"].values.tolist()}
     worst = next(verdict for verdict in WORST_FIRST if verdict in kept)
     attrs |= {"kept": worst.value, "inputs": inputs}
     return _described(result.assign_attrs(attrs))

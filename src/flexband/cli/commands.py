@@ -22,7 +22,7 @@ from flexband.namespaces import imports_for_types
 MODULES = (  # the order of the help page
     "runs", "status", "report", "export", "comparison", "points", "answers.rankings",
     "answers.narrowing", "answers.limits", "answers.distribution", "answers.allocation",
-    "answers.derived", "answers.paths",
+    "answers.derived", "answers.paths", "answers.production",
 )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from flexband.files import replaced, try_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from flexband.study.display import Display
     from flexband.study.results.limits import LimitCheck
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
@@ -54,7 +55,7 @@ def draw(figure: Callable[[], Figure], file: Path, *, drawable: bool = True) -> 
     return try_write(write)
 
 
-def draw_limits(check: LimitCheck, folder: Path) -> None:
+def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     """Draw limits.png in a folder, unless it keeps the limits of its study: a remark says so."""
     from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
 
@@ -62,5 +63,5 @@ def draw_limits(check: LimitCheck, folder: Path) -> None:
         print_remark("the report keeps the limits of the study; others must be in its `limits`")
         return
     drawable = check.margins["margin"].ndim <= 2
-    figure = folder / "limits.png"
-    draw(lambda: limits_figure(check.margins, check.probability), figure, drawable=drawable)
+    figure, margins = folder / "limits.png", display.data(check.margins)
+    draw(lambda: limits_figure(margins, check.probability), figure, drawable=drawable)

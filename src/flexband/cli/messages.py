@@ -129,7 +129,9 @@ def print_table(title: str, content: Table) -> None:
 
     Cells are never wrapped. The first column, which is left-aligned, is that of every table.
     """
-    header, rows = content
+    from flexband.report.text.numbers import with_minus  # noqa: PLC0415
+
+    header, rows = content[0], [[row[0], *map(with_minus, row[1:])] for row in content[1]]
     console = Console(markup=False, emoji=False)
     whole = _widths(header, rows)
     words = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)

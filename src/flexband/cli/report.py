@@ -21,6 +21,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.page.p_boxes import p_boxes
     from flexband.report.page.page_file import read_given
     from flexband.report.page.study import write_report
+    from flexband.report.pdf import print_pdf
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -35,6 +36,9 @@ def report(
         int | None,
         typer.Option(help="Times at which distribution functions are bounded for a chart."),
     ] = None,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print it as report.pdf with Chromium, Chrome or Edge.")
+    ] = False,
 ) -> None:
     """Write the report of the study in FOLDER again, with the answers that were computed since.
 
@@ -66,6 +70,8 @@ def report(
     check_answers(folder)
     page = write_report(folder, given, data, checked, shares, surrogate)
     print_text(f"Report: {page}")
+    if pdf:
+        print_text(f"PDF:    {print_pdf(page)}")
 
 
 def check_answers(folder: Path) -> None:

@@ -12,7 +12,7 @@ from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.report.page.page_file import read_given
-from flexband.report.study_report import answer_of, remarks, report_study
+from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
 from flexband.report.text.verdicts import verdict_line
@@ -32,8 +32,8 @@ STYLES = {Verdict.PASS: "green", Verdict.FAIL: "bold red", Verdict.UNDECIDED: "y
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     """Write the report of a result, unless it is there; print a remark if there can be none."""
     if result.limits is not None and not result.reused:
-        draw_limits(result.limits, result.folder)
-    if result.reused and has_report(result.folder):
+        draw_limits(result.limits, result.folder, study.display)
+    if result.reused and has_report(result.folder, study, Path(plan.file)):
         return True
     try:
         report_study(study, result, plan.title, Path(plan.file))
@@ -45,10 +45,12 @@ def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     return True
 
 
-def has_report(folder: Path) -> bool:
+def has_report(folder: Path, study: Study, file: Path) -> bool:
     """Return whether a folder has the report of its result, perhaps with more answers."""
     try:
-        return (folder / FileName.REPORT).is_file() and bool(read_given(folder))
+        given = read_given(folder)
+        there = (folder / FileName.REPORT).is_file() and bool(given)
+        return there and reported_as(study, given, file)
     except InputError:
         return False
 
@@ -57,9 +59,9 @@ def print_result(
     plan: Plan, study: Study, result: StudyResult, reported: bool, *, as_json: bool
 ) -> None:
     """Print the table of a result, what it answers, and the files that were written."""
-    verdicts = result.verdicts
+    verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
-    table = tables.summary_table(result.bands, result.verification)
+    table = tables.summary_table(study.display.data(result.bands), result.verification)
     answer = answer_of(study, result) if reported else []
     notes = remarks(study, result)
     if as_json:

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
@@ -177,4 +178,10 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     if not present:
         raise StoreError(f"folder must have the runs of a study; there are none in {str(folder)!r}")
     refuse_links(path)
-    return xr.open_zarr(path, chunks=None, consolidated=True)
+    runs = xr.open_zarr(path, chunks=None, consolidated=True)
+    texts = {
+        name: (coordinate.dims, np.array(coordinate.values.tolist(), dtype=str), coordinate.attrs)
+        for name, coordinate in runs.coords.items()
+        if coordinate.dtype.kind == "T"  # which cannot be compared with names, nor converted
+    }
+    return runs.assign_coords(texts)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from flexband.files import try_write
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.given import given_by
 from flexband.report.page.inputs import inputs_table
 from flexband.report.page.page_file import write_given
@@ -18,6 +19,7 @@ from flexband.study.results.answers import answer_file, read_answer
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.result import StudyResult
 from flexband.study.study import Study
+from flexband.study.title_block import title_block
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -35,8 +37,10 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
     """
     folder, signed = result.folder, StudyFolder(result.folder).signed
     _write_path(result)
+    block = title_block(study.title_block, file)
     given = {
-        "title": title,
+        "title": block.get("title") or title,
+        "title_block": block,
         "label": result.label,
         "computed": dict(result.computed),
         "doubts": result.doubts,
@@ -53,9 +57,15 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
     )
 
 
+def reported_as(study: Study, given: JsonRecord, file: Path | None) -> bool:
+    """Return whether a report shows a study with its units and its title block of now."""
+    now = (study.units, study.display_units, title_block(study.title_block, file))
+    return now == tuple(given.get(k, {}) for k in ("units", "display_units", "title_block"))
+
+
 def answer_of(study: Study, result: StudyResult) -> list[str]:
     """Return what the first lines of a report say."""
-    inputs = inputs_table(_inputs(study, result), study.units)
+    inputs = inputs_table(_inputs(study, result), study.display)
     check = result.limits
     given = {"doubts": result.doubts, "unchecked": result.limits_unchecked}
     shares = uncertain_ones(result.contributions, inputs)
@@ -66,7 +76,7 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    about = tables.remarks(result.bands, result.verification, doubtful=bool(result.doubts))
+    about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]
 
 

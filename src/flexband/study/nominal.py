@@ -142,4 +142,5 @@ def with_runs(
                 error = float(known.transpose(*case.labels.dims[1:]).values[at])
             if margin[at] + error < 0:
                 run_margins[k] = margin[at]
-    return margins.assign(run_margin=("limit", run_margins)), count
+    made = margins.assign(run_margin=("limit", run_margins))
+    return made.assign_attrs(runs=count), count

@@ -20,14 +20,15 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
+from flexband.study.display import Display
+from flexband.study.title_block import checked_title_block
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.methods.method import Method, as_method
 from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs import BATCH
-from flexband.uncertainty.runs.evaluations import Evaluations
+from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 if TYPE_CHECKING:
@@ -51,14 +52,20 @@ class Study:
     limits, requirements : a `Requirement` or a `Limit`, or several, which `flexband run` checks
         with the surrogate of the method. Both names mean the same; both then have all of them.
     scatter : how tolerances scatter in production, as for `production_yield`, for the yield.
-    units : texts such as ``"mm"`` by names of inputs, for the report. Nothing is converted.
+    units : texts such as ``"mm"`` by names of inputs: of the numbers that the response takes.
+    display_units : units such as ``"deg"`` by names of outputs and of inputs with `units`, in which
+        commands and the report show numbers. All computations and files keep the others.
+    title_block : texts for the head of the report: "title", "author", "part" (number), "drawing"
+        (number), "revision", "date", "comment". ``wiper.toml`` beside ``wiper.py`` may have them,
+        too.
 
     Raises
     ------
     InputError
         If the inputs and the response's arguments do not match, the method is none, `sigmas` is
-        not a positive number, `limits` or `requirements` are none, or `units` has a name that is no
-        input's or a unit that is no text.
+        not a positive number, `limits` or `requirements` are none, `units` has a name that is no
+        input's or a unit that is no text, a display unit is none or of another dimension, or
+        `title_block` has another name.
 
     Examples
     --------
@@ -76,6 +83,8 @@ class Study:
     units: Mapping[str, str] = field(default_factory=dict)
     requirements: Requirements = ()
     scatter: Scatter = field(default_factory=dict)
+    display_units: Mapping[str, str] = field(default_factory=dict)
+    title_block: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_names(self.response, self.inputs)
@@ -85,12 +94,22 @@ class Study:
         both = *several(self.limits), *several(self.requirements, "requirements")
         for name in ("limits", "requirements"):
             object.__setattr__(self, name, tuple(dict.fromkeys(both)))
+        check_instance("scatter", self.scatter, Mapping, '{"length": fb.Uniform(0.9, 1.1)}')
         if self.scatter:
             space = Space(first_case(self.inputs))
             ScatteringTolerances.of(self.scatter, space)
         object.__setattr__(self, "scatter", dict(self.scatter))
         _check_criteria(self)
         object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
+        display = Display.of(self.display_units, self.units, _names_of(self.inputs))
+        object.__setattr__(self, "display_units", display.chosen)
+        block = checked_title_block("title_block", self.title_block)
+        object.__setattr__(self, "title_block", block)
+
+    @property
+    def display(self) -> Display:
+        """In which units numbers are shown: ``study.display.data(bands)`` are bands in these."""
+        return Display(self.display_units, self.units)
 
     @property
     def expands(self) -> bool:
@@ -183,7 +202,8 @@ class Study:
         )
 
     def _check_requirements(self, labels: xr.DataArray) -> None:
-        """Raise `InputError` if a requirement does not fit the outputs."""
+        """Raise `InputError` if a requirement or a display unit does not fit the outputs."""
+        self.display.check_fits(labels, _names_of(self.inputs))
         for requirement in several(self.requirements):
             requirement.check_fits(labels)
 
@@ -226,15 +246,20 @@ def _check_criteria(study: Study) -> None:
             )
 
 
-def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
-    """Return the units of inputs; members of correlated inputs may have their own."""
-    check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
+def _names_of(inputs: Mapping[str, Any]) -> list[str]:
+    """Return the names of inputs, and of the members of correlated ones."""
     members = (
         uncertain_input.members
         for uncertain_input in inputs.values()
         if isinstance(uncertain_input, Correlated)
     )
-    names = [*inputs, *chain.from_iterable(members)]
+    return [*inputs, *chain.from_iterable(members)]
+
+
+def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
+    """Return the units of inputs; members of correlated inputs may have their own."""
+    check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
+    names = _names_of(inputs)
     for name, unit in units.items():
         check_option("units", name, names)
         check_instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')

@@ -56,7 +56,7 @@ def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
     verdicts = [fb.verify(surrogate, counted, seed=seed).attrs for seed in range(25)]
     assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
     assert calls == [16] * 25
-    confirmed = "Confirmed: 16 verification runs, 12 of them at the ends of"
+    confirmed = "Estimate confirmed: 16 verification runs, 12 of them at the ends of"
     assert verdicts[0]["verdict"].startswith(confirmed)
     few = fb.verify(surrogate, response, runs=5, sigmas=3)
     assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
@@ -76,14 +76,15 @@ def test_verdicts_agree_with_their_numbers(surrogate):
             assert re.search(both, missed)
             percents = [float(one) for one in re.findall(r"([\d.e-]+) % (?:of|or|is)", text)]
             words.add(text.split(":")[0])
-            if text.startswith("Confirmed:"):
+            if text.startswith("Estimate confirmed:"):
                 largest = float((checked["implied_error"] / checked["bar_width"]).max())
                 assert percents == [pytest.approx(100 * largest, rel=0.06)]
                 assert float((checked["missed"] / checked["allowed"]).max()) <= 1
-            elif text.startswith("Confirmed"):
+            elif text.startswith("Estimate confirmed"):
                 implied, least, expected = percents
                 assert least <= expected <= implied
-    assert words == {"Confirmed", "Confirmed as far as so few runs can tell", "NOT confirmed"}
+    sure = "Estimate confirmed"
+    assert words == {sure, f"{sure} as far as so few runs can tell", "NOT confirmed"}
 
 
 def test_the_least_error_is_the_smallest_that_is_not_refuted():

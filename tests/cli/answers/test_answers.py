@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.report.page.answers import answers_in
+from flexband.study.display import Display
 
 STUDY = """
 import numpy as np
@@ -73,7 +74,7 @@ def test_the_report_has_the_numbers_of_answers_and_says_what_pictures_show(folde
         ["sobol", folder],
     ):
         run(*words)
-    own = {one.title: one for one in answers_in(folder)[0]}
+    own = {one.title: one for one in answers_in(folder, Display())[0]}
     peak = own["Quantities made of outputs: Peak(of='X')"]
     header, rows = peak.table
     assert header[1:3] == ["lowest", "highest"]
@@ -108,7 +109,9 @@ def test_runs_correct_the_probability_of_limits(folder):
     kept = fb.execution.open_runs(folder).sizes["run"]
     assert kept >= 64
     assert run(*options, "--runs", 32, "--trust").stdout == first
-    assert fb.execution.open_runs(folder).sizes["run"] == kept  # none is made twice
+    runs = fb.execution.open_runs(folder)
+    assert runs.sizes["run"] == kept  # none is made twice
+    assert runs["output"].astype(str).values.tolist() == ["X", "Y", "w"]
 
 
 def test_answers_of_an_earlier_run_are_marked(tmp_path):

@@ -45,7 +45,7 @@ def test_inputs_are_narrowed(folder):
     found = json.loads(run("narrow", folder, "e=-0.5..0.5", "x.std=0.1", "--json").stdout)
     assert found["mean_width_before"]["a"] == pytest.approx(1.0 + 0.5)
     assert found["mean_width"]["a"] == pytest.approx(0.5 + 0.2)
-    assert "expected to be off by" in run("narrow", folder, "e=0").output
+    assert "Estimated accuracy: ±" in run("narrow", folder, "e=0").output
     for change, text in (
         ("e", "a change must be"),
         ("z=1", "z must be one"),

@@ -54,6 +54,11 @@ CASES = {  # command -> what is always given, and each option
     "derived": (
         ("spectrum", "w"), {"sigmas": 3, "probability": 0.5, "samples": 4096, "seed": 3}
     ),
+    "yield": (
+        (*LIMIT, *ROUGH, "--scatter", "e=uniform"),
+        {"scatter": "e=1.33:1:upper", "below": "X=3", "above": "w=0", "during": "0,0.5",
+         "accuracy": 0.3, "seed": 3, "runs": 16},
+    ),
     "path": (("X", "Y"), {"sigmas": 3, "probability": 0.9, "directions": 16}),
 }  # fmt: skip
 
@@ -66,6 +71,7 @@ OTHER_KINDS = {  # of a distribution
 OF_STUDY_LIMITS = {  # the same of a study that has limits
     "narrow": (("e=0..0.5",), {"probability": None}),
     "limits": (ROUGH, {"only": "w"}),
+    "yield": ((*ROUGH, "--scatter", "e=triangular"), {"only": "w"}),
     "allocate": (("--cost", "e=1", "--cost", "x=1"), {"only": "X"}),
 }
 BOTH = [
@@ -82,10 +88,10 @@ ANSWERS = (
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
 
-LOADING = {"narrow", "limits", "allocate"}
+LOADING = {"narrow", "limits", "allocate", "yield"}
 """Commands that load the study's file, which lies elsewhere here."""
 
-WITHOUT = {"narrow", "tolerance"}
+WITHOUT = {"narrow", "tolerance", "yield"}
 """Commands that draw nothing."""
 
 
@@ -192,6 +198,9 @@ def test_all_options_are_judged():
     ("arguments", "message"),
     [
         (("narrow", "e=1.2-1.5"), "a change must be"),
+        (("yield", *LIMIT, "--scatter", "e=wide"), "--scatter must be NAME=uniform, NAME=tri"),
+        (("yield", *LIMIT, "--scatter", "x=1"), "--scatter must be of e; got 'x=1'"),
+        (("yield", *LIMIT, "--scatter", "e=1:2:upper"), "cpk must be from 0 to cp, 1; got 2"),
         (("narrow", "q=1"), "must be one of"),
         (("narrow", "e=0..0.5", "e=0"), "given once for e"),
         (("narrow", "e=0..0.5", "--probability"), "requires random inputs, no Compensator, and"),

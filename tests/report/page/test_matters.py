@@ -63,18 +63,21 @@ def test_definitions_are_those_of_what_the_study_has():
 def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
     checked = fb.verify(SURROGATE, response)
     assert checked.attrs["confirmed"] == "yes"
-    doubtful = "The result is doubtful, but its expected error is confirmed: 16 verification runs"
+    agree = "16 verification runs agree with this estimate."
+    missed = Doubt(DoubtKind.TOLERANCE_NOT_MET, 0.06, 0.02)
     for doubts, first in (
-        ([], "Confirmed: 16 verification runs"),
-        ([Doubt(DoubtKind.TOLERANCE_NOT_MET)], doubtful),
+        ([], "Estimated accuracy: ±"),
+        ([missed], "Accuracy target missed (6 % instead of 2 %)."),
+        ([Doubt(DoubtKind.NOT_TRUSTED)], "Not reliable: the method does not trust its result."),
     ):
         lines = verdict({"doubts": doubts}, SURROGATE.bands(), checked, SHARES, None)
-        assert any(line.startswith(first) for line in lines)
-        assert tables.remarks(SURROGATE.bands(), checked, doubtful=bool(doubts))[0].startswith(
-            first
-        )
+        assert lines[0].startswith(first)
+        assert agree in lines
+    confirmed = "Estimate confirmed: 16 verification runs"
+    assert tables.remarks(SURROGATE.bands(), checked)[0].startswith(confirmed)
+    larger = checked.assign(implied_error=2 * checked["expected_error"])
+    assert tables.checked_in_words(larger).endswith("this estimate, as far as so few can tell.")
     not_trusted = SURROGATE.bands().assign_attrs(not_trusted="far (60 % of it is missed)")
     not_trusted["trusted"] = not_trusted["trusted"].copy(data=[False, True])
-    assert tables.remarks(not_trusted, checked)[0].startswith(doubtful)
     _, rows = tables.summary_table(not_trusted, checked)
     assert [row[-1] for row in rows] == ["yes, not trusted", "yes"]

@@ -93,6 +93,10 @@ def result_of(
         pairs_of_grades = zip(grades, tolerances.values(allocation.x), strict=True)
         data["grade"] = "name", [grade.name(t) for grade, t in pairs_of_grades]
     coords: Variables = {"name": tolerances.names, "limit": list(limits)}
+    if labels.dims[1:-1] == ("output",) and "unit" in labels.coords:
+        outputs = [corridor.output for corridor in limits.values()]
+        coords |= {"output": ("limit", outputs)}
+        coords |= {"unit": ("limit", labels["unit"].sel(output=outputs).values.astype(str))}
     if tolerances.sizes:
         coords["sizing"] = list(tolerances.sizes)
         data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
@@ -103,11 +107,12 @@ def result_of(
         "confirmed": _confirmed(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
-    attrs["verdict"] = _verdict(
+    attrs["outcome"] = _outcome(
         worst, confirmation, attrs, [*map(str.__add__, names.tolist(), moments)]
     )
     for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
-        attrs["verdict"] += f". Not reliable: {doubt}"
+        attrs["outcome"] += f". Not reliable: {doubt}"
+    attrs["verdict"] = f"{_in_words(tolerances, allocation.x, attrs['cost'])}. {attrs['outcome']}"
     result = answer(narrow, data, coords, attrs, LONG_NAMES).drop_vars("bound")
     for name in WITHOUT_UNITS:
         if name in result:
@@ -149,9 +154,7 @@ def chance_result(
             else (TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO)
         ).value,
     }
-    text = (
-        f"{_in_words(tolerances, x, attrs['cost'])}. {_chance_in_words(stated, chance, correction)}"
-    )
+    text = _chance_in_words(stated, chance, correction)
     if correction is None:
         text += NO_RUNS
     else:
@@ -161,7 +164,8 @@ def chance_result(
         )
     for doubt in doubts_of(narrow, corrected=correction is not None):
         text += f". Not reliable: {doubt}"
-    result = answer(narrow, data, coords, attrs | {"verdict": text}, LONG_NAMES)
+    attrs |= {"outcome": text, "verdict": f"{_in_words(tolerances, x, attrs['cost'])}. {text}"}
+    result = answer(narrow, data, coords, attrs, LONG_NAMES)
     result = result.drop_vars("bound")
     for array in result.data_vars.values():
         array.attrs.pop("units", None)
@@ -256,14 +260,12 @@ def _margins(
     return data
 
 
-def _verdict(
+def _outcome(
     worst: WorstCaseBounds, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
 ) -> str:
+    """Return what limits the tolerances, and whether runs confirm them, as sentences."""
     allocation = confirmation.allocated
-    text = _in_words(worst.tolerances, allocation.x, attrs["cost"])
-    text += (
-        f". {'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    )
+    text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
     if attrs["confirmed"] == TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
     if attrs["confirmed"] == TolerancesConfirmed.NO:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.requirements.least_margin import inputs_in_words
 from flexband.words import number_of
 
 NOT_GIVEN = "not given"
@@ -30,6 +31,12 @@ def in_words(result: xr.Dataset) -> str:
         increase = f"up to {tighter:.2g}" if more else "hardly more"
         text += f"; {increase} with what the surrogate may miss"
     return text
+
+
+def verdict_on(result: xr.Dataset) -> str:
+    """Return the probabilities of leaving all limits, and doubts about them, as sentences."""
+    words = [in_words(result.isel(limit=k)) for k in range(result.sizes["limit"])]
+    return ". ".join([*words, *np.atleast_1d(result.attrs["doubts"]).astype(str).tolist()])
 
 
 def chance(result: xr.Dataset, *, places: bool = False) -> str:
@@ -92,8 +99,7 @@ def told(result: xr.Dataset) -> str:
 def _place(result: xr.Dataset) -> str:
     words = [str(result["probability_choice"].values)] if "probability_choice" in result else []
     if "probability_at" in result:
-        pairs = zip(result["input"].values, result["probability_at"].values, strict=True)
-        words += [f"{name} = {value:.6g}" for name, value in pairs]
+        words += inputs_in_words(result, "probability_at")
     return f" at {', '.join(words)}" if words else ""
 
 

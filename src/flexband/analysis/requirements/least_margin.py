@@ -59,8 +59,7 @@ class LeastMargin:
         unit = str(result["unit"].values) if "unit" in result.coords else ""
         inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
         if "worst_inputs" in result:
-            pairs = zip(result["input"].values, result["worst_inputs"].values, strict=True)
-            inputs += [f"{name} = {value:.6g}" for name, value in pairs]
+            inputs += inputs_in_words(result, "worst_inputs")
         return LeastMargin(
             str(result["limit"].values),
             LimitVerdict(str(result["verdict"].values)),
@@ -98,3 +97,23 @@ class LeastMargin:
             where = "output times" if self.dim == "time" else f"values of {self.dim}"
             text += f"; {self.between:.4g}{unit} between the {where}, after {places[1]}"
         return text
+
+
+def inputs_in_words(result: xr.Dataset, variable: str) -> list[str]:
+    """Return values of the interval inputs, dim "input", with their units if these are known."""
+    names, values = result["input"].values, result[variable].values
+    units = result["input_unit"].values if "input_unit" in result.coords else [""] * len(names)
+    triples = zip(names, values, units, strict=True)
+    return [f"{name} = {value:.6g} {unit}".rstrip() for name, value, unit in triples]
+
+
+def margins_in_words(result: xr.Dataset) -> str:
+    """Return whether limits are kept, of what `check_limits` returns, as sentences."""
+    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(result.sizes["limit"])]
+    words = [
+        f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
+        + f", with {', '.join(verdict.inputs)}" * bool(verdict.inputs)
+        for verdict in verdicts
+    ]
+    unknown = result.attrs.get("error") == "not estimated"
+    return ". ".join(words) + ". The error of this is not estimated" * unknown

@@ -136,9 +136,9 @@ def share_in_words(production: xr.Dataset) -> str:
 
 
 def _percent(part: float) -> str:
-    """Return a share near 1 in per cent, with two digits of what is missing of it."""
-    missing = 100 * (1 - part)
+    """Return a share near 1 in per cent, with two digits of what is missing of it, of four most."""
+    missing, most = 100 * (1 - part), 99.9999
     if missing <= 0:
         return "100 %"
-    digits = max(0, 1 - int(np.floor(np.log10(missing))))
-    return f"{100 * part:.{min(digits, 8)}f} %"
+    digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)
+    return f"{min(100 * part, most):.{digits}f} %"

@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.allocation.tolerances import Tolerances
     from flexband.report.page.answers import allocation_table
     from flexband.report.plot.figures import allocation_figure
+    from flexband.report.text.numbers import number
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
@@ -81,13 +82,20 @@ def allocate(
     )
     dims = {"name", "sizing", "limit", "binding", "input"}
     plain = {k: v.values.tolist() for k, v in allocation.variables.items() if set(v.dims) <= dims}
+    shown = result.display.data(allocation)
+    sizes = [
+        f"size {name} = {number(shown['size'].sel(sizing=name))} {units.get(name, '')}".rstrip()
+        for units in [result.display.input_units()]
+        for name in (shown["sizing"].values.tolist() if "sizing" in shown else [])
+    ]
+    cost_in_words = f"cost {allocation.attrs['cost']:.5g}"
     return CommandOutput(
         {str(k): v for k, v in (plain | allocation.attrs).items()},
-        [("Tolerances", allocation_table(allocation))],
-        allocation.attrs["verdict"],
+        [("Tolerances", allocation_table(shown))],
+        ". ".join([", ".join([cost_in_words, *sizes]), allocation.attrs["outcome"]]),
         name="allocation",
         data=allocation,
-        figure=lambda: allocation_figure(allocation),
+        figure=lambda: allocation_figure(shown),
     )
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import labels_of
     from flexband.report.page.answers import derived_table
     from flexband.report.plot.figures import derived_figure
+    from flexband.study.display import ONLY_OUTPUT, Display, names_and_units
     from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 
@@ -77,15 +78,17 @@ def derived(
     names = ("mean", "error_bar", "range")
     ends = {k: [float(bounds[k][0].min()), float(bounds[k][1].max())] for k in names}
     errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
-    unit = bounds["mean"].attrs.get("units")
+    bounds = _with_output(bounds, output or [], labels_of(surrogate), result.display)
+    shown = result.display.data(bounds)
+    unit = shown["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
     return CommandOutput(
         ends | errors | {str(k): v for k, v in bounds.attrs.items()},
-        [(title, derived_table(bounds))],
+        [(title, derived_table(shown))],
         name="derived",
         data=bounds,
-        figure=lambda: derived_figure(bounds),
+        figure=lambda: derived_figure(shown),
         drawable=bounds["range"].ndim == 2,
     )
 
@@ -102,3 +105,15 @@ def _output(names: list[str], labels: xr.DataArray) -> str | fb.analysis.Magnitu
             allowed = 'name them by the labels of a dim "output" of a DataArray'
         raise UsageError(f"derived takes one of several outputs: {allowed}; got none")
     return names[0] if names else None
+
+
+def _with_output(
+    bounds: xr.Dataset, names: list[str], labels: xr.DataArray, display: Display
+) -> xr.Dataset:
+    """Return bounds with the output whose unit and display unit they have, if they have these."""
+    units = names_and_units(labels)
+    own = {units.get(name or ONLY_OUTPUT) for name in names or [""]}
+    shown = {display.chosen.get(name or ONLY_OUTPUT) for name in names or [""]}
+    if own != {bounds["mean"].attrs.get("units")} or len(shown) > 1:
+        return bounds
+    return bounds.assign_coords(output=(names or [ONLY_OUTPUT])[0], unit=own.pop())

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
     from flexband.report.text.tables import outputs_of, select
+    from flexband.study.display import Display
 
 
 class Kind(StrEnum):
@@ -91,7 +92,7 @@ def distribution(
         else:
             bounds = fb.analysis.p_box(result.surrogate, output, time, **sampling)
             title = "Distribution function: lowest and highest probability of values up to"
-    return answer_with(bounds, kind, title)
+    return answer_with(bounds, kind, title, result.display)
 
 
 def check_options(kind: Kind, values: dict[str, object]) -> None:
@@ -109,9 +110,9 @@ def check_options(kind: Kind, values: dict[str, object]) -> None:
             raise UsageError(f"{option} is one of --kind {kinds}; got --kind {kind}")
 
 
-def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> CommandOutput:
+def answer_with(data: xr.Dataset, kind: Kind, title: str, display: Display) -> CommandOutput:
     """Return the table, the data and the figure of bounds."""
-    name = "distribution" if kind is Kind.p_box else kind.value
+    bounds, name = display.data(data), "distribution" if kind is Kind.p_box else kind.value
     variable = bounds[name]
     outputs_to_draw = drawable_outputs(
         variable.isel(probability=0) if "probability" in variable.dims else variable
@@ -127,7 +128,7 @@ def answer_with(bounds: xr.Dataset, kind: Kind, title: str) -> CommandOutput:
         [(f"{title}; errors are the largest", (header, rows))],
         f"Not reliable: {remark}" if remark else "",
         name=kind.name,
-        data=bounds,
+        data=data,
         figure=lambda: bounds_figure(bounds, name),
         drawable=bool(outputs_to_draw),
     )

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from flexband.response import ResponseFunction
+    from flexband.study.display import Display
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -54,10 +55,13 @@ class SavedResult(NamedTuple):
         Of the study.
     folder
         Where it is, and where answers are written.
+    display
+        In which units numbers are shown.
     """
 
     surrogate: Surrogate | SurrogateOfChoices
     folder: Path
+    display: Display
 
     def study(self, *, trust: bool) -> Study:
         """Return the study; raise `UsageError` if its file is run only with `trust`."""
@@ -70,12 +74,12 @@ class SavedResult(NamedTuple):
 
         Raise `UsageError` if its file is run only with `trust`.
         """
-        from flexband.analysis.requirements.requirement import several  # noqa: PLC0415
+        from flexband.study.nominal import around_nominal  # noqa: PLC0415
 
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
-            return list(several(self.study(trust=trust).limits))
+            return around_nominal(self.study(trust=trust).limits, self.folder)
         except UsageError:
             raise
         except Exception as error:  # the study is a program
@@ -206,6 +210,7 @@ def saved_result(folder: Path) -> SavedResult:
     """
     from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
+    from flexband.study.display import Display  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 
     file = folder / FileName.SURROGATE if folder.is_dir() else folder
@@ -230,12 +235,13 @@ def saved_result(folder: Path) -> SavedResult:
             f"the study in '{file.parent}' is running; this answer is from its surrogate.npz of "
             f"{written}, which may be that of an earlier run"
         )
-    doubts = read_given(file.parent).get("doubts", [])
+    given = read_given(file.parent)
+    display = Display(given.get("display_units", {}), given.get("units", {}))
     surrogate = fb.load_surrogate(file)
-    for doubt in doubts:
+    for doubt in given.get("doubts", []):
         if doubt.unreliable:
             print_remark(f"what follows is NOT reliable: {doubt_text(doubt)}")
         elif doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
             rare = "what depends on rare values, as probabilities do, is NOT reliable"
             print_remark(f"{doubt_text(doubt)}: {rare}")
-    return SavedResult(surrogate, file.parent)
+    return SavedResult(surrogate, file.parent, display)

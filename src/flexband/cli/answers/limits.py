@@ -20,12 +20,16 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+    from flexband.analysis.probability.texts import verdict_on
+    from flexband.analysis.requirements.least_margin import margins_in_words
     from flexband.analysis.requirements.requirement import corridors, several
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
+    from flexband.report.text.verdicts import verdict_line
     from flexband.study.nominal import around_nominal
     from flexband.study.results.limits import check_limits_in, has_probability
+    from flexband.study.results.verdicts import requirement_verdicts
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
@@ -71,7 +75,7 @@ def limits(
     time. limits.nc, probability.nc and limits.png are written; other limits never take the place
     of the study's there. Runs are kept with those of the study.
     """
-    surrogate, place = result
+    surrogate, place = result.surrogate, result.folder
     with usage():
         sigmas = None if sigmas is None else checked_sigmas(sigmas)
     requested_limits = limits_of(below or [], above or [], during, result, only or [], trust=trust)
@@ -91,14 +95,20 @@ def limits(
         if runs:
             options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
-        requested_limits = around_nominal(tuple(requested_limits), result.folder)
         check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
-    draw_limits(check, place)
-    checked, probability = check.margins, check.probability
-    verdicts = [answer.attrs["verdict"] for answer in (checked, probability) if answer is not None]
+    draw_limits(check, place, result.display)
+    margins, probability = check.margins, check.probability
+    checked = result.display.data(margins)
+    likely = None if probability is None else result.display.data(probability)
+    lines = map(verdict_line, requirement_verdicts(check._replace(margins=checked), None, None))
+    verdicts = [
+        *lines,
+        margins_in_words(checked),
+        *([] if likely is None else [verdict_on(likely)]),
+    ]
     return CommandOutput(
-        {"limits": as_rows(checked), "probability": as_rows(probability)},
-        [("Limits", limits_table(checked, probability))],
+        {"limits": as_rows(margins), "probability": as_rows(probability)},
+        [("Limits", limits_table(checked, likely))],
         "\n".join(verdicts),
     )
 
@@ -134,7 +144,7 @@ def limits_of(
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
         if known and (known_limits := several(result.study(trust=trust).limits)):
-            return selected(known_limits, only)
+            return around_nominal(selected(known_limits, only), result.folder)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )

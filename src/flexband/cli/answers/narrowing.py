@@ -32,7 +32,9 @@ if TYPE_CHECKING:  # imported when a command is called
         error_in_words,
         outputs_of,
         select,
+        unit_of,
     )
+    from flexband.study.display import Display
     from flexband.study.results.answers import read_answer
     from flexband.study.results.limits import has_probability
     from flexband.uncertainty.inputs.pbox import PBox, Score
@@ -61,17 +63,18 @@ def narrow(
     If the study in FOLDER has limits, the least margins of μ ± 3σ before and after are shown, too.
     narrowed.nc is written, in place of an earlier one.
     """
-    surrogate, place = result
+    surrogate, place = result.surrogate, result.folder
     if not isinstance(surrogate, fb.Surrogate):
         raise InputError("a surrogate with choices is narrowed in Python, one option at a time")
     with usage():
         new_inputs = changes_of(surrogate, changes)
         both = surrogate, surrogate.narrowed(**new_inputs)
         before, after = (expansion.bands(sigmas) for expansion in both)
-    limits = limits_before_and_after(both, result.limits(trust=trust), likely=probability)
-    changed = "; ".join(
-        f"{name}: {known_of(new_input)[1]}" for name, new_input in new_inputs.items()
-    )
+    requirements = result.limits(trust=trust)
+    limits = limits_before_and_after(both, requirements, result.display, likely=probability)
+    display, units = result.display, result.display.input_units()
+    words = {name: known_of(new, display.scale(name))[1] for name, new in new_inputs.items()}
+    changed = "; ".join(f"{k}: {text} {units.get(k, '')}".rstrip() for k, text in words.items())
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")
     if earlier is not None and earlier.attrs.get("changes") != changed:
@@ -81,12 +84,19 @@ def narrow(
         print_text(text, error=True)
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
-    pairs = {name: (old, widths[1][name]) for name, old in widths[0].items()}
+    both_shown = [result.display.data(bands) for bands in (before, after)]
+    shown = [_widths(bands) for bands in both_shown]
+    of_unit = {name: unit_of(select(both_shown[0], name)) for name in widths[0]}
+    pairs = {name: (old, shown[1][name]) for name, old in shown[0].items()}
     still = constants(before)
     rows = [
-        [name or "response", CONSTANT, "", ""]
+        [f"{name or 'response'}{of_unit[name]}", CONSTANT, "", ""]
         if name in still
-        else [name or "response", number(old), number(new), percent_to_tenth(new / old)]
+        else [
+            f"{name or 'response'}{of_unit[name]}",
+            *map(number, (old, new)),
+            percent_to_tenth(new / old),
+        ]
         for name, (old, new) in pairs.items()
     ]
     width = f"width of the error bar{averaged(before)}"
@@ -108,7 +118,11 @@ def narrow(
 
 
 def limits_before_and_after(
-    both: tuple[fb.Surrogate, fb.Surrogate], limits: Sequence[fb.Requirement], *, likely: bool
+    both: tuple[fb.Surrogate, fb.Surrogate],
+    limits: Sequence[fb.Requirement],
+    display: Display,
+    *,
+    likely: bool,
 ) -> list[dict[str, Any]]:
     """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
 
@@ -120,9 +134,12 @@ def limits_before_and_after(
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
     if not limits:
         return []
-    checked = [fb.analysis.check_limits(surrogate, limits) for surrogate in both]
+    checked = [display.data(fb.analysis.check_limits(surrogate, limits)) for surrogate in both]
+    units = checked[0].coords.get("unit", xr.DataArray("")).values
+    units = np.broadcast_to(units, len(limits)).astype(str).tolist()
     rows = [
-        {"limit": str(name), "least_margin": [float(check["least_margin"][k]) for check in checked],
+        {"limit": str(name), "unit": units[k],
+         "least_margin": [float(check["least_margin"][k]) for check in checked],
          "verdict": [str(check["verdict"][k].values) for check in checked]}
         for k, name in enumerate(checked[0]["limit"].values)
     ]  # fmt: skip
@@ -146,7 +163,9 @@ def limits_table(limits: list[dict[str, Any]]) -> Table:
     header += ["probability, at most", "narrowed"] * likely
     rows = []
     for entry in limits:
-        margins = [number(v) for v in entry.get("least_margin", [])] or ["", ""]
+        unit = entry.get("unit", "")
+        margins = [f"{number(v)} {unit}".rstrip() for v in entry.get("least_margin", [])]
+        margins = margins or ["", ""]
         before, after = entry.get("verdict", ["", ""])
         changed = before if before == after else f"{before} → {after}"
         row = [entry["limit"], *margins, changed]
@@ -196,14 +215,20 @@ def tolerance(
     if reached:
         header += [f"tolerance for {percent_to_tenth(share)}", "part of the present one"]
     rows = []
-    for output, (width, least, factor, size) in table.items():
+    factors, scale = result.display.data(tolerances), result.display.scale(name)
+    for output, (_, _, factor, size) in table.items():
+        width, least = (float(select(factors[k], output)) for k in ("width", "least_width"))
         if output in still:
             rows.append([output or "response", CONSTANT, *[""] * (len(header) - 2)])
             continue
         least_share = percent_to_tenth(least / width)
-        row = [output or "response", *(number(v, scale=width) for v in (width, least)), least_share]
+        row = [f"{output or 'response'}{unit_of(select(factors, output))}"]
+        row += [*(number(v, scale=width) for v in (width, least)), least_share]
         if reached:
-            row += [number(size), percent_to_tenth(factor)] if output in reached else ["none", ""]
+            with_unit = (
+                f"{number(size * scale)} {result.display.input_units().get(name, '')}".rstrip()
+            )
+            row += [with_unit, percent_to_tenth(factor)] if output in reached else ["none", ""]
         rows.append(row)
     largest = ", the largest over time" * (axes_of(labels_of(surrogate)).time is not None)
     title = (

@@ -44,10 +44,11 @@ def path(
         regions = fb.analysis.path(
             result.surrogate, x, y, sigmas=k, probability=probability, directions=directions
         )  # fmt: skip
-    radius = regions["radius"]
+    shown = result.display.data(regions)
+    radius = shown["radius"]
     widest, last = int(np.argmax(radius.values)), str(radius.dims[0])
     at = float(regions[last][widest]) if last in regions.coords else float(widest)
-    error = float(regions["expected_error"].max()) if "expected_error" in regions else None
+    error = float(shown["expected_error"].max()) if "expected_error" in shown else None
     about = {"sigmas": k} if probability is None else {"probability": probability}
     content = {"largest_radius": float(radius[widest]), "at": at, "expected_error": error}
     unit = f" {radius.attrs['units']}" if "units" in radius.attrs else ""
@@ -64,5 +65,5 @@ def path(
         text=f"{text}{remark}",
         name="path",
         data=regions,
-        figure=lambda: path_figure(regions),
+        figure=lambda: path_figure(shown),
     )

@@ -59,7 +59,7 @@ def contributions(
         _tables(title, names, parts, _part),
         name="contributions",
         data=data,
-        figure=lambda: contributions_figure(ranking, drawn),
+        figure=lambda: contributions_figure(result.display.data(ranking), drawn),
         drawable=over_time(ranking),
     )
 

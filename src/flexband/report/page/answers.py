@@ -6,14 +6,16 @@ from base64 import b64encode
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.texts import told
+from flexband.analysis.probability.texts import told, verdict_on
 from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, summary_table
+from flexband.study.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.limits import LimitCheck
 
@@ -38,10 +40,11 @@ class Answer(NamedTuple):
     pictures: list[tuple[str, str]]
 
 
-def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
+def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck | None]:
     """Return the answers in a folder, and whether limits are kept.
 
-    Answers of earlier results, and those that are not as written, are left out, and named.
+    They are in display units. Answers of earlier results, and those that are not as written, are
+    left out, and named.
     """
     likely = (
         "Below: how likely each limit is left at a time, for the worst values of the interval "
@@ -53,6 +56,7 @@ def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
         "the others is drawn again from close by, with dots at the output times"
     )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
+    usable = {name: display.data(answer) for name, answer in usable.items()}
     limits, probability = usable.get("limits"), usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
@@ -76,10 +80,13 @@ def answers_in(folder: Path) -> tuple[list[Answer], LimitCheck | None]:
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     """Return an answer as a part of the report."""
     inputs = "changes" if "changes" in answer.attrs else "inputs"
-    texts = (answer.attrs.get(k) for k in ("verdict", inputs, "sampling", "surrogate_not_reliable"))
+    verdict = "outcome" if "outcome" in answer.attrs else "verdict"
+    texts = (answer.attrs.get(k) for k in (verdict, inputs, "sampling", "surrogate_not_reliable"))
     remarks = [str(text) for text in texts if text]
     tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
     table = tables[name](answer) if name in tables else None
+    if "slack" in answer:
+        remarks.append(margins_left(answer))
     if name == "sobol" and answer.sizes["name"] == 1:
         return Answer(title, None, [only_one(answer), *remarks], [])
     if name == "derived":
@@ -140,17 +147,33 @@ def allocation_table(allocation: xr.Dataset) -> Table:
     """Return one row per tolerance: itself, its cost, and its part in the nearest limit."""
     margins = "contribution" in allocation
     column = "share of the used margin" if margins else "share of the change of P"
-    header = ["input", "tolerance", "largest", "cost", column]
+    units = allocation["tolerance_unit"].values if "tolerance_unit" in allocation.coords else []
+    header = ["input", "tolerance", "largest", *["unit"] * any(units), "cost", column]
     nearest = allocation["contribution"].isel(binding=0) if margins else allocation["elasticity"]
     share = nearest / nearest.sum()
-    rows = [
-        [
-            str(tolerance["name"].values),
-            *(number(tolerance[k]) for k in ("tolerance", "largest", "cost")),
-        ]
-        for tolerance in (allocation.isel(name=k) for k in range(allocation.sizes["name"]))
-    ]
+    rows = []
+    for k, name in enumerate(allocation["name"].values.tolist()):
+        of_name = allocation.isel(name=k)
+        ends = [number(of_name[end]) for end in ("tolerance", "largest")]
+        rows.append([name, *ends, *units[k : k + any(units)], number(of_name["cost"])])
     return header, [[*row, f"{100 * float(p):.3g} %"] for row, p in zip(rows, share, strict=True)]
+
+
+def margins_left(allocation: xr.Dataset) -> str:
+    """Return the least margins that allocated tolerances leave to requirements."""
+    count = allocation.sizes["limit"]
+    units = allocation["unit"].values if "unit" in allocation.coords else ""
+    scale = float(abs(allocation["margin"]).max())
+    margins = [
+        f"{name}, by {number(margin, scale=scale)} {unit}".rstrip()
+        for name, margin, unit in zip(
+            allocation["limit"].values,
+            allocation["slack"].values,
+            np.broadcast_to(units, count),
+            strict=True,
+        )
+    ]
+    return f"These tolerances keep: {'; '.join(margins)}."
 
 
 def quantity_of(bands: xr.Dataset) -> str:
@@ -201,6 +224,11 @@ def limits_table(
             row.append(yield_cell(part.isel(bound=-1) if "bound" in part.dims else part))
         rows.append(row)
     return header + ["yield (95 % confidence)"] * (production is not None), rows
+
+
+def limit_remarks(probability: xr.Dataset | None) -> list[str]:
+    """Return with which inputs probabilities of leaving limits are reached."""
+    return [] if probability is None else [verdict_on(probability)]
 
 
 def yield_cell(part: xr.Dataset) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
@@ -28,6 +30,7 @@ def chart_data(
     nominal: xr.DataArray | None = None,
     contributions: xr.Dataset | None = None,
     limits: xr.Dataset | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> JsonRecord | None:
     """Return what charts.js draws, or None if outputs are no functions of one increasing number.
 
@@ -35,6 +38,7 @@ def chart_data(
     ----------
     nominal : the response with every input at its nominal value, dims (output, time).
     contributions, limits : results of `contributions` and `check_limits`.
+    units : of inputs, by name.
     """
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if len(free) != 1 or bands.sizes[free[0]] < 2:
@@ -42,6 +46,7 @@ def chart_data(
     x = bands[free[0]]
     if x.dtype.kind not in "iuf" or not np.all(np.diff(x.values) > 0):
         return None
+    inputs = [str(k) for k in bands["input"].values] if "input" in bands.dims else []
     return {
         "x": {
             "name": free[0],
@@ -49,7 +54,8 @@ def chart_data(
             "values": packed(x.values),
         },
         "bar": f"μ ± {deviations(bands)}",
-        "inputs": [str(k) for k in bands["input"].values] if "input" in bands.dims else [],
+        "inputs": inputs,
+        "input_units": [(units or {}).get(k, "") for k in inputs],
         "carriers": np.atleast_1d(bands.attrs.get("carrier_frequencies", [])).tolist(),
         "limits": _margins(limits),
         "outputs": [

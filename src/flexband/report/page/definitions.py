@@ -41,13 +41,12 @@ def definitions(
     terms = {
         "nominal": "the response with every interval at its midpoint and every random input at its "
         "mean; at its median if it is a LogNormal or has heavy tails",
-        "expected error": "how far the ends of an error bar are expected to be off; in per cent: "
+        "expected error": "the estimated accuracy of the ends of an error bar; in per cent: "
         "in parts of the width of the bar, over time in parts of its mean; below a chart: at the "
         "cursor; in what if and in ranges: the largest. It is found by runs that were not fitted, "
         "and by runs with half the step and twice the elements",
-        "confirmed": "whether new runs, most of them at the combinations of the intervals at "
-        "which the bounds are attained, are missed by no more than expected, as far as so few "
-        "runs can tell",
+        "confirmed": "whether verification runs, most of them at the worst tolerances, agree with "
+        "the expected error, as far as so few can tell",
         "matters": "by how much the error bar is narrower with the input at its nominal value, as "
         "a part of its width, over time as a part of its mean width",
         "interval": "all that is known of the input is that it is between two numbers",

@@ -50,9 +50,9 @@ def given_by(
 
     Returns
     -------
-    `question`; `inputs`, a table; `units` of inputs; `fields`, a picture of realizations;
-    `drawing`, the address of an image, and `description`, of a mechanism at the nominal values;
-    `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
+    `question`; `inputs`, a table; `units` of inputs, and `display_units`; `fields`, a picture of
+    realizations; `drawing`, the address of an image, and `description`, of a mechanism at the
+    nominal values; `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
     """
     # Mean times [s] of a run from which on the motion is shown without samples of the
     # inputs, and not at all: the mechanism is simulated again for it. In a study in which
@@ -61,8 +61,9 @@ def given_by(
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     data: JsonRecord = {
         "question": _docstring(file),
-        "inputs": inputs_table(inputs, study.units),
+        "inputs": inputs_table(inputs, study.display),
         "units": study.units,
+        "display_units": study.display_units,
         "hidden": [],
     }
     response = study.response

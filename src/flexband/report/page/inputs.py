@@ -12,6 +12,7 @@ from scipy.special import ndtri
 
 from flexband.report.text.numbers import number, percent
 from flexband.report.text.tables import Table, outputs_of, select
+from flexband.study.display import Display
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
@@ -25,13 +26,23 @@ NODES = 32
 """Of the Gauss rule for the mean and the standard deviation of a distribution."""
 
 
-def inputs_table(given: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+def inputs_table(given: Mapping[str, Any], display: Display) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
+    units = display.input_units()
     header = ["input", "kind", "what is known of it", *["unit"] * bool(units)]
-    rows = [[name, *known_of(input_)] for name, input_ in given.items()]
+    rows = [[name, *_known_in(display, name, input_)] for name, input_ in given.items()]
     if units:
         rows = [[*row, _unit(row[0], given[row[0]], units)] for row in rows]
     return header, rows
+
+
+def _known_in(display: Display, name: str, input_: Any) -> tuple[str, str]:
+    """Return the kind of an input and what is known of it, in its display unit."""
+    if isinstance(input_, Correlated):
+        members = input_.members.items()
+        texts = (f"{k}: {known_of(member, display.scale(k))[1]}" for k, member in members)
+        return "correlated", "; ".join(texts)
+    return known_of(input_, display.scale(name))
 
 
 def _unit(name: str, input_: Any, units: Mapping[str, str]) -> str:
@@ -78,73 +89,77 @@ def _matters(share: xr.DataArray) -> str:
 
 
 @singledispatch
-def known_of(input_: Any) -> tuple[str, str]:
-    """Return the kind of an input and what is known of it, in words."""
-    return ("constant", number(input_, 6)) if is_number(input_) else _of_distribution(input_)
+def known_of(input_: Any, scale: float) -> tuple[str, str]:
+    """Return the kind of an input and what is known of it, in words; numbers times a scale."""
+    if is_number(input_):
+        return "constant", number(input_ * scale, 6)
+    return _of_distribution(input_, scale)
 
 
 @known_of.register
-def _(constant: Constant) -> tuple[str, str]:
-    return "constant", number(constant.constant, 6)
+def _(constant: Constant, scale: float) -> tuple[str, str]:
+    return "constant", number(float(constant.constant) * scale, 6)
 
 
 @known_of.register
-def _(interval: Interval) -> tuple[str, str]:
-    middle, half = (interval.lower + interval.upper) / 2, (interval.upper - interval.lower) / 2
-    return "interval", f"{_range(interval)} ({number(middle, 6, half)} ± {number(half)})"
+def _(interval: Interval, scale: float) -> tuple[str, str]:
+    lower, upper = interval.lower * scale, interval.upper * scale
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    return "interval", f"{_range(interval, scale)} ({number(middle, 6, half)} ± {number(half)})"
 
 
 @known_of.register
-def _(sizing: Sizing) -> tuple[str, str]:
-    return "size", f"free in {_range(sizing)}, tolerance ± {number(sizing.tolerance, 6)}"
+def _(sizing: Sizing, scale: float) -> tuple[str, str]:
+    tolerance = number(sizing.tolerance * scale, 6)
+    return "size", f"free in {_range(sizing, scale)}, tolerance ± {tolerance}"
 
 
 @known_of.register
-def _(compensator: Compensator) -> tuple[str, str]:
-    return "compensator", f"adjusted in {_range(compensator)}"
+def _(compensator: Compensator, scale: float) -> tuple[str, str]:
+    return "compensator", f"adjusted in {_range(compensator, scale)}"
 
 
 @known_of.register
-def _(choice: Choice) -> tuple[str, str]:
-    return "choice", " or ".join(map(str, choice.options))
+def _(choice: Choice, scale: float) -> tuple[str, str]:
+    options = [
+        number(float(o) * scale, 6) if scale != 1 and is_number(o) else o for o in choice.options
+    ]
+    return "choice", " or ".join(map(str, options))
 
 
 @known_of.register
-def _(correlated: Correlated) -> tuple[str, str]:
-    members = correlated.members.items()
-    return "correlated", "; ".join(f"{k}: {known_of(member)[1]}" for k, member in members)
-
-
-@known_of.register
-def _(field: Field) -> tuple[str, str]:
+def _(field: Field, _scale: float) -> tuple[str, str]:
     return f"{'random' if field.random else 'interval'} field", field.summary
 
 
 @known_of.register
-def _(field: RandomField) -> tuple[str, str]:
+def _(field: RandomField, scale: float) -> tuple[str, str]:
     if not (is_number(field.mean) and is_number(field.std)):
         return "random field", field.summary
-    moments = f"mean {number(field.mean, 6)}, standard deviation {number(field.std, 6)}"
+    mean, std = (number(moment * scale, 6) for moment in (field.mean, field.std))
+    moments = f"mean {mean}, standard deviation {std}"
     return "random field", f"{moments}, correlation length {field.correlation_length:g}"
 
 
-def _range(interval: Interval | Sizing | Compensator) -> str:
+def _range(interval: Interval | Sizing | Compensator, scale: float) -> str:
     """Return the ends of an interval."""
-    return f"{number(interval.lower, 6)} … {number(interval.upper, 6)}"
+    return f"{number(interval.lower * scale, 6)} … {number(interval.upper * scale, 6)}"
 
 
-def _of_distribution(distribution: Input) -> tuple[str, str]:
+def _of_distribution(distribution: Input, scale: float) -> tuple[str, str]:
     """Return the kind of a distribution, and its mean, standard deviation and usual range."""
     kind = type(distribution).__name__
     numbers = statistics(distribution)
     if numbers is None:
-        return kind, repr(distribution)
-    low, high, mean, std = numbers
+        return kind, repr(distribution) + " before conversion" * (scale != 1)
+    low, high, mean, std = (value * scale for value in numbers)
     ends = f"{number(low)} … {number(high)}"
     summary = f"mean {number(mean)}, standard deviation {number(std, 3)}, 90 % in {ends}"
+    in_units = "mean", "std", "lower", "mode", "upper"  # other parameters are numbers
     intervals = [
-        f"{k} in [{number(v.lower, 6)}, {number(v.upper, 6)}]"
+        f"{k} in [{number(v.lower * s, 6)}, {number(v.upper * s, 6)}]"
         for k, v in distribution.intervals.items()
+        for s in [scale if k in in_units else 1.0]
     ]
     return kind, "; ".join([summary, *intervals])
 

@@ -9,6 +9,7 @@ from flexband.analysis.p_boxes import VALUES, p_box
 from flexband.analysis.selection import surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
+from flexband.study.display import Display
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -57,10 +58,13 @@ def p_boxes(
     return xr.Dataset(data, {"place": places}, {"samples": samples})
 
 
-def p_box_data(boxes: xr.Dataset | None) -> JsonRecord | None:
-    """Return what p_boxes.js draws."""
+def p_box_data(boxes: xr.Dataset | None, bands: xr.Dataset, display: Display) -> JsonRecord | None:
+    """Return what p_boxes.js draws; the bands have the units of the outputs."""
     if boxes is None:
         return None
+    if {"output", "unit"} <= set(bands.coords) and bands["unit"].dims == ("output",):
+        values = boxes[["value"]].assign_coords(output=bands["output"], unit=bands["unit"])
+        boxes = boxes.assign(value=display.data(values)["value"].variable)
     return {
         "places": boxes["place"].values.tolist(),
         "samples": int(boxes.attrs["samples"]),

@@ -8,6 +8,7 @@ import xarray as xr
 from flexband.analysis.paths import path
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
+from flexband.study.display import Display
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -39,8 +40,9 @@ def widest_path(
     return path(surrogate, x, y, sigmas=sigmas, directions=directions)
 
 
-def path_data(tube: xr.Dataset | None) -> JsonRecord | None:
+def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     """Return what paths.js draws of a result of `path`."""
+    tube = None if tube is None else display.data(tube)
     # To which part of the largest radius of a region its vertices are rounded
     digits = 1e-4
     # That are drawn

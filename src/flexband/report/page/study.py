@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.execution.names import FileName
-from flexband.report.page.answers import answers_in, limits_table
+from flexband.report.page.answers import answers_in, limit_remarks, limits_table
 from flexband.report.page.charts import chart_data, nominal_of, numbers
 from flexband.report.page.definitions import definitions
 from flexband.report.page.inputs import with_shares
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
-from flexband.report.page.verdict import uncertain_ones, verdict
+from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
 from flexband.report.text.verdicts import verdict_line
+from flexband.study.display import Display
 from flexband.study.results.answers import read_answer
 from flexband.study.results.verdicts import requirement_verdicts
+from flexband.study.title_block import FIELDS
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -54,17 +56,25 @@ def write_report(
         *what_if.SCRIPTS,
         "start.js",
     )  # fmt: skip
-    answers, check = answers_in(folder)
+    display = Display(given.get("display_units", {}), given.get("units", {}))
+    answers, check = answers_in(folder, display)
     limits, probability, production = (
         (None, None, None)
         if check is None
         else (check.margins, check.probability, check.production)
     )
+    raw = bands
+    others, fixed = what_if.what_if(surrogate, bands, display)
+    bands = display.data(bands)
+    checked, contributions = (
+        None if data is None else display.data(data) for data in (checked, contributions)
+    )
     uncertain = uncertain_ones(contributions, given["inputs"])
-    charts = chart_data(bands, nominal_of(surrogate), contributions, limits)
+    nominal = nominal_of(surrogate)
+    nominal = None if nominal is None else display.data(nominal)
+    charts = chart_data(bands, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
-    others, fixed = what_if.what_if(surrogate, bands, given.get("units", {}))
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
     page = folder / FileName.REPORT
@@ -74,6 +84,12 @@ def write_report(
         scripts,
         title=given["title"],
         about=" · ".join(filter(None, heading)),
+        title_block=[
+            (name, given["title_block"][field])
+            for field, name in FIELDS.items()
+            if field != "title" and given.get("title_block", {}).get(field)
+        ],
+        unreliable=why_unreliable(given["doubts"]),
         doubts=given["doubts"]
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),
@@ -91,7 +107,7 @@ def write_report(
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
         else "",
-        limit_remarks=[] if probability is None else [probability.attrs["verdict"]],
+        limit_remarks=limit_remarks(probability),
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(bands) if charts else [],
@@ -102,22 +118,22 @@ def write_report(
         computed=[
             *given["computed"].items(),
             ("method", str(attrs.get("method", given["label"]))),
-            ("runs", runs_in_words(attrs)),
+            ("runs", runs_in_words(attrs, 0 if limits is None else limits.attrs.get("runs", 0))),
             *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
         ],
         data={
             "charts": charts,
             "motion": given.get("motion"),
             "what_if": others,
-            "path": path_data(read_answer(folder, "path")),
-            "p_boxes": p_box_data(read_answer(folder, "p_boxes")),
+            "path": path_data(read_answer(folder, "path"), display),
+            "p_boxes": p_box_data(read_answer(folder, "p_boxes"), raw, display),
         },
     )
     return page
 
 
-def runs_in_words(attrs: Mapping[str, Any]) -> str:
-    """Return how many runs were made, and what for."""
+def runs_in_words(attrs: Mapping[str, Any], worst: int = 0) -> str:
+    """Return how many runs were made, and what for; `worst` more at the worst tolerances."""
     kinds = {
         "runs_fitted": "fitted",
         "runs_checked": "held out",
@@ -129,6 +145,8 @@ def runs_in_words(attrs: Mapping[str, Any]) -> str:
     }
     parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
     text = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    if worst:
+        text += f"; {worst} more at the worst tolerances, for requirements"
     if attrs.get("runs_coarser") or attrs.get("runs_refined"):
         text += (
             ". The budget, max_runs, is for those that are fitted or held out on one discretization"

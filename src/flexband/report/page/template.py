@@ -14,6 +14,7 @@ import jinja2
 from markupsafe import Markup
 
 from flexband.files import replaced
+from flexband.report.text.numbers import with_minus
 
 STYLES = ("style.css", "motion.css", "what_if.css")
 
@@ -44,7 +45,11 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
 def _templates() -> jinja2.Environment:
     loader = jinja2.FunctionLoader(lambda name: ASSETS.joinpath(name).read_text(encoding="utf-8"))
     undefined = jinja2.StrictUndefined
-    return jinja2.Environment(loader=loader, autoescape=True, undefined=undefined, trim_blocks=True)
+    templates = jinja2.Environment(
+        loader=loader, autoescape=True, undefined=undefined, trim_blocks=True
+    )
+    templates.filters["minus"] = with_minus
+    return templates
 
 
 def _script(name: str) -> Markup:

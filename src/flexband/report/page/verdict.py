@@ -12,10 +12,10 @@ from flexband.analysis.probability.texts import chance
 from flexband.analysis.requirements.production import share_in_words
 from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
-from flexband.report.text.doubts import doubt_text
+from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.study.results.limits import LimitCheck
-from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.study.results.reliability import Doubt
 
 
 def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
@@ -27,6 +27,11 @@ def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr
     return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
 
 
+def why_unreliable(doubts: Sequence[Doubt]) -> list[str]:
+    """Return why no number of a result is reliable; nothing if they are."""
+    return [doubt_text(doubt) for doubt in doubts if doubt.unreliable]
+
+
 def verdict(
     given: Mapping[str, Any],
     bands: xr.Dataset,
@@ -36,23 +41,26 @@ def verdict(
 ) -> list[str]:
     """Return what the first lines of the report say after the verdicts on requirements."""
     doubts: Sequence[Doubt] = given["doubts"]
-    lines = [f"Doubtful: {doubt_text(doubt)}." for doubt in doubts]
+    lines = [doubt_line(doubt) for doubt in doubts]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
-        lines.append(f"{tables.told_by_new_runs(bands, checked, doubtful=bool(doubts))}.")
-    unsure = "; this is NOT reliable." if any(doubt.unreliable for doubt in doubts) else "."
+        lines.append(tables.checked_in_words(checked))
     limits = None if check is None else check.margins
     if why := given.get("unchecked"):
         lines.append(f"The limits are not checked: {why}.")
     if check is not None and check.probability is not None:
         last = check.probability.isel(limit=-1)  # of leaving any limit
-        if any(doubt.kind is DoubtKind.TOLERANCE_NOT_MET for doubt in doubts):
-            unsure = "; this is NOT reliable."
-        lines.append(f"The probability of leaving a limit at any time is {chance(last)}{unsure}")
+        why = [doubt_text(doubt) for doubt in doubts if doubt.rare_values]
+        lines.append(
+            f"No probability: {why[0]}."
+            if why
+            else f"The probability of leaving a limit at any time is {chance(last)}."
+        )
     if check is not None and check.production is not None:
         every = check.production.isel(limit=-1)  # all requirements
         worst = every.isel(bound=-1) if "bound" in every.dims else every
-        lines.append(f"Yield: {share_in_words(worst)}. {RANDOM_SAMPLES}.")
+        share = share_in_words(worst).replace("meet it", "meet all requirements")
+        lines.append(f"Yield: {share}. {RANDOM_SAMPLES}.")
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 
@@ -39,3 +40,8 @@ def percent(part: float) -> str:
 def percent_to_tenth(part: float) -> str:
     """Return a part in per cent, with one decimal, so that parts of a whole can be added."""
     return f"{round(100 * part, 1) + 0.0:g} %"
+
+
+def with_minus(text: str) -> str:
+    """Return a text whose negative numbers have a minus sign, as axes have, and no hyphen."""
+    return re.sub(r"(?<![\w.])-(?=[\d.])", "−", text)

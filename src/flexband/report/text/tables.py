@@ -16,7 +16,7 @@ from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.verdicts import of_doubtful
+from flexband.uncertainty.surrogates.verdicts import Confirmation
 from flexband.words import number_of
 
 Table = tuple[list[str], list[list[str]]]
@@ -59,7 +59,8 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
 
     The next column is its expected error in parts of the width, both as means over time, or, for
     PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
-    last one is whether new runs confirm it. Of an output that is constant there is none of these.
+    last one is whether verification runs confirm it. Of an output that is constant there is none
+    of these.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)
-        unit, bar = _unit(output_bands), output_bands["error_bar"]
+        unit, bar = unit_of(output_bands), output_bands["error_bar"]
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         widest, scale = float(width.max()), float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
@@ -112,13 +113,13 @@ def _confirmed(
     return ["" if constant else "yes" if trusted else and_yet]
 
 
-def _unit(output_bands: xr.Dataset) -> str:
+def unit_of(output_bands: xr.Dataset) -> str:
     """Return the unit of an output in brackets, after a blank; or nothing."""
     return f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
-    """Return the largest size of the error bars of all outputs of a unit, by `_unit`.
+    """Return the largest size of the error bars of all outputs of a unit, by `unit_of`.
 
     Its rounding errors are not above `ROUNDING` times that.
     """
@@ -126,8 +127,8 @@ def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
     largest = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
         output_bands = select(bands, name)
-        largest[_unit(output_bands)] = max(
-            largest.get(_unit(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
+        largest[unit_of(output_bands)] = max(
+            largest.get(unit_of(output_bands), 0.0), float(abs(output_bands["error_bar"]).max())
         )
     return largest
 
@@ -174,26 +175,21 @@ def judged_errors(bands: xr.Dataset) -> dict[str, float]:
 
 
 def error_in_words(bands: xr.Dataset) -> str:
-    """Return how far the ends of the error bars are expected to be off, as a sentence."""
+    """Return the estimated accuracy of the ends of the error bars, as a sentence."""
     shares, errors = judged_errors(bands), expected_errors(bands)
     if not shares:
-        return "The error of these bands is not estimated by this method."
+        return "The accuracy of these bands is not estimated by this method."
     worst = max(shares, key=lambda name: shares[name])
     small = {name: errors[name] for name in shares if errors[name] > shares[name]}
-    amount = f"{percent(shares[worst])} of the bars' width"
-    amount += f" for {worst}{averaged(bands)}" if len(shares) > 1 else averaged(bands)
+    text = f"Estimated accuracy: ± {percent(shares[worst])} of the band's width"
+    if len(shares) > 1:
+        text += f" for {worst}" + ", better for the other outputs" * (len(shares) > 1 + len(small))
     if small:
-        up_to, whose = ("up to ", "their own widths") if len(small) > 1 else ("", "its own width")
-        amount += (
-            f"; for {', '.join(small)} by {up_to}{percent(max(small.values()))} of {whose}, "
-            "smaller than that of the component by which the tolerance is judged"
-        )
-    if len(shares) > 1 + len(small):
-        amount += "; for the other outputs by less"
-    text = f"The ends of the error bars are expected to be off by {amount}."
-    return (
-        f"{text} At single times it may be up to {worst}." if (worst := worst_time(bands)) else text
-    )
+        up_to, whose = ("up to ", "their") if len(small) > 1 else ("", "its")
+        text += f"; ± {up_to}{percent(max(small.values()))} of {whose} own, much smaller width"
+        text += f" for {', '.join(small)}"
+    at_times = f". At single times: up to ± {at}" if (at := worst_time(bands)) else averaged(bands)
+    return f"{text}{at_times}."
 
 
 def worst_time(bands: xr.Dataset) -> str:
@@ -226,20 +222,20 @@ def averaged(bands: xr.Dataset) -> str:
     return "" if time is None else f", mean over {time}"
 
 
-def told_by_new_runs(bands: xr.Dataset, checked: xr.Dataset, *, doubtful: bool = False) -> str:
-    """Return the verdict of `verify`, with which no doubt about the result is in contradiction."""
-    doubtful = doubtful or "not_trusted" in bands.attrs
-    return of_doubtful(checked) if doubtful else str(checked.attrs["verdict"])
+def checked_in_words(checked: xr.Dataset) -> str:
+    """Return what verification runs say of the estimated accuracy, as a short sentence."""
+    if checked.attrs["confirmed"] != Confirmation.CONFIRMED:
+        return f"{checked.attrs['verdict']}."
+    runs = checked.attrs["runs"] - checked.attrs.get("runs_failed", 0)
+    agree = "agrees" if runs == 1 else "agree"
+    more = (checked["implied_error"] > checked["expected_error"]).values.any()
+    few = ", as far as so few can tell" * bool(more)
+    return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
-def remarks(
-    bands: xr.Dataset, checked: xr.Dataset | None = None, *, doubtful: bool = False
-) -> list[str]:
-    """Return what diagnostics and the result of `verify` mean, as sentences.
-
-    `doubtful` is whether the result is not what was asked for.
-    """
-    lines = [told_by_new_runs(bands, checked, doubtful=doubtful)] if checked is not None else []
+def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
+    """Return what diagnostics and the result of `verify` mean, as sentences."""
+    lines = [] if checked is None else [str(checked.attrs["verdict"])]
     if failed := bands.attrs.get("runs_failed", 0):
         runs = bands.attrs["runs"]
         lines.append(
@@ -275,10 +271,8 @@ def remarks(
             lines.append("The error of the discretization (step, elements) is not estimated")
         if "runs_generic" in attrs:
             lines.append(
-                "An effect that only a small part of the inputs' ranges has, such as a stop that "
-                f"is rarely reached, may be unseen: {attrs['runs_generic']} of the held-out runs "
-                "are spread over the ranges, and are likely (95 %) to meet one only if "
-                f"{percent(unseen(sampled))} of the ranges or more have it"
+                "A rare effect (a stop that few parts reach) may be missed: the checks find one "
+                f"reliably only if it covers {percent(unseen(sampled))} of the input range or more"
             )
         if attrs.get("discretization"):
             chosen = " (chosen by the method)" if "halved" in attrs else ""
@@ -287,7 +281,7 @@ def remarks(
             lines.append(
                 f"{attrs['small_components']}: the tolerance is judged in parts of the error bar "
                 "of another component of the same tensor or vector, which is wider; the table "
-                "tells errors in parts of the own width"
+                "has errors in parts of its own width"
             )
         carriers = (  # NetCDF has a number in place of one that is alone
             np.atleast_1d(attrs.get(name, ()))
@@ -327,7 +321,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
         unit = f" {output_bands['unit'].values}" if "unit" in output_bands.coords else ""
         unit_of_last = f" {bands[last].attrs['units']}" if "units" in bands[last].attrs else ""
         low, high = output_bands["error_bar"].transpose("bound", ...).values
-        largest = max(high.max() - low.min(), ROUNDING * sizes[_unit(output_bands)])
+        largest = max(high.max() - low.min(), ROUNDING * sizes[unit_of(output_bands)])
         for side, end, sign in (("above", high, 1.0), ("below", -low, -1.0)):
             least = output_bands[f"{side}_between_least"].values[..., :-1]
             reach = np.maximum(end[..., :-1], end[..., 1:]) + least

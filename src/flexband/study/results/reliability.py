@@ -31,16 +31,25 @@ class Doubt:
     kind
         What is doubtful.
     error
-        Error inferred from verification runs, in parts of the bar's width, if it is INACCURATE.
+        In parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
+        verification runs, if it is INACCURATE.
+    target
+        The tolerance that is not met.
     """
 
     kind: DoubtKind
     error: float | None = None
+    target: float | None = None
 
     @property
     def unreliable(self) -> bool:
         """Whether no answer from the result is reliable."""
         return self.kind in UNRELIABLE
+
+    @property
+    def rare_values(self) -> bool:
+        """Whether answers about rare values, such as probabilities, are not reliable."""
+        return self.unreliable or self.kind is DoubtKind.TOLERANCE_NOT_MET
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""
@@ -50,6 +59,6 @@ class Doubt:
     def from_json(cls, content: Mapping[str, Any]) -> Doubt:
         """Return what `as_json` has made; raise `ValueError` if it is of another version."""
         try:
-            return cls(DoubtKind(content["kind"]), content["error"])
+            return cls(DoubtKind(content["kind"]), content["error"], content.get("target"))
         except (TypeError, KeyError):
             raise ValueError(f"a doubt must have a kind and an error; got {content!r}") from None

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.requirements.production import production_yield
 from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
+from flexband.study.display import Display
 from flexband.study.folder import StudyFolder, checksum_of
+from flexband.study.nominal import around_nominal
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.limits import OF_STUDY, LimitCheck
@@ -23,6 +26,10 @@ from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
+
+if TYPE_CHECKING:
+    from flexband.analysis.requirements.requirement import Requirements
+    from flexband.analysis.requirements.scatter import Scatter
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,10 @@ class StudyResult:
     @property
     def verdicts(self) -> list[RequirementVerdict]:
         """The verdict on every requirement of the study that was checked."""
+        return self.verdicts_in(Display())
+
+    def verdicts_in(self, display: Display) -> list[RequirementVerdict]:
+        """Return the verdicts with their numbers in display units."""
         if self.limits is None:
             return []
         shares = self.contributions
@@ -105,7 +116,33 @@ class StudyResult:
             chosen = {name for space in spaces for name in space.chosen}
             kept = [k for k, name in enumerate(shares["name"].values) if str(name) not in chosen]
             shares = shares.isel(name=kept) if kept else None
-        return requirement_verdicts(self.limits, shares, self.verification)
+        checked = None if self.verification is None else display.data(self.verification)
+        check = self.limits._replace(margins=display.data(self.limits.margins))
+        return requirement_verdicts(check, shares, checked)
+
+    def production_yield(
+        self, requirements: Requirements, scatter: Scatter, **options: Any
+    ) -> xr.Dataset:
+        """Return the share of the parts that meet requirements, if tolerances scatter.
+
+        It is `production_yield` of the surrogate, with requirements around the nominal response of
+        the study.
+
+        Parameters
+        ----------
+        requirements : such as those of the study, or others.
+        scatter : of the tolerances, as for `production_yield`.
+        options : the other ones of `production_yield`, such as `response` and `runs`.
+
+        Raises
+        ------
+        InputError
+            If the method made no surrogate, and as `production_yield` does.
+        """
+        if self.surrogate is None:
+            raise InputError(f"a yield requires a method with a surrogate; got {self.label}")
+        known = around_nominal(requirements, self.folder)
+        return production_yield(self.surrogate, known, scatter, **options)
 
     def record(self) -> dict[str, Any]:
         """Return what study.json has of the result, beside its files."""
@@ -198,8 +235,9 @@ def doubts_about(
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")
-    if tolerance is not None and attrs.get("expected_error", 0.0) > tolerance:
-        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET))
+    expected = float(attrs.get("expected_error", 0.0))
+    if tolerance is not None and expected > tolerance:
+        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET, expected, float(tolerance)))
     if "not_trusted" in attrs:
         doubts.append(Doubt(DoubtKind.NOT_TRUSTED))
     if verification is None:

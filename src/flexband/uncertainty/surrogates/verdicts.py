@@ -115,13 +115,13 @@ class VerificationVerdict:
             over = " (both are root mean squares over time)" if labels.ndim > 1 else ""
             sure = f"{100 * self.confidence:.0f} % confidence"
             return (
-                f"Confirmed as far as so few runs can tell: {runs} {imply} an error of {size} "
-                f"({in_percent(self.least)} or more with {sure}), where "
+                f"Estimate confirmed as far as so few runs can tell: {runs} {imply} an error of "
+                f"{size} ({in_percent(self.least)} or more with {sure}), where "
                 f"{in_percent(self.expected)} is expected{over}"
             )
         text = (
-            f"Confirmed: {runs} {are} missed by no more than expected; the largest error that "
-            f"follows is {size}"
+            f"Estimate confirmed: {runs} {are} missed by no more than expected; the largest error "
+            f"that follows is {size}"
         )
         claim = f"; the runs of the method imply {in_percent(self.claimed)}"
         return text + claim * (self.claimed > self.inferred)
@@ -155,22 +155,6 @@ def _can_miss(sampled: int, held_out: int) -> str:
     return (
         f"Effects in {in_percent(unseen(sampled + held_out))} of the space of the inputs or less "
         f"may not be included: {spread}, spread over all of it, can miss them"
-    )
-
-
-def of_doubtful(checked: xr.Dataset) -> str:
-    """Return the verdict on a result that is doubtful for other reasons: both have to be read.
-
-    Verification runs judge the expected error alone, which may be right and yet far too large.
-    """
-    text = str(checked.attrs["verdict"])
-    if checked.attrs["confirmed"] != Confirmation.CONFIRMED:
-        return text
-    doubtful = "The result is doubtful, but its expected error is confirmed"
-    return (
-        f"{doubtful}. {text}"
-        if "choice" in checked.dims
-        else (doubtful + text.removeprefix("Confirmed"))
     )
 
 

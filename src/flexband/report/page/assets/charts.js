@@ -13,6 +13,11 @@ flexband.starters.push(function (data) {
     { rootMargin: "400px" },
   );
   made.forEach((chart) => seen.observe(chart.plot));
+  const rest = () => { // one by one, so that a picture of the whole page has them all
+    const next = made.find((chart) => !chart.drawn);
+    if (next) { next.draw(); setTimeout(rest, 20); }
+  };
+  addEventListener("load", () => setTimeout(rest, 300));
   flexband.ready.then(() => made[0].tell(made[0].x[made[0].widest()])); // all parts are there
   flexband.whenColorsChange(() =>
     made.forEach((chart) => (chart.drawn || flexband.printing()) && chart.draw(true)));

@@ -25,7 +25,8 @@ flexband.backgroundOf = function (chart, k) {
   const own = output.worst ? flexband.mattering(chart) : [];
   if (own.length) {
     const at = (b) => own.map(
-      (i) => `${charts.inputs[i]} = ${g(output.worst.values[(2 * i + b) * x.length + k])}`).join(", ");
+      (i) => `${charts.inputs[i]} = ${g(output.worst.values[(2 * i + b) * x.length + k])} ${charts.input_units[i]}`
+        .trimEnd()).join(", ");
     const few = own.length < charts.inputs.length;
     const others = few ? `; others matter by less than ${100 * flexband.HARDLY} % of the width` : "";
     told.push(`Lowest with ${at(0)}; highest with ${at(1)}${others}.`);

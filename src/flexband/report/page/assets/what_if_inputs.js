@@ -102,8 +102,8 @@ flexband.WhatIfInputs = class {
   /** Return the changes in short: "crank_length 0.197 … 0.203, youngs_modulus 50 %". */
   label() {
     const { intervals, scatters } = this.data;
-    const own = intervals.flatMap(({ name }, k) =>
-      this._narrower(k) ? [`${name} ${this.ends(k).join(" … ")}`] : []);
+    const own = intervals.flatMap(({ name, scale }, k) =>
+      this._narrower(k) ? [`${name} ${this.ends(k).map((x) => Number((x * scale).toPrecision(12))).join(" … ")}`] : []);
     own.push(...scatters.flatMap(({ name }, k) =>
       this.scales[k] === 1 ? [] : [`scatter of ${name} × ${this.scales[k]}`]));
     return own.join(", ");

@@ -40,10 +40,10 @@ flexband.whatIfLimits = function ({ what_if: data, charts }) {
   function show(bounds) {
     for (const { name, curves, cells, unit } of rows) {
       const [own, t] = bounds ? margin(curves, bounds) : [least[name], at[name]];
-      const about = bounds && !bounds.done ? "≈ " : "";
+      const known = !bounds || bounds.done; // at a few of the times, a margin looks too large
       cells[0].textContent = shown(least[name], unit);
-      cells[1].textContent = about + shown(own, unit);
-      cells[1].className = own < 0 ? "no" : "";
+      cells[1].textContent = known ? shown(own, unit) : "…";
+      cells[1].className = known && own < 0 ? "no" : "";
       const { name: free, unit: of } = charts.x;
       cells[2].textContent = t === undefined ? "" : `${free} = ${flexband.number(t)} ${of}`;
     }

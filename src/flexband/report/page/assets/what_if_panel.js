@@ -28,13 +28,13 @@ flexband.starters.push(function (everything) {
   const tidy = (number) => String(Number(number.toPrecision(12)));
 
   /** Return the controls of an interval: two ends on the track of what the runs cover. */
-  function interval({ name, unit, lower, upper }, k) {
+  function interval({ name, unit, lower, upper, scale }, k) {
     const suffix = unit && ` ${unit}`, value = element("output");
     const thumbs = ["lower", "upper"].map((end, e) => slider(
       `${end} end of ${name}`, 0, STEPS, (to) => inputs.move(k, e, to, symmetric.checked)));
     const range = element("span", { className: "what-if-range" });
     update.push(() => {
-      const [low, high] = inputs.ends(k), middle = Number(((low + high) / 2).toPrecision(8));
+      const [low, high] = inputs.ends(k).map((x) => x * scale), middle = Number(((low + high) / 2).toPrecision(8));
       value.textContent = `${tidy(low)} … ${tidy(high)} (${middle} ± ${shown((high - low) / 2)})${suffix}`;
       thumbs.forEach((own, e) => {
         own.value = inputs.intervals[k][e];
@@ -45,7 +45,7 @@ flexband.starters.push(function (everything) {
       range.style.width = `${100 * (to - from)}%`;
     });
     const marks = element("div", { className: "what-if-marks" },
-      element("span", { textContent: `▏${tidy(lower)}` }), element("span", { textContent: `${tidy(upper)}▕` }));
+      element("span", { textContent: `▏${tidy(lower * scale)}` }), element("span", { textContent: `${tidy(upper * scale)}▕` }));
     const track = element("div", { className: "what-if-track screen-only" }, range, ...thumbs);
     marks.classList.add("screen-only");
     return element("div", { className: "what-if-input", role: "group", "aria-label": name },
@@ -54,7 +54,7 @@ flexband.starters.push(function (everything) {
   }
 
   /** Return the control of the scatter of a random input. */
-  function scatter({ name, of, unit, least }, k) {
+  function scatter({ name, of, unit, least, scale }, k) {
     const value = element("output");
     const thumb = slider(`scatter of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
       inputs.scales[k] = to / 100;
@@ -62,7 +62,7 @@ flexband.starters.push(function (everything) {
     update.push(() => {
       const part = Math.round(100 * inputs.scales[k]);
       thumb.value = part;
-      value.textContent = `${of} ${shown(inputs.scatter(k))}${unit && ` ${unit}`}, ${part} % of the study's scatter`;
+      value.textContent = `${of} ${shown(scale * inputs.scatter(k))}${unit && ` ${unit}`}, ${part} % of the study's scatter`;
       thumb.setAttribute("aria-valuetext", value.textContent);
     });
     const marks = element("div", { className: "what-if-marks screen-only" },

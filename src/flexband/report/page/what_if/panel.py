@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 
@@ -11,6 +9,7 @@ from flexband.analysis.selection import surrogates_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
+from flexband.study.display import Display
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
@@ -33,7 +32,7 @@ SCRIPTS = (
 def what_if(
     surrogate: Surrogate | SurrogateOfChoices | None,
     bands: xr.Dataset,
-    units: Mapping[str, str] | None = None,
+    display: Display = Display(),
     *,
     max_coefficients: int = 1_500_000,
 ) -> tuple[JsonRecord | None, list[str]]:
@@ -43,7 +42,7 @@ def what_if(
     ----------
     surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
     bands : those of the surrogate.
-    units : of inputs, by name.
+    display : the units in which numbers are shown; coefficients and Python keep the others.
     max_coefficients : of a surrogate in a page, by default some 4 MB.
 
     Returns
@@ -63,7 +62,12 @@ def what_if(
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
     outputs = _outputs(every[0].labels, bands)
     scale = np.array(outputs["scale"])
-    models = [model(expansion, scale[expansion.outputs]) for expansion in expansions]
+    outputs = _outputs(every[0].labels, display.data(bands))
+    models = [
+        model(expansion, scale[expansion.outputs])
+        | {"scale": [outputs["scale"][k] for k in expansion.outputs]}
+        for expansion in expansions
+    ]
     resolved = all(
         model_data["kind"] == "direct" or "points" in model_data for model_data in models
     )
@@ -73,8 +77,9 @@ def what_if(
     if not intervals and not scatters:
         return None, remarks + why
     for input_ in intervals + scatters:
-        unit = (units or {}).get(input_["name"], "")
-        input_["unit"] = "" if input_.get("of") == RELATIVE else unit
+        name, relative = input_["name"], input_.get("of") == RELATIVE
+        input_["unit"] = "" if relative else display.input_units().get(name, "")
+        input_["scale"] = 1.0 if relative else display.scale(name)
     panel = {
         "intervals": intervals,
         "scatters": scatters,

@@ -1,0 +1,55 @@
+"""The title block of a report that is signed: who states what, about which part."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from flexband.errors import InputError, check_instance, shown
+
+FIELDS = {
+    "title": "title",
+    "author": "author",
+    "part": "part number",
+    "drawing": "drawing number",
+    "revision": "revision",
+    "date": "date",
+    "comment": "comment",
+}
+"""What a title block may have, and how the report names it."""
+
+
+def checked_title_block(name: str, given: Any) -> dict[str, str]:
+    """Return the fields of a title block as texts; raise `InputError` for others."""
+    check_instance(name, given, Mapping, 'names with texts, such as {"author": "A. Weber"}')
+    for field, value in given.items():
+        if field not in FIELDS:
+            raise InputError(f"{name} must have {', '.join(FIELDS)} alone; got {shown(field)}")
+        if isinstance(value, Mapping | list | bool):
+            raise InputError(f"{name}[{field!r}] must be a text; got {shown(value)}")
+    return {field: str(given[field]) for field in FIELDS if field in given}
+
+
+def title_block(given: Mapping[str, str], file: Path | None) -> dict[str, str]:
+    """Return the title block of a study: its own fields, others from a TOML file of its name.
+
+    Parameters
+    ----------
+    file : the study's; beside ``wiper.py`` this is ``wiper.toml``.
+
+    Raises
+    ------
+    InputError
+        If the file is no TOML, or has other fields.
+    """
+    beside = None if file is None else file.with_suffix(".toml")
+    if beside is None or not beside.is_file():
+        return dict(given)
+    try:
+        content = tomllib.loads(beside.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{beside} must be TOML; {error}") from None
+    both = checked_title_block(str(beside), content) | dict(given)
+    return {field: both[field] for field in FIELDS if field in both}

@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from flexband.units import factor
 
 from flexband.errors import InputError
-from flexband.units import factor
 
 
 @pytest.mark.parametrize(

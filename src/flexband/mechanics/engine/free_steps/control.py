@@ -50,6 +50,8 @@ class StepControl(NamedTuple):
     depths, least_depth
         Ratio by which the depth of a contact changes at most in a step, and the change in parts of
         the tolerance that is always allowed.
+    events_in_a_row
+        Shortest steps in a row that may end with an event; more are events without end.
     """
 
     safety: float = 0.9
@@ -65,6 +67,7 @@ class StepControl(NamedTuple):
     in_contact: float = 0.01
     depths: float = 1.5
     least_depth: float = 0.1
+    events_in_a_row: float = 20.0
 
 
 CONTROL = StepControl()

@@ -107,11 +107,10 @@ def jumped(structure, values, work, step):
 def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
-    Where the forces jump by that, the accelerations start anew. Errors are not extrapolated across.
+    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed.
     """
     state, now = structure.state, np.int64(0)
     changed = switch_modes(state, work.z, chosen)
-    store(work.steps, 2, where(changed, filled(0.0), load(work.steps, 2)))
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)
@@ -123,6 +122,7 @@ def switch(structure, values, work, step, time, limits, chosen):
         update_law_gaps(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
         watch(structure, values, now, work, time, time, changed)
+    return changed
 
 
 @compiled
@@ -154,15 +154,15 @@ def cover(  # noqa: PLR0915 (a step is one story)
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.
 
-    `work.steps` has the length of the next step of each lane, that of the one before, and the error
-    of that over its third power.
-    Returns the mask of those that failed on the way.
+    `work.steps` has the length of the next step of each lane, that of the one before, how many of
+    the shortest steps in a row ended with an event, and the error of the last step over its third
+    power, or 0 if it ended with an event. Returns the mask of those that failed on the way.
     """
     z, a, none, now, state = work.z, work.a, filled(0.0), np.int64(0), structure.state
     elapsed, remaining, lost = none, stepping, none
     while any_true(remaining) and not any_true(load(stop, 0)):
         planned, ahead = load(work.steps, 0), length - elapsed
-        most = longest_in_contact(structure, values, limits, z)
+        most = maximum(longest_in_contact(structure, values, limits, z), filled(limits.smallest))
         planned = where(less(most, planned), most, planned)
         step = where(less(planned, ahead), 0.5 * ahead, ahead)
         step = where(less(planned, 0.5 * ahead), planned, step)
@@ -198,26 +198,30 @@ def cover(  # noqa: PLR0915 (a step is one story)
         share_forces(structure, values, now, work, accepted, redundant, known, n)
 
         planned = load(work.steps, 0)
-        cubed, before = error / (step * step * step), load(work.steps, 2)
+        cubed, before = error / (step * step * step), load(work.steps, 3)
         expected = extrapolated(error, cubed, before, where(closed, accepted, none))
         next_step = next_length(expected, closed, failed, early, event, step)
         limited = where(closed, less(next_step, 0.99 * CONTROL.longest * step), none)
         cut = where(accepted, less(step, planned), none)  # by the round's end or a contact's depth
         cut = where(limited, none, cut)
         next_step = where(cut, maximum(planned, next_step), next_step)
-        store(work.steps, 2, where(accepted, cubed, before))
+        store(work.steps, 3, where(accepted, cubed, before))
         next_step = maximum(next_step, filled(limits.smallest))
         store(work.steps, 0, where(remaining, next_step, planned))
         store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
         go_back(structure, work, where(accepted, none, filled(1.0)))
-        shortest = where(accepted, none, less(step, filled(1.0001 * limits.smallest)))
-        shortest = where(remaining, shortest, none)
+        elapsed = where(accepted, elapsed + step, elapsed)
+        changed = switch(structure, values, work, step, time + step, limits, accepted)
+        store(work.steps, 3, where(changed, none, load(work.steps, 3)))
+        shortest = where(remaining, less(step, filled(1.0001 * limits.smallest)), none)
+        events = where(changed, load(work.steps, 2) + 1.0, none)
+        store(work.steps, 2, where(shortest, events, where(accepted, none, load(work.steps, 2))))
+        endless = less(filled(CONTROL.events_in_a_row), load(work.steps, 2))
+        shortest = where(shortest, where(accepted, endless, filled(1.0)), none)
         blame(values, n, work.trial, failed, failure, shortest)
         lost = where(shortest, filled(1.0), lost)
         remaining = where(shortest, none, remaining)
         at_end = where(less(step, ahead), none, accepted)
-        elapsed = where(accepted, elapsed + step, elapsed)
-        switch(structure, values, work, step, time + step, limits, accepted)
         store(work.taken, 0, load(work.taken, 0) + accepted)
         remaining = where(at_end, none, remaining)
     return lost
@@ -228,9 +232,9 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)
     store(work.rate, 0, filled(NEWTON.initial_rate))
-    store(work.steps, 2, none)
     for row in range(2):
         store(work.steps, row, filled(CONTROL.first) * method.step)
+        store(work.steps, row + 2, none)
     known = load(failure, 3)
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)

@@ -255,7 +255,7 @@ def test_a_result_whose_verification_fails_is_told_but_doubted(file, tmp_path):
     assert "sum: improved PCCI (2, 2), 10 runs" in told
     state = state_of(out)
     assert (state["state"], state["done"], state["total"]) == ("finished", 10, 14)
-    assert state["doubts"] == ["new runs failed, so that the result is not verified"]
+    assert state["doubts"] == ["the verification runs failed"]
     options = ["--verify", 4, "--failed", "skip"]
     file.write_text(text.replace("> 20", "== 24"), encoding="utf-8")
     file.with_name("log").unlink()

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.report.page.inputs import inputs_table
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 
 PAIR = fb.Correlated({"p": fb.Normal(0.0, 1.0), "q": fb.Normal(0.0, 1.0)}, 0.5)
 INPUTS = {"length": fb.Interval(1.0, 2.0), "load": fb.Normal(10.0, 1.0), "pair": PAIR, "two": 2.0}

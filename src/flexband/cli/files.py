@@ -16,7 +16,7 @@ from flexband.files import replaced, try_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from flexband.study.display import Display
+    from flexband.study.presentation.display import Display
     from flexband.study.results.limits import LimitCheck
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]

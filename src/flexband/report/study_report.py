@@ -15,11 +15,11 @@ from flexband.report.page.study import write_report
 from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.text import tables
 from flexband.study.folder import StudyFolder
+from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.result import StudyResult
 from flexband.study.study import Study
-from flexband.study.title_block import title_block
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

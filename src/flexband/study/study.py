@@ -20,8 +20,8 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
-from flexband.study.display import Display
-from flexband.study.title_block import checked_title_block
+from flexband.study.presentation.display import Display
+from flexband.study.presentation.title_block import checked_title_block
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields

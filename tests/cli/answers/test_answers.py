@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.report.page.answers import answers_in
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 
 STUDY = """
 import numpy as np

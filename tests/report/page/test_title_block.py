@@ -9,7 +9,7 @@ import flexband as fb
 from flexband.cli import app
 from flexband.report import pdf
 from flexband.report.text.numbers import with_minus
-from flexband.study.title_block import title_block
+from flexband.study.presentation.title_block import title_block
 
 STUDY = """
 import numpy as np

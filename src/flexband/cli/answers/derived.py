@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import labels_of
     from flexband.report.page.answers import derived_table
     from flexband.report.plot.figures import derived_figure
-    from flexband.study.display import ONLY_OUTPUT, Display, names_and_units
+    from flexband.study.presentation.display import ONLY_OUTPUT, Display, names_and_units
     from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
     from flexband.report.text.tables import outputs_of, select
-    from flexband.study.display import Display
+    from flexband.study.presentation.display import Display
 
 
 class Kind(StrEnum):

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from flexband.response import ResponseFunction
-    from flexband.study.display import Display
+    from flexband.study.presentation.display import Display
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -210,7 +210,7 @@ def saved_result(folder: Path) -> SavedResult:
     """
     from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
-    from flexband.study.display import Display  # noqa: PLC0415
+    from flexband.study.presentation.display import Display  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 
     file = folder / FileName.SURROGATE if folder.is_dir() else folder

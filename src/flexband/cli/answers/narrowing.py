@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # imported when a command is called
         select,
         unit_of,
     )
-    from flexband.study.display import Display
+    from flexband.study.presentation.display import Display
     from flexband.study.results.answers import read_answer
     from flexband.study.results.limits import has_probability
     from flexband.uncertainty.inputs.pbox import PBox, Score

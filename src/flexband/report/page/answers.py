@@ -15,7 +15,7 @@ from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, summary_table
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.limits import LimitCheck
 

@@ -12,7 +12,7 @@ from scipy.special import ndtri
 
 from flexband.report.text.numbers import number, percent
 from flexband.report.text.tables import Table, outputs_of, select
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated

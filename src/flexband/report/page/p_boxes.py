@@ -9,7 +9,7 @@ from flexband.analysis.p_boxes import VALUES, p_box
 from flexband.analysis.selection import surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

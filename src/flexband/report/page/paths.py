@@ -8,7 +8,7 @@ import xarray as xr
 from flexband.analysis.paths import path
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

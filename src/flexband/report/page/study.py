@@ -20,10 +20,10 @@ from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
 from flexband.report.text.verdicts import verdict_line
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
+from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
 from flexband.study.results.verdicts import requirement_verdicts
-from flexband.study.title_block import FIELDS
 from flexband.words import number_of
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from flexband.analysis.requirements.production import production_yield
 from flexband.analysis.selection import surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
-from flexband.study.display import Display
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.nominal import around_nominal
+from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.limits import OF_STUDY, LimitCheck

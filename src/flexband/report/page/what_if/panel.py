@@ -9,7 +9,7 @@ from flexband.analysis.selection import surrogates_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
-from flexband.study.display import Display
+from flexband.study.presentation.display import Display
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices

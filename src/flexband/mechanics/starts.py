@@ -18,8 +18,6 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.slowed import slowed
 
-STARTS = ["assembled", "static", "periodic"]
-
 
 @dataclass(frozen=True)
 class StaticStart(Start):
@@ -49,7 +47,7 @@ class StaticStart(Start):
 
 def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:
     """Return how runs start; raise `InputError` if it is none, or the period does not fit."""
-    check_option("start", name, STARTS)
+    check_option("start", name, ["assembled", "static", "periodic"])
     if (period is None) == (name == "periodic"):
         needs = "requires a period [s]" if period is None else "is required by a period"
         raise InputError(f"start='periodic' {needs}; got start={name!r} and period={period!r}")

@@ -7,7 +7,6 @@ import sys
 import traceback
 from collections.abc import Mapping
 from dataclasses import field, replace
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +16,11 @@ from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.requirement import Requirements, several
 from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_option
+from flexband.errors import InputError, check_instance
 from flexband.progress import Progress
 from flexband.response import ResponseFunction, as_response
-from flexband.study.presentation.display import Display
+from flexband.study.presentation.display import Display, names_of_inputs
 from flexband.study.presentation.title_block import checked_title_block
-from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
 from flexband.uncertainty.inputs.unfolding import first_case
@@ -100,8 +98,8 @@ class Study:
             ScatteringTolerances.of(self.scatter, space)
         object.__setattr__(self, "scatter", dict(self.scatter))
         _check_criteria(self)
-        object.__setattr__(self, "units", _checked_units(self.units, self.inputs))
-        display = Display.of(self.display_units, self.units, _names_of(self.inputs))
+        display = Display.of(self.display_units, self.units, self.inputs)
+        object.__setattr__(self, "units", display.units)
         object.__setattr__(self, "display_units", display.chosen)
         block = checked_title_block("title_block", self.title_block)
         object.__setattr__(self, "title_block", block)
@@ -203,7 +201,7 @@ class Study:
 
     def _check_requirements(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if a requirement or a display unit does not fit the outputs."""
-        self.display.check_fits(labels, _names_of(self.inputs))
+        self.display.check_fits(labels, names_of_inputs(self.inputs))
         for requirement in several(self.requirements):
             requirement.check_fits(labels)
 
@@ -244,26 +242,6 @@ def _check_criteria(study: Study) -> None:
                 f"{label} criterion Probability requires random inputs; ShareOfParts is about "
                 "tolerances that scatter"
             )
-
-
-def _names_of(inputs: Mapping[str, Any]) -> list[str]:
-    """Return the names of inputs, and of the members of correlated ones."""
-    members = (
-        uncertain_input.members
-        for uncertain_input in inputs.values()
-        if isinstance(uncertain_input, Correlated)
-    )
-    return [*inputs, *chain.from_iterable(members)]
-
-
-def _checked_units(units: Mapping[str, str], inputs: Mapping[str, Any]) -> dict[str, str]:
-    """Return the units of inputs; members of correlated inputs may have their own."""
-    check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
-    names = _names_of(inputs)
-    for name, unit in units.items():
-        check_option("units", name, names)
-        check_instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
-    return dict(units)
 
 
 def load_study(file: Path) -> Study:

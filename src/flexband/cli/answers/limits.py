@@ -26,10 +26,9 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
-    from flexband.report.text.verdicts import verdict_line
+    from flexband.report.text.verdicts import verdict_lines
     from flexband.study.nominal import around_nominal
     from flexband.study.results.limits import check_limits_in, has_probability
-    from flexband.study.results.verdicts import requirement_verdicts
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
@@ -100,9 +99,8 @@ def limits(
     margins, probability = check.margins, check.probability
     checked = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)
-    lines = map(verdict_line, requirement_verdicts(check._replace(margins=checked), None, None))
     verdicts = [
-        *lines,
+        *verdict_lines(check._replace(margins=checked)),
         margins_in_words(checked),
         *([] if likely is None else [verdict_on(likely)]),
     ]

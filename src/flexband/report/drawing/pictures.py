@@ -66,7 +66,13 @@ def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str
     ----------
     along : name -> "position" or "time", what the field is a function of, as far as is known.
     """
-    size, top, left, right, below = np.array([330.0, 110.0]), 8.0, 60.0, 14.0, 44.0  # [pt]
+    size, top, margin_left, margin_right, below = (
+        np.array([330.0, 110.0]),
+        8.0,
+        60.0,
+        14.0,
+        44.0,
+    )  # [pt]
     parts: list[str] = []
     for name, field in fields.items():
         x, realizations, lines, key = field_series(field, 201)
@@ -84,6 +90,6 @@ def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str
         for k, text in enumerate(reversed(title)):
             axes.above(text, 8.0 + 14.0 * (k + bool(lines)))
         top += 8.0 + 14.0 * (len(title) + bool(lines))
-        parts.append(axes.picture(left, top))
+        parts.append(axes.picture(margins[0], top))
         top += size[1] + below
-    return svg_address(left + size[0] + right, top, parts)
+    return svg_address(size[0] + sum(margins), top, parts)

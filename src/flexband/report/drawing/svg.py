@@ -82,16 +82,16 @@ class SvgAxes:
         ems = sum(1.0 if east_asian_width(letter) in "WF" else 0.58 for letter in text)
         return lettering.size * np.array([ems, 1.0])
 
-    def picture(self, left: float, top: float) -> str:
+    def picture(self, x: float, y: float) -> str:
         """Return all that was drawn, with a frame, in layers from the lowest to the highest.
 
         Parameters
         ----------
-        left, top : place of the frame's upper left corner in the picture [pt].
+        x, y : place of the frame's upper left corner in the picture [pt].
         """
         self._frame()
         drawn = "\n".join(text for _, text in sorted(self.elements, key=lambda drawn: drawn[0]))
-        return f'<g transform="translate({left:.2f} {top:.2f})">\n{drawn}\n</g>'
+        return f'<g transform="translate({x:.2f} {y:.2f})">\n{drawn}\n</g>'
 
     def _frame(self) -> None:
         """Draw the edges, with numbers and names along the lower and the left one."""

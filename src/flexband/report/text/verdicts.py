@@ -7,7 +7,13 @@ import numpy as np
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.text.numbers import number, percent
-from flexband.study.results.verdicts import Reason, RequirementVerdict, Verdict
+from flexband.study.results.limits import LimitCheck
+from flexband.study.results.verdicts import (
+    Reason,
+    RequirementVerdict,
+    Verdict,
+    requirement_verdicts,
+)
 
 RANDOM_SAMPLES = (
     "Random samples miss the worst case: for equal weights and a linear output, 1000 samples reach "
@@ -26,6 +32,11 @@ def verdict_line(verdict: RequirementVerdict) -> str:
         verdict.input and verdict.verdict is not Verdict.PASS
     )
     return f"{verdict.verdict}  {verdict.text}: {reason_text(verdict)}{blame}"
+
+
+def verdict_lines(check: LimitCheck) -> list[str]:
+    """Return the verdicts on all requirements that were checked, without contributions."""
+    return [verdict_line(verdict) for verdict in requirement_verdicts(check, None, None)]
 
 
 def reason_text(verdict: RequirementVerdict) -> str:

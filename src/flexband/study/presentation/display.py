@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.requirements.units import factor, unit_of
-from flexband.errors import InputError, check_instance, shown
+from flexband.errors import InputError, check_instance, check_option, shown
 from flexband.rounding import rounding_attributes, rounding_levels
+from flexband.uncertainty.inputs.correlated import Correlated
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
 
@@ -47,14 +49,19 @@ class Display:
     units: Mapping[str, str] = field(default_factory=dict)
 
     @staticmethod
-    def of(chosen: Any, units: Mapping[str, str], inputs: Iterable[str]) -> Display:
+    def of(chosen: Any, units: Any, inputs: Mapping[str, Any]) -> Display:
         """Return display units after a check; raise `InputError` unless they fit the inputs."""
+        names = names_of_inputs(inputs)
+        check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')
+        for name, unit in units.items():
+            check_option("units", name, names)
+            check_instance(f"units[{name!r}]", unit, str, 'a text, "mm" say')
         example = 'names with units, such as {"angle": "deg"}'
         check_instance("display_units", chosen, Mapping, example)
         display = Display(dict(chosen), dict(units))
         for name, unit in display.chosen.items():
             unit_of(_label(name), unit)
-            if name in inputs and not units.get(name):
+            if name in names and not units.get(name):
                 raise InputError(
                     f"{_label(name)} requires units[{name!r}], the unit of the number that the "
                     f"builder takes; got {shown(unit)} alone"
@@ -193,6 +200,16 @@ def names_and_units(data: xr.DataArray | xr.Dataset) -> dict[str, str]:
     unit = data.coords["unit"].values if "unit" in data.coords else ""
     pairs = np.broadcast_arrays(np.asarray(names, dtype=str), np.asarray(unit, dtype=str))
     return dict(zip(*(np.ravel(values).tolist() for values in pairs), strict=True))
+
+
+def names_of_inputs(inputs: Mapping[str, Any]) -> list[str]:
+    """Return the names of inputs, and of the members of correlated ones."""
+    members = (
+        uncertain_input.members
+        for uncertain_input in inputs.values()
+        if isinstance(uncertain_input, Correlated)
+    )
+    return [*inputs, *chain.from_iterable(members)]
 
 
 def _label(name: str) -> str:

@@ -66,13 +66,8 @@ def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str
     ----------
     along : name -> "position" or "time", what the field is a function of, as far as is known.
     """
-    size, top, margin_left, margin_right, below = (
-        np.array([330.0, 110.0]),
-        8.0,
-        60.0,
-        14.0,
-        44.0,
-    )  # [pt]
+    size, top, below = np.array([330.0, 110.0]), 8.0, 44.0  # [pt]
+    margins = 60.0, 14.0  # [pt]: left, right
     parts: list[str] = []
     for name, field in fields.items():
         x, realizations, lines, key = field_series(field, 201)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
+    less,
     load,
     magnitude,
     maximum,
@@ -46,6 +47,9 @@ class StepControl(NamedTuple):
         Size of a mode where its gap does not move.
     in_contact
         Part of the tolerance of steps in which a contact is closed: depths are small.
+    depths, least_depth
+        Ratio by which the depth of a contact changes at most in a step, and the change in parts of
+        the tolerance that is always allowed.
     events_in_a_row, long_step
         More events than that are without end if no step between them is longer than the shortest
         one times `long_step`.
@@ -62,6 +66,8 @@ class StepControl(NamedTuple):
     difference: float = 1e-3
     least_speed: float = 1e-30
     in_contact: float = 0.01
+    depths: float = 1.5
+    least_depth: float = 0.1
     events_in_a_row: float = 20.0
     long_step: float = 100.0
 
@@ -95,6 +101,19 @@ def error_of_step(structure, method, values, work, ratio, limits):
         change = magnitude(load(work.a, i) - old) * load(values.inverse_scale, i)
         largest = maximum(largest, change)
     return magnitude(C * method.step * method.step) * largest / limits.tolerance
+
+
+@compiled
+def extrapolated(error, cubed, before, chosen):
+    """Return the error of the next step of the same length, that of this one unless `chosen`.
+
+    `cubed` is the error over the third power of the step, and `before` the same of the step before,
+    or 0. If lengths followed from the last error alone, they would lag behind the depth of a
+    contact: other steps on its way in than on its way out do not keep the energy of an impact.
+    """
+    growth = cubed / where(less(filled(0.0), before), before, cubed)
+    growth = maximum(filled(0.5), where(less(growth, filled(2.0)), growth, filled(2.0)))
+    return where(chosen, error * growth, error)
 
 
 @compiled

@@ -93,6 +93,29 @@ def in_contact(structure, z):
 
 
 @compiled
+def longest_in_contact(structure, values, limits, z):
+    """Return the longest step in which depths of contacts change by a ratio.
+
+    It is the same on the way in as on the way out, which begins where the other ends.
+    """
+    state, longest = structure.state, filled(1e300)
+    count = (state.extreme - state.gap) // GAP_ROWS
+    for k in range(count):
+        if structure.laws.gap_kind[k] != GAP.event:
+            rate = load(z, state.gap + count + k)
+            part = where(
+                less(rate, filled(0.0)), filled(CONTROL.depths - 1.0),
+                filled(1.0 - 1.0 / CONTROL.depths),
+            )  # fmt: skip
+            change = CONTROL.least_depth * _tolerance(structure, values, limits, k)
+            change = maximum(-part * load(z, state.gap + k), change)
+            step = change / maximum(magnitude(rate), filled(CONTROL.least_speed))
+            closed = less(load(z, state.gap + 2 * count + k), filled(0.0))
+            longest = where(closed, where(less(step, longest), step, longest), longest)
+    return longest
+
+
+@compiled
 def size_modes(state, z, chosen):
     """Set the size of modes to the speed of their gaps where `chosen` is true."""
     count = (state.extreme - state.gap) // GAP_ROWS

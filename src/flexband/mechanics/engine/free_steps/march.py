@@ -14,12 +14,14 @@ from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.free_steps.control import (
     CONTROL,
     error_of_step,
+    extrapolated,
     length_ratio,
     shift_accelerations,
 )
 from flexband.mechanics.engine.free_steps.crossings import (
     crossing,
     in_contact,
+    longest_in_contact,
     size_modes,
     switch_modes,
 )
@@ -124,12 +126,15 @@ def switch(structure, values, work, step, time, limits, chosen):
 
 
 @compiled
-def next_length(error, failed, early, event, step):
-    """Return the length of the next step: that after an accepted one, or that of a repeated one."""
+def next_length(error, closed, failed, early, event, step):
+    """Return the length of the next step: that after an accepted one, or that of a repeated one.
+
+    Where a contact is `closed` every change of the length is made.
+    """
     ratio = where(failed, filled(CONTROL.repeated), length_ratio(error))
     ratio = where(less(error, filled(1e300)), ratio, filled(CONTROL.repeated))  # also if it is NaN
     same = where(less(filled(1.0), ratio), less(ratio, filled(CONTROL.unchanged)), filled(0.0))
-    ratio = where(same, filled(1.0), ratio)
+    ratio = where(closed, ratio, where(same, filled(1.0), ratio))
     return step * where(early, event, ratio)
 
 
@@ -149,13 +154,16 @@ def cover(  # noqa: PLR0915 (a step is one story)
 ):
     """Take the lanes that are `stepping` from the start of round n to its end.
 
-    `work.steps` has the length of the next step of each lane, that of the one before, and how
-    many events there were since the last long one. Returns the mask of those that failed.
+    `work.steps` has the length of the next step of each lane [s], that of the one before, how many
+    events there were since the last long one, and the error of the last step over its third power,
+    or 0 if it ended with an event. Returns the mask of those that failed on the way.
     """
     z, a, none, now, state = work.z, work.a, filled(0.0), np.int64(0), structure.state
     elapsed, remaining, lost = none, stepping, none
     while any_true(remaining) and not any_true(load(stop, 0)):
         planned, ahead = load(work.steps, 0), length - elapsed
+        most = maximum(longest_in_contact(structure, values, limits, z), filled(limits.smallest))
+        planned = where(less(most, planned), most, planned)
         step = where(less(planned, ahead), 0.5 * ahead, ahead)
         step = where(less(planned, 0.5 * ahead), planned, step)
         step = where(remaining, step, filled(1.0) * method.step)
@@ -177,8 +185,8 @@ def cover(  # noqa: PLR0915 (a step is one story)
         update_law_states(structure, values, now, z, work.blocks)
         update_law_gaps(structure, values, now, z, CONTROL.difference * step, work.blocks)
         error = error_of_step(structure, scaled, values, work, ratio, limits)
-        share = where(in_contact(structure, z), filled(CONTROL.in_contact), filled(1.0))
-        error = error / share
+        closed = in_contact(structure, z)
+        error = error / where(closed, filled(CONTROL.in_contact), filled(1.0))
         good = where(failed, none, less(error, filled(1.0)))
         early, event = crossing(structure, values, limits, work.before, z, step)
         short = less((1.0 - event) * step, filled(limits.smallest))
@@ -189,15 +197,22 @@ def cover(  # noqa: PLR0915 (a step is one story)
         watch(structure, values, now, work, time, time + step, accepted)
         share_forces(structure, values, now, work, accepted, redundant, known, n)
 
-        next_step = next_length(error, failed, early, event, step)
-        cut = where(accepted, less(step, planned), none)  # by the end of the round
+        planned = load(work.steps, 0)
+        cubed, before = error / (step * step * step), load(work.steps, 3)
+        expected = extrapolated(error, cubed, before, where(closed, accepted, none))
+        next_step = next_length(expected, closed, failed, early, event, step)
+        limited = where(closed, less(next_step, 0.99 * CONTROL.longest * step), none)
+        cut = where(accepted, less(step, planned), none)  # by the round's end or a contact's depth
+        cut = where(limited, none, cut)
         next_step = where(cut, maximum(planned, next_step), next_step)
+        store(work.steps, 3, where(accepted, cubed, before))
         next_step = maximum(next_step, filled(limits.smallest))
         store(work.steps, 0, where(remaining, next_step, planned))
         store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
         go_back(structure, work, where(accepted, none, filled(1.0)))
         elapsed = where(accepted, elapsed + step, elapsed)
         changed = switch(structure, values, work, step, time + step, limits, accepted)
+        store(work.steps, 3, where(changed, none, load(work.steps, 3)))
         long = less(filled(CONTROL.long_step * limits.smallest), step)
         events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
         store(work.steps, 2, events)
@@ -220,7 +235,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     store(work.rate, 0, filled(NEWTON.initial_rate))
     for row in range(2):
         store(work.steps, row, filled(CONTROL.first) * method.step)
-    store(work.steps, 2, none)
+        store(work.steps, row + 2, none)
     known = load(failure, 3)
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)

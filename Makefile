@@ -19,7 +19,7 @@ demo: install
 compare: install
 	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/compare
 
-# One thread of OpenBLAS in each of pytest's processes, of which there is one per core.
+# One thread of OpenBLAS in each of pytest's processes: one per core of two, and one for tests that wait.
 test kernels: export OPENBLAS_NUM_THREADS = 1
 
 test: install
@@ -27,7 +27,8 @@ test: install
 	$(BIN)/pytest
 
 # The methods under another kernel of OpenBLAS, whose sums are rounded otherwise.
-KERNEL_TESTS := adaptive methods phase_resolved surrogates/test_constants.py runs/test_repetition.py
+KERNEL_TESTS := adaptive/test_adaptive.py adaptive/test_correction.py phase_resolved surrogates/test_constants.py \
+	runs/test_repetition.py
 kernels: install
 	OPENBLAS_CORETYPE="$$($(BIN)/python -m tests.kernels)" \
 		$(BIN)/pytest --dist load $(KERNEL_TESTS:%=tests/uncertainty/%)

@@ -100,14 +100,15 @@ def _compared(
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
     width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean("time").values
     known: dict[int, StartVibration] = {}
+    uncertain = set(np.flatnonzero(width > 0).tolist())
     for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
+        if uncertain <= known.keys():
+            break
         softly = response.started_softly(2 * half * step)
         assert softly is not None
         soft = softly(**values).isel(sample=0)
         apart = (given - soft.values).values[:, half:]
-        for k, name in enumerate(given["output"].values):
-            if k in known or width[k] <= 0:
-                continue
+        for k in uncertain - known.keys():
             share = float(np.abs(apart[k]).max() / width[k])
             frequency = _frequency(apart[k], step)
             if (
@@ -115,7 +116,7 @@ def _compared(
                 and frequency * 2 * half * step >= search.least_periods
                 and frequency * times[-1] >= search.least_cycles
             ):
-                known[k] = StartVibration(str(name), frequency, share)
+                known[k] = StartVibration(str(given["output"].values[k]), frequency, share)
     return sorted(known.values(), key=lambda vibration: -vibration.share)
 
 

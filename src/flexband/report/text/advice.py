@@ -15,14 +15,19 @@ from flexband.words import number_of
 
 
 def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
-    """Return why an accuracy is missed and what to do next, without full stops; none if it is met.
+    """Return why an accuracy is missed and what to do next, without full stops.
+
+    Where it is met, a vibration that the start excites is stated alone.
 
     Parameters
     ----------
     checked : result of `verify`.
     """
     attrs, lines = bands.attrs, list[str]()
-    for reason in shortfalls(bands, checked):
+    reasons = shortfalls(bands, checked)
+    if Shortfall.RINGING not in reasons and of_attributes(attrs):
+        lines.append(_ringing(attrs))
+    for reason in reasons:
         lines.append(SENTENCES[reason](attrs))
         if reason in (Shortfall.BUDGET, Shortfall.KINKS):
             lines.append(f"The largest prediction error is {attrs['largest_miss']}")
@@ -47,13 +52,18 @@ def _of_discretization(attrs: Attributes, finer: str) -> str:
     )
 
 
-def _of_start(attrs: Attributes) -> str:
+def _ringing(attrs: Attributes) -> str:
     worst = of_attributes(attrs)[0]
     return (
-        f"{_unmet(attrs)} NOT met: {worst.output or 'the response'} rings at "
-        f"{worst.frequency:.2g} Hz from the start, by up to {percent(worst.share)} of the band's "
-        "width; start softly (fb.ramp for drives, start='static' or start='periodic'), or require "
-        "nothing before it has decayed"
+        f"{worst.output or 'The response'} rings at {worst.frequency:.3g} Hz from the start, by up "
+        f"to {percent(worst.share)} of the band's width"
+    )
+
+
+def _of_start(attrs: Attributes) -> str:
+    return (
+        f"{_unmet(attrs)} NOT met: {_ringing(attrs)}; start softly (fb.ramp for drives, "
+        "start='static' or start='periodic'), or require nothing before it has decayed"
     )
 
 

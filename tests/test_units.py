@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from flexband.units import factor
 
+from flexband.analysis.requirements.units import factor
 from flexband.errors import InputError
 
 

@@ -214,17 +214,18 @@ def test_a_state_of_a_million_per_second_follows_at_once(start):
 
 
 def filtered(t, x, v, s, p, force, rate):
-    rate[0] = (p[0] - s[0]) / 0.05
-    force[0, 0] = s[0]
+    """A force that follows p[0] with the time constant p[1]."""
+    rate[0] = (p[0] - s[0]) / p[1]
+    force[0, 1] = s[0]
 
 
 @pytest.mark.parametrize("at", [0.3, 0.30037])
 def test_states_are_of_second_order_across_a_jump(at):
     """The input of a filter jumps, at a time of the run and between two."""
+    step = fb.table([0, at, at, 2], [0.0, 0.0, 1.0, 1.0])
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)},
-        loads={"f": fb.ForceLaw(["m"], filtered, (fb.table([0, at, at, 2], [0.0, 0.0, 1.0, 1.0]),),
-                                states={"s": 0.0})},
+        loads={"f": fb.ForceLaw(["m"], filtered, (step, 0.05), states={"s": 0.0})},
         sensors={"s": fb.LawState("f", "s")},
     )  # fmt: skip
     exact = 1 - np.exp(-(0.5 - at) / 0.05)
@@ -261,7 +262,7 @@ def test_states_of_laws_on_beams_and_their_discretization_error():
     model = fb.Mechanism(
         bodies={"b": beam},
         joints={"clamp": fb.Weld("b.start", (0.0, 0.0))},
-        loads={"f": fb.ForceLaw(["b.end"], lifted, (20.0,), states={"s": 0.0})},
+        loads={"f": fb.ForceLaw(["b.end"], filtered, (20.0, 0.01), states={"s": 0.0})},
         sensors={"tip": fb.Position("b.end"), "s": fb.LawState("f", "s", "N")},
     )
     grid = {"duration": 0.05, "step": 2.5e-4}
@@ -272,11 +273,6 @@ def test_states_of_laws_on_beams_and_their_discretization_error():
     assert np.abs(error).max() > 0
     ratio = np.sqrt((error**2).mean() / (estimate["step_error"].sel(output="s") ** 2).mean())
     assert 0.7 < float(ratio) < 1.4
-
-
-def lifted(t, x, v, s, p, force, rate):
-    force[0, 1] = s[0]
-    rate[0] = (p[0] - s[0]) / 0.01
 
 
 def test_a_line_between_two_points_pulls_and_turns_as_a_spring_does():
@@ -307,32 +303,33 @@ def springs(t, x, v, p, force):
     force[5, 2] = -1.0 * x[5, 2] - 0.1 * v[5, 2]
 
 
-def runs_away(t, x, v, s, p, force, rate):
-    rate[0] = 1e9 * (1.0 + s[0] ** 2) if t > 0.05 else 0.0
+def fails(t, x, v, s, p, force, rate):
+    """A state that runs away, one that never rests, or one that is not there."""
     force[0, 0] = 0.0 * s[0]
+    if p[0] == RUNS_AWAY:
+        rate[0] = 1e9 * (1.0 + s[0] ** 2) if t > 0.05 else 0.0
+    elif p[0] == NEVER_RESTS:
+        rate[0] = 1.0
+        force[0, 0] = s[0]
+    else:
+        rate[0] = s[int(1 + t)]
 
 
-def never_rests(t, x, v, s, p, force, rate):
-    rate[0] = 1.0
-    force[0, 0] = s[0]
-
-
-def out_of_range(t, x, v, s, p, force, rate):
-    rate[0] = s[int(1 + t)]
+RUNS_AWAY, NEVER_RESTS, OUT_OF_RANGE = 0.0, 1.0, 2.0
 
 
 @pytest.mark.parametrize(
-    ("law", "start", "message"),
+    ("kind", "start", "message"),
     [
-        (runs_away, 0.0, "the law of load 'f' has no states that agree with their rates"),
-        (never_rests, "steady", "the law of load 'f' has no states that agree with their rates"),
-        (out_of_range, 0.0, "the law of load 'f' raised IndexError"),
+        (RUNS_AWAY, 0.0, "the law of load 'f' has no states that agree with their rates"),
+        (NEVER_RESTS, "steady", "the law of load 'f' has no states that agree with their rates"),
+        (OUT_OF_RANGE, 0.0, "the law of load 'f' raised IndexError"),
     ],
 )
-def test_laws_without_states_fail_by_name(law, start, message):
+def test_laws_without_states_fail_by_name(kind, start, message):
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)},
-        loads={"f": fb.ForceLaw(["m"], law, states={"s": start})},
+        loads={"f": fb.ForceLaw(["m"], fails, (kind,), states={"s": start})},
         sensors={"x": fb.Position("m")},
     )
     with pytest.raises(
@@ -344,7 +341,7 @@ def test_laws_without_states_fail_by_name(law, start, message):
 def test_a_state_that_never_rests_has_no_equilibrium():
     model = fb.Mechanism(
         bodies={"m": fb.PointMass(mass=1.0)},
-        loads={"f": fb.ForceLaw(["m"], never_rests, states={"s": 0.0}),
+        loads={"f": fb.ForceLaw(["m"], fails, (NEVER_RESTS,), states={"s": 0.0}),
                "k": fb.Spring("m", (0.0, 0.0), stiffness=10.0, rest_length=0.0)},
         sensors={"x": fb.Position("m")},
     )  # fmt: skip

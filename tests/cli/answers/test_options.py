@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from copy import deepcopy
 from itertools import permutations
 
 import numpy as np
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.cli.answers import limits
 from flexband.cli.commands import commands, load
 from flexband.study.folder import StudyFolder
 
@@ -122,10 +124,12 @@ def told(folder, command, arguments):
     """Return what is printed, as text and as JSON, and the pictures; all is computed once."""
     for picture in folder.glob("*.png"):
         picture.unlink()
+    load([command])
     with pytest.MonkeyPatch.context() as patch:
         results = []
         for name in ANSWERS:
             patch.setattr(fb.analysis, name, recorded(getattr(fb.analysis, name), results))
+        patch.setattr(limits, "check_limits_in", recorded(limits.check_limits_in, results))
         trust = ["--trust"] * (command in LOADING)
         printed = run(command, folder, *arguments, *trust)
     assert printed.exit_code == 0, printed.output
@@ -133,6 +137,7 @@ def told(folder, command, arguments):
     with pytest.MonkeyPatch.context() as patch:
         for name in ANSWERS:
             patch.setattr(fb.analysis, name, lambda *_, **__: results.pop(0))
+        patch.setattr(limits, "check_limits_in", lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
         plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results
@@ -143,9 +148,9 @@ def recorded(function, results):
     """Return a function that also appends what it returns to a list."""
 
     def call(*arguments, **options):
-        found = function(*arguments, **options)
-        results.append(found.copy())
-        return found
+        result = function(*arguments, **options)
+        results.append(deepcopy(result))
+        return result
 
     return call
 

@@ -3,7 +3,7 @@
     python .ci/objects.py WHEEL
 
 writes a wheel for Linux on x86-64, whatever the version of Python, beside the given one, which is
-for all platforms. The processor must have all instruction sets.
+for all platforms. What the processor of this machine cannot run is left out, and said.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
-INSTRUCTION_SETS = ("x86-64-v3", "x86-64-v4")
+from numpy._core._multiarray_umath import __cpu_features__
+
+INSTRUCTION_SETS = {"x86-64-v3": "AVX2", "x86-64-v4": "AVX512_SKX"}
+"""Instruction sets, and NumPy's name of what a processor must have."""
 TAG = "py3-none-manylinux_2_17_x86_64"
 
 COMPILE = """
@@ -36,6 +39,14 @@ caching.Entry.keep = keep
 for _, use in PARTS.values():
     use()
 """
+
+
+def supported() -> list[str]:
+    """Return the instruction sets of this processor; say which are left out."""
+    for name, feature in INSTRUCTION_SETS.items():
+        if not __cpu_features__.get(feature):
+            print(f"{name}: left out, since this processor does not have {feature}")
+    return [name for name, feature in INSTRUCTION_SETS.items() if __cpu_features__.get(feature)]
 
 
 def objects(wheel: Path, name: str, folder: Path) -> None:
@@ -62,7 +73,7 @@ def with_objects(wheel: Path) -> Path:
         folder = Path(place)
         (folder / "objects").mkdir()
         with ThreadPoolExecutor(2) as pool:
-            list(pool.map(lambda cpu: objects(wheel, cpu, folder), INSTRUCTION_SETS))
+            list(pool.map(lambda cpu: objects(wheel, cpu, folder), supported()))
         with ZipFile(wheel) as archive:
             files = {entry: archive.read(entry) for entry in archive.namelist()}
         for file in sorted((folder / "objects").iterdir()):

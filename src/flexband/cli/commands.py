@@ -12,9 +12,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 from flexband.cli.methods import add_method_options
 from flexband.namespaces import imports_for_types
@@ -107,7 +106,6 @@ def load(arguments: Sequence[str]) -> None:
         for module in MODULES:
             if loaded := sys.modules.get(f"flexband.cli.{module}"):
                 _complete(loaded)
-        _keep_dask_away()
 
 
 def asks_for_help(arguments: Sequence[str]) -> bool:
@@ -121,32 +119,3 @@ def _complete(module: ModuleType) -> None:
     assert module.__file__ is not None
     imports = ast.Module(imports_for_types(module.__file__), type_ignores=[])
     exec(compile(imports, module.__file__, "exec"), module.__dict__)
-
-
-class _DaskArrays(type):
-    """The type of `dask.array.Array`, as long as Dask is not imported."""
-
-    def __instancecheck__(cls, instance: object) -> bool:
-        dask = sys.modules.get("dask.array")
-        array = vars(dask).get("Array", cls) if dask else cls
-        return array is not cls and isinstance(instance, array)
-
-
-def _keep_dask_away() -> None:
-    """Let xarray recognize arrays of Dask without importing it, which takes half a second.
-
-    xarray imports `dask.array` once, to remember the type of its arrays, before it makes its first
-    variable: here it remembers a type that asks Dask as soon as that is imported.
-    """
-    if "xarray" not in sys.modules or "dask" in sys.modules or find_spec("dask") is None:
-        return
-    import xarray as xr  # noqa: PLC0415 (commands that do not need it start without it)
-
-    array = _DaskArrays("Array", (), {})
-    stubs = {"dask": SimpleNamespace(__version__="0"), "dask.array": SimpleNamespace(Array=array)}
-    sys.modules |= stubs
-    try:
-        xr.Variable((), 0.0)
-    finally:
-        for name in stubs:
-            del sys.modules[name]

@@ -19,7 +19,7 @@ demo: install
 compare: install
 	$(BIN)/flexband compare examples/paper/slider_crank.py --output output/compare
 
-# One thread of OpenBLAS in each of pytest's processes: one per core of two, and one for tests that wait.
+# One thread of OpenBLAS in each of pytest's processes, of which there is one more than cores.
 test kernels: export OPENBLAS_NUM_THREADS = 1
 
 test: install

@@ -174,7 +174,7 @@ class DynamicResponse(SensorResponse):
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
         parts = self.step_parts, self.element_parts, self.given_step
-        start = () if self.start == "assembled" else (self.start, self.period)
+        start = () if self.start == "assembled" else (self.start, self.period, self.slow)
         return self.builder, self.duration, self.output_step, self.integrator, *parts, *start
 
     def __call__(self, **values: Argument) -> xr.DataArray:

@@ -112,8 +112,9 @@ def _with_output(
 ) -> xr.Dataset:
     """Return bounds with the output whose unit and display unit they have, if they have these."""
     units = names_and_units(labels)
-    own = {units.get(name or ONLY_OUTPUT) for name in names or [""]}
-    shown = {display.chosen.get(name or ONLY_OUTPUT) for name in names or [""]}
-    if own != {bounds["mean"].attrs.get("units")} or len(shown) > 1:
+    outputs = [name or ONLY_OUTPUT for name in names or [""]]
+    computed_units = {units.get(output) for output in outputs}
+    display_units = {display.chosen.get(output) for output in outputs}
+    if computed_units != {bounds["mean"].attrs.get("units")} or len(display_units) > 1:
         return bounds
-    return bounds.assign_coords(output=(names or [ONLY_OUTPUT])[0], unit=own.pop())
+    return bounds.assign_coords(output=outputs[0], unit=computed_units.pop())

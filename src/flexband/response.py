@@ -42,6 +42,11 @@ class Response(ABC):
         """The object that a user made: it is hashed, sent to other processes, and shown."""
         return self
 
+    @property
+    def source(self) -> Response:
+        """The response whose outputs this one makes its own of: a simulation, for example."""
+        return self
+
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         """Return the response on finer discretizations, by the name of what is finer."""
         return {}

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from flexband.analysis.allocation.grades import Grades as Grades
     from flexband.analysis.derivation import derived as derived
     from flexband.analysis.margins import check_limits as check_limits
+    from flexband.analysis.resampling import over_output as over_output
     from flexband.analysis.p_boxes import p_box as p_box
     from flexband.analysis.paths import path as path
     from flexband.analysis.probability.failure import failure_probability as failure_probability

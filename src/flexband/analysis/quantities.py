@@ -6,6 +6,7 @@ last dimension counts as time, whatever its name is. Any function that does so i
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, check_numbers, check_positive, shown
 from flexband.uncertainty.surrogates.axes import axes_of
 
 Quantity = Callable[[xr.DataArray], xr.DataArray]
@@ -55,24 +56,53 @@ class Magnitude:
 
 
 @dataclass(frozen=True)
-class _OverTime:
+class _OverTime(ABC):
     """A quantity of the times of an output.
 
     Parameters
     ----------
     of : name of an output, or a quantity such as `Magnitude`; by default each output.
+    period : length of a turn, in the unit of the last dimension: 360 over an angle in degrees. One
+        number of each whole turn is returned, with a last dim "turn" that counts from 1.
 
     Raises
     ------
     InputError
-        If it is neither a name nor a function.
+        If `of` is neither a name nor a function, or a period is not positive.
     """
 
     of: str | Quantity | None = None
+    period: float | None = None
 
     def __post_init__(self) -> None:
         if self.of is not None and not callable(self.of):
             _checked(self.of)
+        if self.period is not None:
+            check_positive("period", check_numbers("period", self.period))
+
+    def __call__(self, response: xr.DataArray) -> xr.DataArray:
+        """Return it of every sample."""
+        output, times = self.series(response)
+        if self.period is None:
+            return self.of_series(output, times)
+        turns = (times - times[0]) / self.period * (1 + 1e-9)
+        parts = []
+        for turn in range(int(turns[-1])):
+            some = np.flatnonzero((turns >= turn - 1e-6) & (turns <= turn + 1 + 1e-6))
+            if len(some) < 3:
+                raise InputError(f"a period must have at least three times; got {self.period:g}")
+            parts.append(self.of_series(output.isel({output.dims[-1]: some}), times[some]))
+        if not parts:
+            raise InputError(
+                f"period must be at most {np.ptp(times):g}, the length of {output.dims[-1]}; got "
+                f"{self.period:g}"
+            )
+        turn = xr.DataArray(np.arange(1.0, len(parts) + 1), dims="turn", name="turn")
+        return xr.concat(parts, turn, coords="minimal", compat="override").transpose(..., "turn")
+
+    @abstractmethod
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
+        """Return it of an output, whose last dim are the times."""
 
     def series(self, response: xr.DataArray) -> tuple[xr.DataArray, np.ndarray]:
         """Return the output, its last dim being time, and the times."""
@@ -103,9 +133,7 @@ class Peak(_OverTime):
     (array([4.]), array([2.]))
     """
 
-    def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
-        output, times = self.series(response)
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
         return _peak(output, times)[0]
 
 
@@ -113,9 +141,7 @@ class Peak(_OverTime):
 class Trough(_OverTime):
     """The smallest value over time; between times, that of a parabola through three of them."""
 
-    def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
-        output, times = self.series(response)
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
         return -_peak(-output, times)[0]
 
 
@@ -123,9 +149,7 @@ class Trough(_OverTime):
 class PeakTime(_OverTime):
     """The time of the largest value; between times, that of a parabola through three of them."""
 
-    def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
-        output, times = self.series(response)
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
         peak_times = _peak(output, times)[1].drop_vars("unit", errors="ignore")
         unit = (
             output[output.dims[-1]].attrs.get("units") if output.dims[-1] in output.coords else None
@@ -137,9 +161,7 @@ class PeakTime(_OverTime):
 class RootMeanSquare(_OverTime):
     """The root of the mean square over time; the square is linear from each time to the next."""
 
-    def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
-        output, times = self.series(response)
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
         steps = np.diff(times)
         weights = np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps])
         frame = output.isel({output.dims[-1]: 0}, drop=True)
@@ -154,9 +176,8 @@ class Spectrum(_OverTime):
     amplitude is the size of the mean. Times must be equidistant.
     """
 
-    def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample, with a last dim "frequency"."""
-        output, times = self.series(response)
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
+        """Return the amplitudes, with a last dim "frequency"."""
         steps = np.diff(times)
         if np.ptp(steps) > 1e-6 * steps.max():
             raise InputError(

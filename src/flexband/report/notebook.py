@@ -65,10 +65,9 @@ def input_html(input_: Any) -> str:
 
 def study_html(study: Study) -> str:
     """Return a table of a study: its response, method, error bar and inputs."""
-    response = study.response
-    name = name_of(response)
-    if isinstance(response, MechanismResponse):
-        name += f" of {name_of(response.builder)}"
+    name = name_of(study.response)
+    if isinstance(study.source, MechanismResponse):
+        name += f" of {name_of(study.source.builder)}"
     bar = "μ ± σ" if study.sigmas == 1 else f"μ ± {study.sigmas:g}σ"
     rows = [("response", name), ("method", _given(study.method)), ("error bar", bar)]
     return _table(("study", ""), rows) + _inputs(study.inputs)

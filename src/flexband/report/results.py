@@ -52,7 +52,7 @@ def write_comparison_report(
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
-    along = field_axes(study.response, study.inputs) if fields else {}
+    along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
         draw = partial(figures.variance_error_figure, random, along)

@@ -73,7 +73,7 @@ def compile_ahead(study: Study) -> None:
     What fails is compiled when it is needed. A single missing part is left to this process.
     """
     uses = {
-        "engine": isinstance(study.response, DynamicResponse),
+        "engine": isinstance(study.source, DynamicResponse),
         "bounds": True,
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }

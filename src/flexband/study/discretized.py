@@ -7,7 +7,7 @@ from typing import Any
 
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
-from flexband.response import FunctionResponse, ResponseFunction, as_response
+from flexband.response import FunctionResponse, Response, ResponseFunction, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
@@ -42,6 +42,10 @@ class Discretized(FunctionResponse):
     def original(self) -> ResponseFunction:
         """The response with its discretization: it is made here, not by a user."""
         return self
+
+    @property
+    def source(self) -> Response:
+        return as_response(self.function).source
 
     def left_out(self, **values: Any) -> list[str]:
         """Return nothing: all is given."""

@@ -78,11 +78,11 @@ def start_vibrations(
     case = next(iter(surrogates_of(surrogate).values()))
     values = case.space.arguments_at(*case.space.nominal())
     with without_warnings(FlexbandWarning):
-        response, _ = as_expanded(case, study.response)
+        response = as_expanded(case, study.response)[0].source
         if response.started_softly(1.0) is None:
             return []
         try:
-            given = response(**values).isel(sample=0)
+            given = response(**values).isel(sample=0).sel(output=bands["output"].values)
             return _compared(response, values, given, bands, search)
         except (InputError, RunError):  # there is no rest, or no way from it
             return []
@@ -98,7 +98,7 @@ def _compared(
     times = given["time"].values
     step, steps = times[1] - times[0], len(times) - 1
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
-    width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean("time").values
+    width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean(bar.dims[-1]).values
     known: dict[int, StartVibration] = {}
     uncertain = set(np.flatnonzero(width > 0).tolist())
     for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
@@ -106,7 +106,7 @@ def _compared(
             break
         softly = response.started_softly(2 * half * step)
         assert softly is not None
-        soft = softly(**values).isel(sample=0)
+        soft = softly(**values).isel(sample=0).sel(output=given["output"].values)
         apart = (given - soft.values).values[:, half:]
         for k in uncertain - known.keys():
             share = float(np.abs(apart[k]).max() / width[k])

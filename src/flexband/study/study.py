@@ -18,7 +18,7 @@ from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance
 from flexband.progress import Progress
-from flexband.response import ResponseFunction, as_response
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.study.presentation.display import Display, names_of_inputs
 from flexband.study.presentation.title_block import checked_title_block
 from flexband.uncertainty.inputs.fields.field import Field
@@ -118,6 +118,11 @@ class Study:
     def runs_elsewhere(self) -> bool:
         """Whether others run the response: `elsewhere`."""
         return as_response(self.response).elsewhere
+
+    @property
+    def source(self) -> Response:
+        """The response that makes the outputs, also of a study over one of them."""
+        return as_response(self.response).source
 
     def run(
         self,

@@ -50,6 +50,10 @@ def derived(
             "needs none."
         ),
     ] = None,
+    period: Annotated[
+        float | None,
+        typer.Option(help="Length of a turn, such as 360 over degrees: one number of each turn."),
+    ] = None,
     sigmas: Sigmas = 1.0,
     probability: Annotated[
         float, typer.Option("--probability", "-p", help="Of the values in the range.")
@@ -72,7 +76,7 @@ def derived(
     }
     with usage():
         bounds = fb.analysis.derived(
-            surrogate, kinds[quantity](made_of), sigmas=sigmas, probability=probability,
+            surrogate, kinds[quantity](made_of, period), sigmas=sigmas, probability=probability,
             samples=samples, seed=seed,
         )  # fmt: skip
     names = ("mean", "error_bar", "range")

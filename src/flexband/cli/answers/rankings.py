@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # imported when a command is called
 
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import only_one
-    from flexband.report.page.inputs import over_time
+    from flexband.report.page.inputs import averaging
     from flexband.report.plot.figures import bounds_figure, contributions_figure
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import percent_to_tenth
@@ -50,17 +50,17 @@ def contributions(
     names = [str(name) for name in ranking["name"].values]
     shares = {kind: _by_output(ranking[kind].where(ranking["varies"])) for kind in kinds}
     mean, widest = shares.values()
-    if over_time(ranking):
-        parts = {"mean over time": mean, "where the bar is widest": widest}
-    else:
-        parts = {"": mean}
+    averaged = averaging(ranking).removeprefix(", ")
+    parts = {averaged: mean}
+    if averaged:
+        parts["where the bar is widest"] = widest
     return CommandOutput(
         {"sigmas": sigmas, "inputs": names, **shares},
         _tables(title, names, parts, _part),
         name="contributions",
         data=data,
         figure=lambda: contributions_figure(result.display.data(ranking), drawn),
-        drawable=over_time(ranking),
+        drawable=bool(averaged),
     )
 
 

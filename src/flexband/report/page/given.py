@@ -66,7 +66,7 @@ def given_by(
         "display_units": study.display_units,
         "hidden": [],
     }
-    response = study.response
+    response = study.source
     if fields:
         along = field_axes(response, inputs)
         _add(data, "fields", "The fields", lambda: fields_picture(fields, along))

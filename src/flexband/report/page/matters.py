@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.report.page.inputs import over_time
+from flexband.report.page.inputs import averaging
 from flexband.report.text import tables
 from flexband.report.text.numbers import number
 from flexband.study.results.verdicts import largest_around
@@ -32,7 +32,7 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     first, part = largest[0]
     words = (
         f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
-        f"{', mean over time' * over_time(contributions)}"
+        f"{averaging(contributions)}"
     )
     if len(names) == 1:
         return f"What matters most is {first}: {words}."
@@ -89,9 +89,10 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     """
     input_, share, at = largest_around(contributions, limit, name)
     if at is None:
-        return input_, share, ", mean over time" * over_time(contributions)
-    last = contributions["width"].dims[-1]
-    where = f" around {last} {number(at)}{' s' * (last == 'time')}, where its margin is least"
+        return input_, share, averaging(contributions)
+    last = contributions["width"][contributions["width"].dims[-1]]
+    unit = last.attrs.get("units", "s" * (last.name == "time"))
+    where = f" around {f'{last.name} {number(at)} {unit}'.rstrip()}, where its margin is least"
     return input_, share, where
 
 

@@ -9,6 +9,7 @@ from flexband.analysis.paths import path
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.study.presentation.display import Display
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -21,13 +22,12 @@ def widest_path(
     None if no pair of outputs is NAME_X and NAME_Y, in metres, over time.
     """
     directions = 16
-    names, dims = outputs_of(bands["mean"]), set(bands["mean"].dims)
-    if surrogate is None or "unit" not in bands.coords or dims != {"bound", "output", "time"}:
+    names, axes = outputs_of(bands["mean"]), axes_of(bands["mean"].transpose("bound", ...))
+    if surrogate is None or "unit" not in bands.coords or axes.dims != ("output",) or not axes.time:
         return None
     units = dict(zip(names, map(str, np.ravel(bands["unit"].values)), strict=True))
-    width = (bands["error_bar"].sel(bound="upper") - bands["error_bar"].sel(bound="lower")).max(
-        "time"
-    )
+    bar = bands["error_bar"]
+    width = (bar.sel(bound="upper") - bar.sel(bound="lower")).max(axes.time)
     widths = {}
     for name in names:
         point = name.removesuffix("_X")

@@ -89,8 +89,9 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         if name in still:
             rows[-1] += [CONSTANT, at, error, *new]
             continue
-        if width.dims == ("time",):
-            at = f"{float(width['time'][int(width.values.argmax())]):.4g} s"
+        if (last := axes_of(bands["mean"]).time) in width.coords:
+            unit_of_last = width[last].attrs.get("units", "s" * (last == "time"))
+            at = f"{float(width[last][int(width.values.argmax())]):.4g} {unit_of_last}".rstrip()
         if shares:
             error = percent(shares[name])
         elif "truncation" in output_bands:

@@ -87,7 +87,7 @@ flexband.MotionPlayer = class {
     document.addEventListener("flexband:time", ({ detail }) => {
       if (detail.from !== "motion") {
         this.stop();
-        this.show(this.nearest(detail.time), false);
+        this.show(this.nearest(detail.time, this.scene.places), false);
       }
     });
     this.zooming[0].addEventListener("click", () => this.zoom(1.6));
@@ -128,10 +128,10 @@ flexband.MotionPlayer = class {
     this.redraw();
   }
 
-  nearest(time) {
+  nearest(place, places = this.scene.times) {
     let best = 0;
-    this.scene.times.forEach((own, k) => {
-      if (Math.abs(own - time) < Math.abs(this.scene.times[best] - time)) best = k;
+    places.forEach((own, k) => {
+      if (Math.abs(own - place) < Math.abs(places[best] - place)) best = k;
     });
     return best;
   }
@@ -171,7 +171,7 @@ flexband.MotionPlayer = class {
     this.frame = Math.min(this.scene.count - 1, Math.max(0, frame));
     this.say();
     this.redraw();
-    const detail = { time: this.scene.times[this.frame], from: "motion" };
+    const detail = { time: this.scene.places[this.frame], from: "motion" };
     if (tell) document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
   }
 

@@ -86,12 +86,12 @@ flexband.starters.push(function (everything) {
   });
   const cells = heads.map((text) => element("th", { scope: "col", textContent: text }));
   const table = element("table", { className: "what-if-table" },
-    element("caption", { textContent: "Largest width of the error bar over time" }),
+    element("caption", { textContent: "Largest width of the error bar" }),
     element("thead", {}, element("tr", {}, ...cells)),
     element("tbody", {}, ...rows.map(({ row }) => row)));
 
   const notes = [
-    "The expected error is the largest over time, that of the whole study; in brackets it is a part of the " +
+    "The expected error is the largest of the output, that of the whole study; in brackets it is a part of the " +
       "largest width now. narrowed() in Python judges it by the held-out runs inside the narrower inputs.",
     ...(limits ? ["Margins are those at the times of the charts, without their expected error. " +
       "Probabilities of leaving limits need `flexband limits`."] : []),

@@ -28,12 +28,19 @@ if TYPE_CHECKING:
     from flexband.mechanics.assembly.mechanism import Mechanism
     from flexband.response import ResponseFunction
 
+Course = tuple[np.ndarray, np.ndarray]
+"""Times [s], and the places on the axis of the charts that the nominal motion has at them."""
+
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
 
 
 def motion_data(
-    response: ResponseFunction, space: Space, *, samples: int = SAMPLES
+    response: ResponseFunction,
+    space: Space,
+    *,
+    samples: int = SAMPLES,
+    course: Course | None = None,
 ) -> tuple[JsonRecord | None, list[str]]:
     """Simulate a mechanism and return what an animation of it draws.
 
@@ -44,11 +51,12 @@ def motion_data(
     space : its inputs. A choice must be one of its options.
     samples : number of samples of the inputs besides the nominal one. Half of them are at corners
         of the intervals. Those that fail are left out.
+    course : of charts over something else than time.
 
     Returns
     -------
     A tree that JSON can hold, or None, and sentences that tell what is missing and why.
-    `times` [s], shape (times,); `position` [m], `direction` and `force` [N] of the nominal motion,
+    `times` [s], shape (times,), and `places`, those of a `course`; `position` [m], `direction` and `force` [N] of the nominal motion,
     shape (tracks, 2, times); its `box` [m]; `names` of the parts; `shapes`, `forces` and `traces`,
     the points of sensors, which name tracks by their numbers; and `samples`: the `outlines` of
     bodies by numbers of their own points, and their deviations from the nominal motion [m], shape
@@ -57,18 +65,18 @@ def motion_data(
     if not isinstance(response, DynamicResponse | StaticResponse):
         return None, ["The response is not a mechanism of flexband, so that there is no animation."]
     try:
-        motion, remarks = _of_mechanism(response, space, samples)
+        motion, remarks = _of_mechanism(response, space, samples, course)
     except Exception as error:  # whatever a builder raises
         reason = " ".join(str(error).split())
         if not samples:
             return None, [f"The motion could not be simulated: {reason}"]
-        motion, remarks = motion_data(response, space, samples=0)
+        motion, remarks = motion_data(response, space, samples=0, course=course)
         remarks = [f"Samples of the inputs could not be simulated: {reason}", *remarks]
     return motion, remarks
 
 
 def _of_mechanism(
-    response: DynamicResponse | StaticResponse, space: Space, samples: int
+    response: DynamicResponse | StaticResponse, space: Space, samples: int, course: Course | None
 ) -> tuple[JsonRecord, list[str]]:
     # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
     # for
@@ -98,6 +106,7 @@ def _of_mechanism(
     in_motion = sketch_mechanism(scene, tracks, unit, ranges=ranges)
     motion = {
         "times": packed(times),
+        **({"places": packed(np.interp(times, *course))} if course else {}),
         **{kind: _packed(kind, values[0]) for kind, values in parts.items()},
         "box": box.tolist(),
         "names": {

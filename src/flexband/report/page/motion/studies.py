@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from flexband.analysis.resampling import OverOutput
 from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
+from flexband.errors import without_warnings
 from flexband.mechanics.response import SensorResponse
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.motion.motion import SAMPLES, motion_data
@@ -29,7 +31,7 @@ def study_motion(
         left out, and the domains of fields. Without one, fields without a domain take runs.
     samples : as in `motion_data`.
     """
-    response, inputs, remarks = study.response, study.inputs, []
+    response, inputs, remarks = study.source, study.inputs, []
     if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))
     chosen = {
@@ -43,5 +45,9 @@ def study_motion(
     else:
         first_surrogate = next(iter(surrogates_of(surrogate).values()))
         space, (response, _) = first_surrogate.space, as_expanded(first_surrogate, response)
-    motion, more = motion_data(response, space, samples=samples)
+    course = None
+    if isinstance(study.response, OverOutput):
+        with without_warnings():
+            course = study.response.course(**space.arguments_at(*space.nominal()))
+    motion, more = motion_data(response, space, samples=samples, course=course)
     return motion, [*remarks, *more]

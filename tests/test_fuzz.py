@@ -142,6 +142,8 @@ OWN = {
     ("hertz_stiffness", "youngs_moduli"): (2e11, 2e11),
     ("hertz_stiffness", "poissons_ratios"): (0.3, 0.3),
     ("samplewise", "function_of_one"): max,
+    ("over_output", "output"): "angle",
+    ("over_output", "values"): [0.0, 1.0],
     ("table", "times"): (0.0, 1.0),
     ("table", "values"): (0.0, 1.0),
     ("Magnitude", "first"): "x",

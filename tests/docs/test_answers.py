@@ -27,6 +27,7 @@ def test_the_code_runs(capsys):
     assert names["shares"]["name"].values.tolist() == ["length", "stiffness"]
     width = names["narrower"].bands()["error_bar"].diff("bound").mean()
     assert 0.4 < width / names["shares"]["width"].mean() < 0.6
+    assert np.allclose(names["highest"]["mean"], [[0.199], [0.201]], rtol=0, atol=1e-7)
     low, high = names["frequencies"]["mean"].values[:, 0]
     assert abs(low / (80 / 1.5) ** 0.5 * 6.2832 - 1) < 2e-3
     assert abs(high / (120 / 1.5) ** 0.5 * 6.2832 - 1) < 2e-3

@@ -172,13 +172,13 @@ def _passages(series: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, int,
     series, targets : shape (times,) and (values,); the series increases from its start to its end.
     """
     slack = 1e-9 * np.ptp(targets)  # a start at rest may tremble by rounding errors
-    first = np.searchsorted(np.maximum.accumulate(series), targets - slack)
-    last = np.searchsorted(np.minimum.accumulate(series[::-1])[::-1], targets - slack)
+    highest, lowest_later = np.maximum.accumulate(series), np.minimum.accumulate(series[::-1])[::-1]
+    first, last = (np.searchsorted(bound, targets - slack) for bound in (highest, lowest_later))
     if targets.min() < series[0] - slack or first.max() == len(series):
         return first, len(series) - 1, "does not reach all values"
-    if (twice := np.flatnonzero(first != last)).size:
-        after = int(first[twice[0]])
-        return first, after + int(np.argmax(np.diff(series[after:]) < 0)), "turns back"
+    back = np.flatnonzero((highest - series)[first.min() : last.max() + 1] > slack)
+    if back.size:
+        return first, first.min() + back[0] - 1, "turns back"
     return np.maximum(first, 1), 0, ""
 
 

@@ -87,13 +87,17 @@ def derived(
     unit = shown["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
+    turns = [
+        (f"{title}, turn {k + 1}", derived_table(shown.isel(turn=k)))
+        for k in range(shown.sizes.get("turn", 0))
+    ]
     return CommandOutput(
         ends | errors | {str(k): v for k, v in bounds.attrs.items()},
-        [(title, derived_table(shown))],
+        turns or [(title, derived_table(shown))],
         name="derived",
         data=bounds,
         figure=lambda: derived_figure(shown),
-        drawable=bounds["range"].ndim == 2,
+        drawable=bounds["range"].ndim == 2 and not turns,
     )
 
 

@@ -56,7 +56,8 @@ def motion_data(
     Returns
     -------
     A tree that JSON can hold, or None, and sentences that tell what is missing and why.
-    `times` [s], shape (times,), and `places`, those of a `course`; `position` [m], `direction` and `force` [N] of the nominal motion,
+    `times` [s], shape (times,), and `places`, those of a `course`; of the nominal motion,
+    `position` [m], `direction` and `force` [N],
     shape (tracks, 2, times); its `box` [m]; `names` of the parts; `shapes`, `forces` and `traces`,
     the points of sensors, which name tracks by their numbers; and `samples`: the `outlines` of
     bodies by numbers of their own points, and their deviations from the nominal motion [m], shape

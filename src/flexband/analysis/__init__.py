@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from flexband.analysis.allocation.grades import Grades as Grades
     from flexband.analysis.derivation import derived as derived
     from flexband.analysis.margins import check_limits as check_limits
-    from flexband.analysis.resampling import over_output as over_output
     from flexband.analysis.p_boxes import p_box as p_box
     from flexband.analysis.paths import path as path
     from flexband.analysis.probability.failure import failure_probability as failure_probability
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
         WorstCase as WorstCase,
     )
     from flexband.analysis.requirements.scatter import Capability as Capability
+    from flexband.analysis.resampling import OverOutput as OverOutput
     from flexband.analysis.sensitivity.contributions import contributions as contributions
     from flexband.analysis.sensitivity.sobol import sobol_indices as sobol_indices
     from flexband.analysis.sensitivity.tolerance_for import tolerance_for as tolerance_for

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ class _OverTime(ABC):
     """
 
     of: str | Quantity | None = None
-    period: float | None = None
+    period: float | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.of is not None and not callable(self.of):
@@ -85,18 +85,14 @@ class _OverTime(ABC):
         output, times = self.series(response)
         if self.period is None:
             return self.of_series(output, times)
-        turns = (times - times[0]) / self.period * (1 + 1e-9)
-        parts = []
-        for turn in range(int(turns[-1])):
-            some = np.flatnonzero((turns >= turn - 1e-6) & (turns <= turn + 1 + 1e-6))
-            if len(some) < 3:
-                raise InputError(f"a period must have at least three times; got {self.period:g}")
-            parts.append(self.of_series(output.isel({output.dims[-1]: some}), times[some]))
-        if not parts:
+        turns = (times - times[0]) / self.period + 1e-9
+        inside = [(turns >= k) & (turns <= k + 1 + 2e-9) for k in range(int(turns[-1]))]
+        if not inside or min(map(np.count_nonzero, inside)) < 3:
             raise InputError(
-                f"period must be at most {np.ptp(times):g}, the length of {output.dims[-1]}; got "
-                f"{self.period:g}"
+                f"period must be at most {np.ptp(times):g}, the length of {output.dims[-1]}, and "
+                f"have three times or more; got {self.period:g}"
             )
+        parts = [self.of_series(output[..., some], times[some]) for some in inside]
         turn = xr.DataArray(np.arange(1.0, len(parts) + 1), dims="turn", name="turn")
         return xr.concat(parts, turn, coords="minimal", compat="override").transpose(..., "turn")
 
@@ -151,10 +147,8 @@ class PeakTime(_OverTime):
 
     def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
         peak_times = _peak(output, times)[1].drop_vars("unit", errors="ignore")
-        unit = (
-            output[output.dims[-1]].attrs.get("units") if output.dims[-1] in output.coords else None
-        )
-        return peak_times if unit is None else peak_times.assign_coords(unit=unit)
+        unit = _unit_of_last(output)
+        return peak_times.assign_coords(unit=unit) if unit else peak_times
 
 
 @frozen()
@@ -188,11 +182,7 @@ class Spectrum(_OverTime):
         sizes = np.abs(np.fft.rfft(output.values, axis=-1)) / count
         sizes[..., 1 : (count + 1) // 2] *= 2
         coords = {k: c for k, c in output.coords.items() if output.dims[-1] not in c.dims}
-        unit = (
-            output[output.dims[-1]].attrs.get("units", "")
-            if output.dims[-1] in output.coords
-            else ""
-        )
+        unit = _unit_of_last(output)
         frequency = np.fft.rfftfreq(count, steps.mean())
         named = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
         coords["frequency"] = xr.DataArray(frequency, dims="frequency", attrs={"units": named})
@@ -210,6 +200,10 @@ def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
     if output not in names:
         raise InputError(f"output must be one of {', '.join(names)}; got {output!r}")
     return response.isel(output=names.index(output))
+
+
+def _unit_of_last(output: xr.DataArray) -> str:
+    return output[output.dims[-1]].attrs.get("units", "")
 
 
 def _checked(output: Any) -> str:

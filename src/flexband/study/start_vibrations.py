@@ -99,7 +99,8 @@ def _compared(
     times = given["time"].values
     step, steps = times[1] - times[0], len(times) - 1
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
-    width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean(bar.dims[-1]).values
+    width = bar.sel(bound="upper") - bar.sel(bound="lower")
+    width = width.mean(width.dims[-1]).values
     known: dict[int, StartVibration] = {}
     sizes = np.abs(given).max("time").values
     uncertain = set(np.flatnonzero(Units.along(given, ["output"]).varies(width, sizes)).tolist())

@@ -87,7 +87,7 @@ flexband.MotionPlayer = class {
     document.addEventListener("flexband:time", ({ detail }) => {
       if (detail.from !== "motion") {
         this.stop();
-        this.show(this.nearest(detail.time, this.scene.places), false);
+        this.show(this.nearest(detail.time, this.scene.onAxis), false);
       }
     });
     this.zooming[0].addEventListener("click", () => this.zoom(1.6));
@@ -171,7 +171,7 @@ flexband.MotionPlayer = class {
     this.frame = Math.min(this.scene.count - 1, Math.max(0, frame));
     this.say();
     this.redraw();
-    const detail = { time: this.scene.places[this.frame], from: "motion" };
+    const detail = { time: this.scene.onAxis[this.frame], from: "motion" };
     if (tell) document.dispatchEvent(new CustomEvent("flexband:time", { detail }));
   }
 

@@ -6,7 +6,7 @@ flexband.MotionScene = class {
   constructor(data) {
     this.data = data;
     this.times = data.times.values;
-    this.places = data.places ? data.places.values : this.times; // on the axis of the charts
+    this.onAxis = data.places ? data.places.values : this.times; // of the charts
     this.count = this.times.length;
     this.samples = data.samples.deviation.shape[0];
     this.prepare();

@@ -28,19 +28,14 @@ if TYPE_CHECKING:
     from flexband.mechanics.assembly.mechanism import Mechanism
     from flexband.response import ResponseFunction
 
-Course = tuple[np.ndarray, np.ndarray]
-"""Times [s], and the places on the axis of the charts that the nominal motion has at them."""
+    Course = tuple[np.ndarray, np.ndarray] | tuple[()]
 
 SAMPLES = 23
 """Samples of the inputs, which are simulated together with the nominal motion."""
 
 
 def motion_data(
-    response: ResponseFunction,
-    space: Space,
-    *,
-    samples: int = SAMPLES,
-    course: Course | None = None,
+    response: ResponseFunction, space: Space, *, samples: int = SAMPLES, course: Course = ()
 ) -> tuple[JsonRecord | None, list[str]]:
     """Simulate a mechanism and return what an animation of it draws.
 
@@ -51,17 +46,16 @@ def motion_data(
     space : its inputs. A choice must be one of its options.
     samples : number of samples of the inputs besides the nominal one. Half of them are at corners
         of the intervals. Those that fail are left out.
-    course : of charts over something else than time.
+    course : times [s], and the places on the axis of the charts that the nominal motion has then.
 
     Returns
     -------
     A tree that JSON can hold, or None, and sentences that tell what is missing and why.
-    `times` [s], shape (times,), and `places`, those of a `course`; of the nominal motion,
-    `position` [m], `direction` and `force` [N],
-    shape (tracks, 2, times); its `box` [m]; `names` of the parts; `shapes`, `forces` and `traces`,
-    the points of sensors, which name tracks by their numbers; and `samples`: the `outlines` of
-    bodies by numbers of their own points, and their deviations from the nominal motion [m], shape
-    (samples, points, 2, times).
+    `times` [s], shape (times,), with their `places` of a `course`; `position` [m], `direction` and
+    `force` [N] of the nominal motion, shape (tracks, 2, times); its `box` [m]; `names` of the
+    parts; `shapes`, `forces` and `traces`, the points of sensors, which name tracks by their
+    numbers; and `samples`: the `outlines` of bodies by numbers of their own points, and their
+    deviations from the nominal motion [m], shape (samples, points, 2, times).
     """
     if not isinstance(response, DynamicResponse | StaticResponse):
         return None, ["The response is not a mechanism of flexband, so that there is no animation."]
@@ -77,7 +71,7 @@ def motion_data(
 
 
 def _of_mechanism(
-    response: DynamicResponse | StaticResponse, space: Space, samples: int, course: Course | None
+    response: DynamicResponse | StaticResponse, space: Space, samples: int, course: Course
 ) -> tuple[JsonRecord, list[str]]:
     # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
     # for

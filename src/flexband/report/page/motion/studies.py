@@ -45,7 +45,7 @@ def study_motion(
     else:
         first_surrogate = next(iter(surrogates_of(surrogate).values()))
         space, (response, _) = first_surrogate.space, as_expanded(first_surrogate, response)
-    course = None
+    course = ()
     if isinstance(study.response, OverOutput):
         with without_warnings():
             course = study.response.course(**space.arguments_at(*space.nominal()))

@@ -1,5 +1,7 @@
 """Limits that belong to a study are checked by `flexband run`."""
 
+import re
+
 import pytest
 import xarray as xr
 from typer.testing import CliRunner
@@ -83,5 +85,6 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     assert "verification runs find an error of more than 1000 % of the band's width" in told
     assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in told
     assert "No probability: verification runs find an error" in told
+    assert re.search(r"width\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", told)
     asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
     assert "NOT reliable: verification runs find an error" in " ".join(asked.output.split())

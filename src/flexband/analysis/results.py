@@ -15,6 +15,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import in_percent
 
 INDICATOR = "truncation"
 """Diagnostic of methods that estimate no error: the size of the terms of highest order."""
@@ -98,7 +99,7 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     doubts = [str(attrs["not_trusted"])] if "not_trusted" in attrs else []
     if missed_tolerance(surrogate) and not corrected:
         doubts.append(
-            f"the error expected of the surrogate is {100 * _error_of_whole(attrs):.2g} % of the "
+            f"the error expected of the surrogate is {in_percent(_error_of_whole(attrs))} of the "
             f"error bar's width, above the tolerance of {100 * attrs['tolerance']:g} %"
         )
     return doubts

@@ -9,7 +9,14 @@ from dataclasses import dataclass, is_dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_function, check_instance, warn
+from flexband.errors import (
+    InputError,
+    ToleranceWarning,
+    check_function,
+    check_instance,
+    warn,
+    without_warnings,
+)
 from flexband.progress import Progress
 from flexband.study.discretized import discretized
 from flexband.study.study import Study
@@ -119,7 +126,8 @@ def compare(
     for method in (reference, *methods):
         report = progress(method) if progress else None
         begin = time.perf_counter()
-        bands = study.using(method).run(progress=report)
+        with without_warnings(ToleranceWarning):  # errors are compared, that of the step is common
+            bands = study.using(method).run(progress=report)
         seconds = time.perf_counter() - begin
         variables = ("mean", "error_bar") if results else ()
         errors = {v: relative_error(bands[v], results[0].bands[v]) for v in variables}

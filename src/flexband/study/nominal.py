@@ -13,6 +13,7 @@ from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
 from flexband.execution.names import FileName
+from flexband.execution.store import open_runs
 from flexband.files import try_write
 from flexband.progress import listener
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
@@ -144,3 +145,33 @@ def with_runs(
                 run_margins[k] = margin[at]
     made = margins.assign(run_margin=("limit", run_margins))
     return made.assign_attrs(runs=count), count
+
+
+def with_recorded(
+    surrogate: Surrogate | SurrogateOfChoices,
+    requirements: list[Requirement],
+    margins: xr.Dataset,
+    folder: Path,
+) -> xr.Dataset:
+    """Return margins with the value in all runs that is nearest to a bound, or farthest beyond it.
+
+    It is `run_value`, the bound `run_bound`, and `run_extreme` is "largest", "smallest" or, at a
+    curve, "nearest"; ``attrs["runs_recorded"]`` counts the runs. With choices, whose bounds may
+    differ, nothing is added.
+    """
+    if len(surrogates_of(surrogate)) > 1:
+        return margins
+    runs, rows = open_runs(folder)["outputs"].dropna("run"), []
+    for requirement in requirements:
+        corridor = requirement.corridor(runs)
+        lower, upper, where = corridor.lower, corridor.upper, corridor.where
+        values = runs.values[(slice(None), *where)]
+        gaps = np.stack([upper[where] - values, values - lower[where]])
+        side, run, *place = np.unravel_index(gaps.argmin(), gaps.shape)
+        bounds = (upper, lower)[side][where]
+        curve = np.ptp(bounds[np.isfinite(bounds)]) > 0
+        extreme = "nearest" if curve else ("largest", "smallest")[side]
+        rows.append((values[run, *place], bounds[*place], extreme))
+    names = "run_value", "run_bound", "run_extreme"
+    columns = {k: ("limit", list(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
+    return margins.assign(columns).assign_attrs(runs_recorded=len(runs))

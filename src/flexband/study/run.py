@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,12 @@ from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
-from flexband.study.nominal import around_nominal, bands_with_nominal, with_runs
+from flexband.study.nominal import (
+    around_nominal,
+    bands_with_nominal,
+    with_recorded,
+    with_runs,
+)
 from flexband.study.progress import StudyProgress
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.limits import LimitCheck, check_limits_in
@@ -35,6 +40,7 @@ from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike
+    from flexband.study.results.reliability import Doubt
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -168,7 +174,8 @@ def run_study(
             seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
             listener().stage("the answers")
             shares = files.contributions(surrogate, sigmas=study.sigmas)
-            limits, unchecked = _limits(progress, options, surrogate)
+            doubts = doubts_about(bands, verification, requested=bool(verifying))
+            limits, unchecked = _limits(progress, options, surrogate, doubts)
             result = StudyResult(
                 folder=home.path,
                 label=study.method.label,
@@ -178,7 +185,7 @@ def run_study(
                 contributions=shares,
                 limits=limits,
                 limits_unchecked=unchecked,
-                doubts=doubts_about(bands, verification, requested=bool(verifying)),
+                doubts=doubts,
                 seconds_per_run=seconds,
                 files=tuple(files.names),
                 stale=tuple(files.stale()),
@@ -244,7 +251,10 @@ def _verification(
 
 
 def _limits(
-    progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate
+    progress: StudyProgress,
+    options: RunOptions,
+    surrogate: StudySurrogate,
+    doubts: Sequence[Doubt],
 ) -> tuple[LimitCheck | None, str]:
     """Return whether the requirements of a study are kept, or why that is not known."""
     study, folder = progress.study, progress.folder.path
@@ -256,6 +266,9 @@ def _limits(
         requirements = around_nominal(study.requirements, folder)
 
         def run_margin(margins: xr.Dataset) -> xr.Dataset:
+            withheld = any(doubt.rare_values for doubt in doubts)
+            if withheld and progress.store is not None:
+                margins = with_recorded(surrogate, requirements, margins, folder)
             if study.runs_elsewhere:
                 return margins
             how = {"store": progress.store, "executor": options.executor, "failed": options.failed}

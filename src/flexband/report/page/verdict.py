@@ -10,12 +10,15 @@ import xarray as xr
 
 from flexband.analysis.probability.texts import chance
 from flexband.analysis.requirements.production import share_in_words
+from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_line, doubt_text
+from flexband.report.text.numbers import number
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.study.results.limits import LimitCheck
 from flexband.study.results.reliability import Doubt
+from flexband.words import number_of
 
 
 def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr.Dataset | None:
@@ -52,7 +55,7 @@ def verdict(
         last = check.probability.isel(limit=-1)  # of leaving any limit
         why = [doubt_text(doubt) for doubt in doubts if doubt.rare_values]
         lines.append(
-            f"No probability: {why[0]}."
+            " ".join([f"No probability: {why[0]}.", *_extremes(check.margins)])
             if why
             else f"The probability of leaving a limit at any time is {chance(last)}."
         )
@@ -64,3 +67,17 @@ def verdict(
     if contributions is not None:
         lines.append(what_matters(contributions, limits))
     return lines
+
+
+def _extremes(margins: xr.Dataset) -> list[str]:
+    """Return which values of runs are nearest to bounds, or beyond them, if that was recorded."""
+    sentences = []
+    for k in range(margins.sizes["limit"]) if "run_value" in margins else ():
+        limit = margins.isel(limit=k)
+        unit = str(limit["unit"].values) if "unit" in limit.coords else ""
+        value, bound = (with_unit(number(limit[name]), unit) for name in ("run_value", "run_bound"))
+        output = f" of {limit['output'].values}" if "output" in limit.coords else ""
+        runs = number_of(margins.attrs["runs_recorded"], "run")
+        extreme = str(limit["run_extreme"].values).replace("nearest", "most critical")
+        sentences.append(f"The {extreme} value{output} in {runs} is {value} (limit {bound}).")
+    return sentences

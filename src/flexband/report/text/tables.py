@@ -365,7 +365,7 @@ def comparison_remarks(fields: Mapping[str, Field]) -> list[str]:
     """Return what fields are made of, and what runs and wall times include, as sentences."""
     repeated = "Numbers of runs do not include the one that is made again to see that it repeats."
     model = (
-        "All methods are compared on one model with its step and elements, whose error none of "
-        "them corrects (correct=False)."
+        "All methods are compared on one model with its step and elements, on purpose: none of "
+        "them corrects their error (correct=False), and no column has it."
     )
     return [*field_remarks(fields), "Times do not include compilation.", repeated, model]

@@ -201,4 +201,5 @@ def _named(labels: xr.DataArray, output: int) -> str:
 def in_percent(part: float) -> str:
     """Return a part in per cent; of huge ones only that they are."""
     huge = 10.0  # larger parts of the error bar's width are not told, since it has none
-    return f"{100 * part:.2g} %" if part < huge else f"more than {100 * huge:.0f} %"
+    digits = ".2g" if part < 0.995 else ".0f"
+    return f"{100 * part:{digits}} %" if part < huge else f"more than {100 * huge:.0f} %"

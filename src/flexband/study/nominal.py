@@ -9,13 +9,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.requirements.requirement import Requirement, Requirements, several
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.execution.store import open_runs
 from flexband.files import try_write
 from flexband.progress import listener
+from flexband.study.presentation.display import Display
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -73,14 +74,19 @@ def bands_with_nominal(
     return bands
 
 
-def around_nominal(limits: Requirements, folder: Path) -> list[Requirement]:
-    """Return requirements with the nominal that a study has written into its folder.
+def around_nominal(
+    limits: Requirements,
+    folder: Path,
+    surrogate: Surrogate | SurrogateOfChoices,
+    display: Display = Display(),
+) -> list[Requirement]:
+    """Return requirements in display units, with the nominal that a study wrote into its folder.
 
     Raise `InputError` if one needs it, and it is not there.
     """
-    requirements = several(limits)
+    requirements = display.requirements(several(limits), labels_of(surrogate))
     if not any(requirement.needs_nominal for requirement in requirements):
-        return list(requirements)
+        return requirements
     try:
         data = read_netcdf(folder / FileName.NOMINAL)["nominal"]
     except FileNotFoundError:

@@ -263,7 +263,7 @@ def _limits(
     if surrogate is None:
         return None, "the method expands no response"
     try:
-        requirements = around_nominal(study.requirements, folder)
+        requirements = around_nominal(study.requirements, folder, surrogate, study.display)
 
         def run_margin(margins: xr.Dataset) -> xr.Dataset:
             withheld = any(doubt.rare_values for doubt in doubts)

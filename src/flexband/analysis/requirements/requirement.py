@@ -178,6 +178,19 @@ class Requirement:
             curves[label] = curve_of.drop_vars([k for k in curve_of.coords if k not in values.dims])
         return replace(self, nominal=curves)
 
+    def in_unit(self, unit: str, known: str) -> Requirement:
+        """Return a requirement in the unit of its output, `known`, with its numbers in another.
+
+        One with a unit of its own, or with curves, is returned as it is.
+        """
+        bounds = {end: getattr(self, end) for end in ("below", "above", "within", "of")}
+        numbers = {end: bound for end, bound in bounds.items() if isinstance(bound, float)}
+        others = [bounds[end] for end in bounds.keys() - numbers.keys()]
+        if self.unit or any(not (bound is None or isinstance(bound, str)) for bound in others):
+            return self
+        scale = factor(f"{self.label} unit", known, unit)
+        return replace(self, unit=unit, **{end: scale * bound for end, bound in numbers.items()})
+
     def check_fits(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if it does not fit a response, as `corridor` does."""
         zeros = xr.zeros_like(labels[:0].sum("sample"))

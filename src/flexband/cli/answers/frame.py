@@ -79,7 +79,8 @@ class SavedResult(NamedTuple):
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
-            return around_nominal(self.study(trust=trust).limits, self.folder)
+            limits = self.study(trust=trust).limits
+            return around_nominal(limits, self.folder, self.surrogate, self.display)
         except UsageError:
             raise
         except Exception as error:  # the study is a program

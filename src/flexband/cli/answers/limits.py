@@ -142,7 +142,8 @@ def limits_of(
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
         if known and (known_limits := several(result.study(trust=trust).limits)):
-            return around_nominal(selected(known_limits, only), result.folder)
+            chosen = selected(known_limits, only)
+            return around_nominal(chosen, result.folder, result.surrogate, result.display)
         raise UsageError(
             "limits requires --below or --above, as in --below F_X=345, unless the study has limits"
         )

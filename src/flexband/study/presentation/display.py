@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any, TypeVar
@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.requirements.requirement import Requirement
 from flexband.analysis.requirements.units import factor, unit_of
 from flexband.errors import InputError, check_instance, check_option, shown
 from flexband.rounding import rounding_attributes, rounding_levels
@@ -84,6 +85,19 @@ class Display:
                     f"converted; got {unit!r}"
                 )
             factor(_label(name), unit, units[name])
+
+    def requirements(
+        self, requirements: Sequence[Requirement], labels: xr.DataArray
+    ) -> list[Requirement]:
+        """Return requirements with their numbers in the display units of their outputs."""
+        units = names_and_units(labels)
+        names = [requirement.output or ONLY_OUTPUT for requirement in requirements]
+        return [
+            requirement.in_unit(self.chosen[name], units[name])
+            if name in self.chosen and units.get(name)
+            else requirement
+            for name, requirement in zip(names, requirements, strict=True)
+        ]
 
     def scale(self, name: str) -> float:
         """Return by what values of an input are multiplied to be shown."""

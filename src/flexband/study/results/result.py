@@ -141,7 +141,7 @@ class StudyResult:
         """
         if self.surrogate is None:
             raise InputError(f"a yield requires a method with a surrogate; got {self.label}")
-        known = around_nominal(requirements, self.folder)
+        known = around_nominal(requirements, self.folder, self.surrogate)
         return production_yield(self.surrogate, known, scatter, **options)
 
     def record(self) -> dict[str, Any]:

@@ -88,3 +88,14 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     assert re.search(r"width\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", told)
     asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
     assert "NOT reliable: verification runs find an error" in " ".join(asked.output.split())
+
+
+def test_remarks_on_inputs_are_printed_by_the_run_alone(tmp_path):
+    text = STUDY.format(method="PCCI(1, 1)", limits="fb.Limit(below=99.0)")
+    file = tmp_path / "study.py"
+    file.write_text(text.replace("Normal(0.0, 0.1)", "Normal(1.0, cv=5.0)"), encoding="utf-8")
+    said = [
+        CliRunner().invoke(app, [*words, str(tmp_path / "out")]).output
+        for words in (["run", str(file), "--verify", "0", "-o"], ["limits", "--trust"])
+    ]
+    assert ["is it in per" in " ".join(text.split()) for text in said] == [True, False]

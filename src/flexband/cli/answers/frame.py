@@ -25,7 +25,7 @@ from flexband.cli.messages import (
     reported_errors,
 )
 from flexband.error_text import error_text
-from flexband.errors import InputError
+from flexband.errors import InputError, without_warnings
 from flexband.execution.lock import is_locked
 from flexband.execution.names import FileName
 from flexband.files import try_write
@@ -67,7 +67,8 @@ class SavedResult(NamedTuple):
         """Return the study; raise `UsageError` if its file is run only with `trust`."""
         from flexband.cli.plan import plan_in  # noqa: PLC0415
 
-        return plan_in(self.folder, trust=trust).study()
+        with without_warnings():  # the run has printed them
+            return plan_in(self.folder, trust=trust).study()
 
     def limits(self, *, trust: bool) -> list[fb.Requirement]:
         """Return the limits of the study; print a remark if it cannot be read.

@@ -13,6 +13,7 @@ extensions = [
     "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.linkcode",
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",  # equations are drawn without a network
@@ -36,6 +37,7 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 nb_merge_streams = True
 
+autosummary_generate = False
 autodoc_typehints = "none"  # docstrings say what is allowed
 numpydoc_show_class_members = False
 

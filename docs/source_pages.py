@@ -67,7 +67,7 @@ class PublicName(SphinxRole):
 def plain(_app: Sphinx, _what: str, _name: str, _own: object, _options: object, lines: list[str]):
     """Mark what docutils would take for markup: |x|, (*x.shape,), and the end of `std`²."""
     for k, line in enumerate(lines):
-        escaped = re.sub(r"(?<=\()\*|\|", r"\\\g<0>", line)
+        escaped = re.sub(r"(?<=\()\*(?!\*)|\|", r"\\\g<0>", line)
         lines[k] = re.sub(r"(`\w+`)(?=[²³])", r"\1\\ ", escaped)
 
 
@@ -83,6 +83,20 @@ def link(app: Sphinx, tree: nodes.document, page: str) -> None:
             reference = nodes.reference("", "", refuri=uri, internal=True)
             one.replace_self(reference)
             reference += one
+
+
+def summarize(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Write a table of the names on a page of the API, one line each, below its title."""
+    head, directive, entries = source[0].partition("\n.. currentmodule::")
+    if not page.startswith("reference/api/") or not directive:
+        return
+    module, names = "", []
+    for kind, name in re.findall(r"^\.\. (\w+):: (\S+)", directive + entries, re.MULTILINE):
+        module = name if kind == "currentmodule" else module
+        path = name if name.startswith("flexband.") else f"{module}.{name}"
+        names += [f"   ~{path}"] * kind.startswith("auto")
+    table = "\n".join([".. autosummary::", "   :nosignatures:", "", *names, ""])
+    source[0] = f"{head}\n{table}{directive}{entries}"
 
 
 def write_pages(app: Sphinx, exception: Exception | None) -> None:
@@ -104,6 +118,7 @@ def _uri(file: Path) -> str:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register what this module does."""
     app.add_role("public", PublicName())
+    app.connect("source-read", summarize)
     app.connect("autodoc-process-docstring", plain)
     app.connect("doctree-resolved", link)
     app.connect("build-finished", write_pages)

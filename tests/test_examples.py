@@ -1,6 +1,9 @@
 """The examples, each with a number asserted."""
 
+import re
 import runpy
+import shlex
+import shutil
 from dataclasses import replace
 from functools import cache
 from itertools import product
@@ -9,8 +12,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.cli import app
+from flexband.report import pdf
 from flexband.study.comparison import compare
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -53,6 +59,29 @@ def test_the_readmes_quickstart(capsys):
     # a soft pendulum of 0.5 m at t = 0.25 s is at 0.3240 (converged mesh, published)
     assert float(low) < 0.3240 < float(high)
     assert float(high - low) < 0.05
+
+
+@pytest.mark.skipif(not any(map(shutil.which, pdf.BROWSERS)), reason="no browser")
+def test_what_the_readme_says_leads_to_a_page_to_sign(tmp_path, monkeypatch):
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) <= 80
+    first, second = (part.split("```")[0] for part in readme.split("```python\n")[1:])
+    (commands,) = (part.split("```")[0] for part in readme.split("```sh\n")[1:])
+    code = "".join([*first.splitlines(keepends=True)[:-3], second])
+    monkeypatch.chdir(tmp_path)
+    Path("pendulum.py").write_text(
+        code.replace("tolerance=0.01", "tolerance=0.1"), encoding="utf-8"
+    )
+    printed = ""
+    for line in commands.splitlines():
+        program, *words = shlex.split(line, comments=True)
+        done = CliRunner().invoke(app, words)
+        assert (program, done.exit_code) == ("flexband", 0), done.output
+        printed += " ".join(done.output.split())
+    assert "PASS reach (nominal ± 21 mm): kept with a margin of 1." in printed
+    assert "PASS hinge load (below 0.24 N): kept with a margin of" in printed
+    assert "of the parts meet all requirements" in printed
+    assert Path("output/report.pdf").read_bytes().startswith(b"%PDF")
 
 
 # --- every example: short, runs, draws, and holds to something known ----------------------------

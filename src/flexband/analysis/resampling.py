@@ -93,11 +93,7 @@ class OverOutput(FunctionResponse):
             raise InputError("response must be one that flexband calls; got one run elsewhere")
         self.output, self.values, self.unit = output, numbers, unit
         self.identity = "over output", response, output, numbers, unit
-
-    @property
-    def __wrapped__(self) -> ResponseFunction:
-        """What has the arguments."""
-        return self.function
+        self.__wrapped__ = response  # which has the arguments
 
     @property
     def original(self) -> ResponseFunction:

@@ -48,6 +48,7 @@ def failure_probability(
     surrogate: AnySurrogate,
     limits: Requirements,
     *,
+    scatter: Scatter | None = None,
     response: ResponseFunction | None = None,
     runs: int = RUNS,
     accuracy: float = 0.025,
@@ -74,6 +75,8 @@ def failure_probability(
     limits : a `Limit`, or several; of several, the probability of leaving any is given as well. It
         is never less than that of one of them: where sampling or the search over the intervals
         finds less, the result of this one is given.
+    scatter : of the tolerances, as in `production_yield`, whose probability this is then: the worst
+        case unless given.
     response : what the surrogate was made of, if its runs shall correct the probability.
     runs : number of these runs for each bound over the interval inputs, each limit and each
         combination of options, 16 or more.
@@ -128,33 +131,6 @@ def failure_probability(
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """
-    return probabilities_of_leaving(
-        surrogate,
-        limits,
-        response=response,
-        runs=runs,
-        accuracy=accuracy,
-        seed=seed,
-        store=store,
-        executor=executor,
-        progress=progress,
-    )
-
-
-def probabilities_of_leaving(
-    surrogate: AnySurrogate,
-    limits: Requirements,
-    *,
-    scatter: Scatter | None = None,
-    response: ResponseFunction | None,
-    runs: int,
-    accuracy: float,
-    seed: int,
-    store: StoreLike,
-    executor: ExecutorLike,
-    progress: Progress | None,
-) -> xr.Dataset:
-    """Return what `failure_probability` does; with `scatter`, of parts whose tolerances scatter."""
     surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.failure import RUNS, probabilities_of_leaving
+from flexband.analysis.probability.failure import RUNS, failure_probability
 from flexband.analysis.requirements.requirement import Requirements
 from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import AnySurrogate
@@ -82,24 +82,11 @@ def production_yield(
     >>> found["failing"].values.round(2)  # 1/8
     array([0.13])
     """
-    result = probabilities_of_leaving(
-        surrogate,
-        requirements,
-        scatter=scatter,
-        response=response,
-        runs=runs,
-        accuracy=accuracy,
-        seed=seed,
-        store=store,
-        executor=executor,
-        progress=progress,
-    )
-    names = {
-        "failing": "between_times",
-        "failing_low": "between_times_low",
-        "failing_high": "between_times_high",
-    }
-    data = {new: result[old] for new, old in names.items()}
+    result = failure_probability(
+        surrogate, requirements, scatter=scatter, response=response, runs=runs, accuracy=accuracy,
+        seed=seed, store=store, executor=executor, progress=progress,
+    )  # fmt: skip
+    data = {f"failing{end}": result[f"between_times{end}"] for end in ("", "_low", "_high")}
     data |= {
         f"yield{end}": 1 - result[f"between_times{other}"]
         for end, other in (("", ""), ("_low", "_high"), ("_high", "_low"))

@@ -1,6 +1,5 @@
 """The examples, each with a number asserted."""
 
-import re
 import runpy
 import shlex
 import shutil

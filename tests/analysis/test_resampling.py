@@ -1,7 +1,9 @@
 """Responses over an angle instead of time, against closed forms."""
 
 import json
+import pickle
 
+import cloudpickle
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli.application import app
 from flexband.errors import InputError, ResolutionWarning, RunError
+from flexband.execution.fingerprint import fingerprint
 from flexband.report.page.charts import chart_data
 from flexband.report.page.motion.studies import study_motion
 from flexband.report.text.verdicts import verdict_line
@@ -188,6 +191,20 @@ def test_failed_runs_of_the_response_are_kept_apart():
 def test_what_does_not_fit_is_refused_by_name(make, message):
     with pytest.raises(InputError, match=message):
         make(known(np.linspace(0.0, 7.0, 401)))
+
+
+def test_it_is_what_the_response_is():
+    inner = known(np.linspace(0.0, 7.0, 401))
+    over = OverOutput(fb.models.samplewise(lambda scale: inner([scale])), "angle", [0.0, 5.0])
+    assert over.one_by_one
+    assert not over.refines
+    moving = over_crank(lambda crank: slider_crank(np.sin, crank), 1e-3)
+    assert moving.refines
+    finer = moving.refinements(crank=0.2)["step"]
+    assert finer.source.step == 5e-4
+    assert finer.output == "crank angle"
+    sent = pickle.loads(cloudpickle.dumps(moving))
+    assert fingerprint(sent) == fingerprint(moving) != fingerprint(finer)
 
 
 def test_numbers_per_turn():

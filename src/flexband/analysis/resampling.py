@@ -74,23 +74,21 @@ class OverOutput(FunctionResponse):
     """
 
     def __init__(
-        self,
-        response: ResponseFunction,
-        output: str,
-        values: ArrayLike,
-        *,
-        unit: str | None = None,
+        self, response: ResponseFunction, output: str, values: ArrayLike, *, unit: str | None = None
     ) -> None:
         check_function("response", response)
         check_instance("output", output, str, "the name of an output")
         numbers = check_finite("values", values, rank=None)
         if numbers.ndim != 1 or len(numbers) < 2 or np.any(np.diff(numbers) <= 0):
-            raise InputError(f"values must be two numbers or more that increase; got {values!r}")
+            raise InputError(
+                f"values must be two numbers or more that increase; got {shown(values)}"
+            )
         if unit is not None:
             check_instance("unit", unit, str, "a unit, such as 'deg'")
         super().__init__(response)
         if self.elsewhere:
             raise InputError("response must be one that flexband calls; got one run elsewhere")
+        self.refines = as_response(response).refines
         self.output, self.values, self.unit = output, numbers, unit
         self.identity = "over output", response, output, numbers, unit
         self.__wrapped__ = response  # which has the arguments

@@ -183,13 +183,12 @@ class Requirement:
 
         One with a unit of its own, or with curves, is returned as it is.
         """
-        bounds = {end: getattr(self, end) for end in ("below", "above", "within", "of")}
-        numbers = {end: bound for end, bound in bounds.items() if isinstance(bound, float)}
-        others = [bounds[end] for end in bounds.keys() - numbers.keys()]
-        if self.unit or any(not (bound is None or isinstance(bound, str)) for bound in others):
-            return self
         scale = factor(f"{self.label} unit", known, unit)
-        return replace(self, unit=unit, **{end: scale * bound for end, bound in numbers.items()})
+        bounds = {end: getattr(self, end) for end in ("below", "above", "within", "of")}
+        numbers = {end: scale * bound for end, bound in bounds.items() if isinstance(bound, float)}
+        curves = [end for end in bounds if isinstance(bounds[end], np.ndarray | xr.DataArray)]
+        curves += [end for end in bounds if callable(bounds[end])]
+        return self if self.unit or curves else replace(self, unit=unit, **numbers)
 
     def check_fits(self, labels: xr.DataArray) -> None:
         """Raise `InputError` if it does not fit a response, as `corridor` does."""

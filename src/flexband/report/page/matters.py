@@ -60,7 +60,7 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
     for k, name in enumerate(np.broadcast_to(names, count).astype(str).tolist()):
         if not varies(contributions, name if len(outputs) > 1 else outputs[0]):
             continue
-        width = _select(contributions["width"], outputs, name)
+        width = tables.select(contributions["width"], name)
         size = float(width.mean()) or np.inf
         margins.append((float(limits["least_margin"][k]) / size, k, name))
     if not margins:
@@ -94,10 +94,6 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     unit = last.attrs.get("units", "s" * (last.name == "time"))
     where = f" around {f'{last.name} {number(at)} {unit}'.rstrip()}, where its margin is least"
     return input_, share, where
-
-
-def _select(data: xr.DataArray, outputs: list[str], name: str) -> xr.DataArray:
-    return data.isel(output=outputs.index(name)) if "output" in data.dims else data
 
 
 def _flat(share: xr.DataArray) -> np.ndarray:

@@ -78,6 +78,6 @@ def _extremes(margins: xr.Dataset) -> list[str]:
         value, bound = (with_unit(number(limit[name]), unit) for name in ("run_value", "run_bound"))
         output = f" of {limit['output'].values}" if "output" in limit.coords else ""
         runs = number_of(margins.attrs["runs_recorded"], "run")
-        extreme = str(limit["run_extreme"].values).replace("nearest", "most critical")
-        sentences.append(f"The {extreme} value{output} in {runs} is {value} (limit {bound}).")
+        extreme = f"The {limit['run_extreme'].values} value{output}"
+        sentences.append(f"{extreme} in {runs} is {value} (limit {bound}).")
     return sentences

@@ -219,6 +219,9 @@ def test_numbers_per_turn():
     assert np.allclose(peaks, [[1.0, 1.5]], rtol=0, atol=1e-6)
     assert np.allclose(fb.analysis.PeakTime(period=360)(response), [[90.0, 450.0]])
     assert np.allclose(fb.analysis.RootMeanSquare(period=360)(response) ** 2, [[0.5, 1.125]])
+    spectrum = fb.analysis.Spectrum(period=360)(response[:, :-1])
+    assert spectrum.sizes == {"sample": 1, "frequency": 181, "turn": 1}
+    assert spectrum[0, 1, 0] == pytest.approx(1.0, abs=0.01)
     for period, message in ((800.0, "at most 720"), (1.0, "have three times"), (-1.0, "positive")):
         with pytest.raises(InputError, match=message):
             fb.analysis.Peak(period=period)(response)

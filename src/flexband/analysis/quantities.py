@@ -93,8 +93,11 @@ class _OverTime(ABC):
                 f"have three times or more; got {self.period:g}"
             )
         parts = [self.of_series(output[..., some], times[some]) for some in inside]
+        if len({part.shape for part in parts}) > 1:  # of spectra
+            raise InputError(f"period must be a whole number of steps; got {self.period:g}")
         turn = xr.DataArray(np.arange(1.0, len(parts) + 1), dims="turn", name="turn")
-        return xr.concat(parts, turn, coords="minimal", compat="override").transpose(..., "turn")
+        how = {"coords": "minimal", "compat": "override", "join": "override"}
+        return xr.concat(parts, turn, **how).transpose(..., "turn")
 
     @abstractmethod
     def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:

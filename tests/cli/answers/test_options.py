@@ -54,7 +54,8 @@ CASES = {  # command -> what is always given, and each option
          "sigmas": 1, "probability": 0.01, "no-confirm": None},
     ),
     "derived": (
-        ("spectrum", "w"), {"sigmas": 3, "probability": 0.5, "samples": 4096, "seed": 3}
+        ("spectrum", "w"),
+        {"period": 0.5, "sigmas": 3, "probability": 0.5, "samples": 4096, "seed": 3},
     ),
     "yield": (
         (*LIMIT, *ROUGH, "--scatter", "e=uniform"),

@@ -186,8 +186,7 @@ class Requirement:
         scale = factor(f"{self.label} unit", known, unit)
         bounds = {end: getattr(self, end) for end in ("below", "above", "within", "of")}
         numbers = {end: scale * bound for end, bound in bounds.items() if isinstance(bound, float)}
-        curves = [end for end in bounds if isinstance(bounds[end], np.ndarray | xr.DataArray)]
-        curves += [end for end in bounds if callable(bounds[end])]
+        curves = [b for b in bounds.values() if not (b is None or isinstance(b, float | str))]
         return self if self.unit or curves else replace(self, unit=unit, **numbers)
 
     def check_fits(self, labels: xr.DataArray) -> None:

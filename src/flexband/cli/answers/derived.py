@@ -87,13 +87,11 @@ def derived(
     unit = shown["mean"].attrs.get("units")
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
-    turns = [
-        (f"{title}, turn {k + 1}", derived_table(shown.isel(turn=k)))
-        for k in range(shown.sizes.get("turn", 0))
-    ]
+    turns = [shown.isel(turn=k) for k in range(shown.sizes.get("turn", 0))]
+    tables = [(f"{title}, turn {k + 1}", derived_table(turn)) for k, turn in enumerate(turns)]
     return CommandOutput(
         ends | errors | {str(k): v for k, v in bounds.attrs.items()},
-        turns or [(title, derived_table(shown))],
+        tables or [(title, derived_table(shown))],
         name="derived",
         data=bounds,
         figure=lambda: derived_figure(shown),

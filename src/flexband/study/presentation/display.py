@@ -90,14 +90,12 @@ class Display:
         self, requirements: Sequence[Requirement], labels: xr.DataArray
     ) -> list[Requirement]:
         """Return requirements with their numbers in the display units of their outputs."""
-        units = names_and_units(labels)
-        names = [requirement.output or ONLY_OUTPUT for requirement in requirements]
-        return [
-            requirement.in_unit(self.chosen[name], units[name])
-            if name in self.chosen and units.get(name)
-            else requirement
-            for name, requirement in zip(names, requirements, strict=True)
-        ]
+        shown, units = [], names_and_units(labels)
+        for requirement in requirements:
+            name = requirement.output or ONLY_OUTPUT
+            known = name in self.chosen and units.get(name)
+            shown.append(requirement.in_unit(self.chosen[name], known) if known else requirement)
+        return shown
 
     def scale(self, name: str) -> float:
         """Return by what values of an input are multiplied to be shown."""

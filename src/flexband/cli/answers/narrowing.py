@@ -230,7 +230,8 @@ def tolerance(
             )
             row += [with_unit, percent_to_tenth(factor)] if output in reached else ["none", ""]
         rows.append(row)
-    largest = ", the largest over time" * (axes_of(labels_of(surrogate)).time is not None)
+    time = axes_of(labels_of(surrogate)).time
+    largest = f", the largest over {time}" if time else ""
     title = (
         f"Tolerance of {name}, all others as they are; widths are those of μ ± "
         f"{deviations(tolerances)}{largest}"

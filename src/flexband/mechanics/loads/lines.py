@@ -8,16 +8,15 @@ apart, and M on φ, which turns i, and j the other way.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numba import njit
 
 from flexband.errors import InputError, shown
 
-_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-called_by_code = njit(error_model="numpy", **_OPTIONS)
+called_by_code = njit(  # pyright: ignore[reportCallIssue]
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
 """Compile a function that Python never calls, which takes half of the time."""
 
 

@@ -79,8 +79,7 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
 
     @called_by_code
     def solved(t, x, v, y, p, force, rate, mode, gap, b, tau):
-        rest, move, before = np.empty(states), np.empty(states), np.empty(states)
-        size, weight = np.empty(states), np.empty(states)
+        rest, move, before, size, weight = np.empty((5, states))
         J, last = np.empty((states, states)), np.inf
         evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
         for _ in range(iterations):

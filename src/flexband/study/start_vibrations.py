@@ -101,7 +101,7 @@ def _compared(
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
     width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean("time").values
     known: dict[int, StartVibration] = {}
-    sizes = np.abs(given).max("time").values
+    sizes = abs(given).max("time").values
     uncertain = set(np.flatnonzero(Units.along(given, ["output"]).varies(width, sizes)).tolist())
     for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
         if uncertain <= known.keys():

@@ -42,8 +42,8 @@ their rates too, and with events it is
 class LawShape(NamedTuple):
     """The sizes of what a law takes, the lines between its points, and whether it is a contact.
 
-    The law of a contact reads the speed of its last event as the size of `mode`, and fills `gap`
-    with the gaps and then the forces along them.
+    The law of a contact takes the address of its memory and serves all lanes at once. It reads the
+    speed of the last event as the size of its mode.
     """
 
     points: int
@@ -115,7 +115,7 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
     """
     kept: list = [law]
     try:
-        key = _meaning(law, kept, ()), shape
+        key = law if shape.contact else _meaning(law, kept, ()), shape
         with _lock:
             if key not in _laws:
                 _laws[key] = _compile(law, shape, kept)
@@ -154,6 +154,9 @@ class _MemoryRows(NamedTuple):
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
+    if shape.contact:
+        code = cfunc("void(intp)", error_model="numpy", _nrt=False)(law)
+        return CompiledLaw(cast(int, code.address), (code, *kept))
     dispatcher, done = _checked(law, {}), []
     lines = lines_of(shape.between, shape.points)
     report = _reporter(dispatcher, shape, lines, done)
@@ -180,7 +183,7 @@ def _reporter(
         add_lines(x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
-        gaps = np.zeros(at.end - at.gap if shape.contact else shape.events)
+        gaps = np.zeros(shape.events)
         events = (column[at.mode : at.gap], gaps) if shape.events else ()
         time = float(column[0])
         reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
@@ -198,22 +201,20 @@ def _every_lane(
     solved = solver_of(_with_all(dispatcher, shape), shape.states)
     add_lines, pass_on = lines
     plain, lined = not (shape.states or shape.events), len(shape.between) > 0
-    contact, gap_end = shape.contact, at.end if shape.contact else at.push
 
     def every_lane(memory):  # noqa: PLR0912 (functions of its parts would take half of the time)
         lanes, column = carray(memory, (at.end, WIDTH)), np.empty(at.end)
         x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
         p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
         b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-        mode, gap = column[at.mode : at.gap], column[at.gap : gap_end]
+        mode, gap = column[at.mode : at.gap], column[at.gap : at.push]
         for lane in range(WIDTH):
             outcome, known = OUTCOME.raised, True
             for k in range(at.end):
                 column[k] = 0.0 if at.force <= k < at.y or k >= at.gap else lanes[k, lane]
                 known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
-            if not contact:
-                for k in range(len(mode)):
-                    mode[k] = np.copysign(1.0, mode[k])
+            for k in range(len(mode)):
+                mode[k] = np.copysign(1.0, mode[k])
             for k in range(len(b)):
                 known = known and np.isfinite(b[k])
             for k in range(3 * points):

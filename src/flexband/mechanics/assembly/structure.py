@@ -227,7 +227,7 @@ class WorkSpace(NamedTuple):
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
     steps: np.ndarray  # of free steps, see `march.cover`, four rows
-    taken: np.ndarray  # number of free steps, one row
+    counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices, three rows
     forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
@@ -239,7 +239,7 @@ class WorkSpace(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 1)
+        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 3)
         rows += (len(structure.extremes.kind),)
         rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]

@@ -88,10 +88,11 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
         ax, ay, bx, by = ax - x1[0], ay - x1[1], bx - x2[0], by - x2[1]
         vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
         vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
-        F = normal_force(-gap, -(nx * vx + ny * vy), load(memory, mode), p)
+        rate = nx * vx + ny * vy
+        F = normal_force(-gap, -rate, load(memory, mode), p)
         first, second = F * (ax * ny - ay * nx), F * (by * nx - bx * ny)
         store_rows(memory, force, (F * nx, F * ny, first, -F * nx, -F * ny, second))
-        store_rows(memory, mode + 1, (gap, F))
+        store_rows(memory, mode + 1, (gap, F, rate))
 
     return law
 
@@ -102,10 +103,10 @@ def angular_law(memory):
     sign, limit = p[4], p[5]
     x, v, force, mode = 7, 13, 19, 25
     gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))
-    rate = sign * (load(memory, v + 2) - load(memory, v + 5))
-    M = normal_force(-gap, rate, load(memory, mode), p)
+    rate = sign * (load(memory, v + 5) - load(memory, v + 2))
+    M = normal_force(-gap, -rate, load(memory, mode), p)
     store_rows(memory, force, (none, none, -sign * M, none, none, sign * M))
-    store_rows(memory, mode + 1, (gap, M))
+    store_rows(memory, mode + 1, (gap, M, rate))
 
 
 def check_law(name: str, value: object) -> NormalLaw:

@@ -294,7 +294,9 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
+        store(work.counts, 1, load(work.counts, 1) + 1.0)
         if age == 0:
+            store(work.counts, 2, load(work.counts, 2) + 1.0)
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
             left_out = factorize(structure.pattern, matrix, load(work.smallest, 0), r)
             redundant = where(pending, where(left_out, left_out, redundant), redundant)

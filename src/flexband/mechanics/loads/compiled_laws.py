@@ -143,14 +143,13 @@ class _MemoryRows(NamedTuple):
     rate: int
     mode: int
     gap: int
-    push: int
     end: int
 
     @staticmethod
     def of(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
         sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _MemoryRows(*accumulate([*sizes, *[shape.events] * 3]))
+        return _MemoryRows(*accumulate([*sizes, shape.events, shape.events]))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
@@ -207,7 +206,7 @@ def _every_lane(
         x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
         p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
         b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-        mode, gap = column[at.mode : at.gap], column[at.gap : at.push]
+        mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
         for lane in range(WIDTH):
             outcome, known = OUTCOME.raised, True
             for k in range(at.end):

@@ -50,9 +50,11 @@ class StepControl(NamedTuple):
     depths, least_depth
         Ratio by which the depth of a contact changes at most in a step, and the change in parts of
         the tolerance that is always allowed.
-    events_in_a_row, long_step
-        More events than that are without end if no step between them is longer than the shortest
-        one times `long_step`.
+    events_in_a_row, quiet, long_step
+        More events than that are without end, where each step without one counts as `quiet` less,
+        and one that is longer than the shortest times `long_step` begins anew.
+    newton
+        Tolerance of Newton's method in parts of that of the step, if that is less than its own.
     """
 
     safety: float = 0.9
@@ -69,7 +71,9 @@ class StepControl(NamedTuple):
     depths: float = 1.5
     least_depth: float = 0.1
     events_in_a_row: float = 20.0
-    long_step: float = 100.0
+    quiet: float = 0.25
+    long_step: float = 10.0
+    newton: float = 0.01
 
 
 CONTROL = StepControl()
@@ -87,8 +91,8 @@ def shift_accelerations(structure, z, a, ratio, chosen):
 
 
 @compiled
-def error_of_step(structure, method, values, work, ratio, limits):
-    """Return the largest error of a coordinate in a step, over the tolerance.
+def error_of_step(structure, method, values, work, ratio):
+    """Return the largest error of a coordinate in a step, relative to the mechanism's size.
 
     `work.before` has the state before the step, and `ratio` is that of `shift_accelerations`.
     """
@@ -100,7 +104,7 @@ def error_of_step(structure, method, values, work, ratio, limits):
         old = old + ratio * (load(work.before, state.rows + i) - old)
         change = magnitude(load(work.a, i) - old) * load(values.inverse_scale, i)
         largest = maximum(largest, change)
-    return magnitude(C * method.step * method.step) * largest / limits.tolerance
+    return magnitude(C * method.step * method.step) * largest
 
 
 @compiled

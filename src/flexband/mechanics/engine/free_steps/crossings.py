@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.control import CONTROL
 from flexband.mechanics.kernels.lanes import (
+    any_true,
     compiled,
     filled,
     less,
@@ -63,6 +64,8 @@ def crossing(structure, values, limits, before, z, step):
         # `below` is 1 where the gap has closed at the end, or where it is nearest to closing
         depth = -_cubic(start, slope, c2, c3, below)
         closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
+        if not any_true(closed):
+            continue
         low, high = filled(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)

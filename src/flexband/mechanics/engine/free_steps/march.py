@@ -27,7 +27,6 @@ from flexband.mechanics.engine.free_steps.crossings import (
 )
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
-    ROUNDING,
     add_turns,
     attempt,
     break_off,
@@ -49,7 +48,7 @@ from flexband.mechanics.kernels.equations import (
     update_law_states,
     watch,
 )
-from flexband.mechanics.kernels.extremes import begin_extremes
+from flexband.mechanics.kernels.extremes import begin_extremes, minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lanes import (
@@ -174,8 +173,9 @@ def cover(  # noqa: PLR0915 (a step is one story)
         place = 2.0 * (elapsed + step) / length - 1.0
         set_functions(structure.functions, values, n, place, length, remaining)
         scaled = of_part(method, step / method.step)
-        part = step / method.step
-        newton = maximum(tolerance * (part * part), filled(ROUNDING))
+        closed = in_contact(structure, z)
+        allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(1.0))
+        newton = minimum(CONTROL.newton * allowed, filled(tolerance))
         predict(structure, scaled, values, z, a)
         begin_states(state, z, step, remaining)
         clear(work.trial, 4)
@@ -184,9 +184,7 @@ def cover(  # noqa: PLR0915 (a step is one story)
         )
         update_law_states(structure, values, now, z, work.blocks)
         update_law_gaps(structure, values, now, z, CONTROL.difference * step, work.blocks)
-        error = error_of_step(structure, scaled, values, work, ratio, limits)
-        closed = in_contact(structure, z)
-        error = error / where(closed, filled(CONTROL.in_contact), filled(1.0))
+        error = error_of_step(structure, scaled, values, work, ratio) / allowed
         good = where(failed, none, less(error, filled(1.0)))
         early, event = crossing(structure, values, limits, work.before, z, step)
         short = less((1.0 - event) * step, filled(limits.smallest))
@@ -214,7 +212,9 @@ def cover(  # noqa: PLR0915 (a step is one story)
         changed = switch(structure, values, work, step, time + step, limits, accepted)
         store(work.steps, 3, where(changed, none, load(work.steps, 3)))
         long = less(filled(CONTROL.long_step * limits.smallest), step)
-        events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
+        quiet = where(changed, none, CONTROL.quiet * accepted)
+        events = maximum(load(work.steps, 2) + changed - quiet, none)
+        events = where(where(long, accepted, none), none, events)
         store(work.steps, 2, events)
         endless = less(filled(CONTROL.events_in_a_row), events)
         shortest = less(step, filled(1.0001 * limits.smallest))
@@ -223,7 +223,7 @@ def cover(  # noqa: PLR0915 (a step is one story)
         lost = where(shortest, filled(1.0), lost)
         remaining = where(shortest, none, remaining)
         at_end = where(less(step, ahead), none, accepted)
-        store(work.taken, 0, load(work.taken, 0) + accepted)
+        store(work.counts, 0, load(work.counts, 0) + accepted)
         remaining = where(at_end, none, remaining)
     return lost
 

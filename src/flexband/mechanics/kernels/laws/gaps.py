@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector
 from flexband.mechanics.kernels.lanes import call_at, compiled, filled, load, store
-from flexband.mechanics.kernels.laws.forces import AXES, fill, gaps_of, layout
+from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, gaps_of, layout
 from flexband.mechanics.kernels.laws.states import rows_of_states
 
 
@@ -46,11 +46,14 @@ def _move(laws, values, vectors, vector_values, state, functions, rates, z, s, t
 def update_gap_rates(
     laws, values, vectors, vector_values, state, functions, rates, now, z, time, memory
 ):
-    """Set ġ, by central differences over twice a time; g and the states are up to date."""
+    """Set ġ of events, by central differences over twice a time; g and the states are up to date.
+
+    Contacts have set theirs.
+    """
     for s in range(len(laws.address)):
         _, _, _, _, _, y, _ = layout(laws, s)
         count, gap, gaps, row = gaps_of(laws, state, s, y)
-        if gaps > 0:
+        if gaps > 0 and laws.gap_kind[gap] == GAP.event:
             for sign in (1.0, -1.0):
                 fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
                 _move(

@@ -236,6 +236,19 @@ def any_true(typingctx, mask):
     return types.boolean(lane), code
 
 
+@instruction
+def first_true(typingctx, a, mask):
+    """Return what a lane holds for the first sample for which a mask is true; one must be."""
+    bits = ir.IntType(WIDTH)
+
+    def code(context, builder, sig, args):
+        true = builder.fcmp_unordered("!=", args[1], ir.Constant(VECTOR, None))
+        place = builder.cttz(builder.bitcast(true, bits), ir.Constant(ir.IntType(1), 1))
+        return builder.extract_element(args[0], builder.zext(place, ir.IntType(32)))
+
+    return types.float64(lane, lane), code
+
+
 def _elementwise(name: str) -> Any:
     """Return LLVM's elementwise function `name` for lanes."""
 

@@ -189,8 +189,6 @@ class Values(NamedTuple):
     moments: np.ndarray  # time of each round [s]
     functions: np.ndarray  # `Structure.functions` rows per round
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
-    table: np.ndarray  # as functions and rates, where these are of one moment, of free steps
-    table_rates: np.ndarray
     polynomials: np.ndarray  # of the functions in each round, see `time_functions.polynomials`
     mass: np.ndarray
     regular_mass: np.ndarray  # as mass, without zeros: what matrices have where residuals have mass

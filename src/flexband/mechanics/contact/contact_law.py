@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, shown
+from flexband.errors import InputError, check_finite, check_instance
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.kernels.lanes import (
     any_true,
@@ -101,7 +101,7 @@ def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
     p, none = load_rows(memory, 1, LAW_PARAMETERS + 2), filled(0.0)
     sign, limit = p[4], p[5]
-    x, v, force, mode = 7, 13, 19, 25
+    x, v, force, mode = 7, 13, 19, 25  # rows after the time and six parameters
     gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))
     rate = sign * (load(memory, v + 5) - load(memory, v + 2))
     M = normal_force(-gap, -rate, load(memory, mode), p)
@@ -109,13 +109,9 @@ def angular_law(memory):
     store_rows(memory, mode + 1, (gap, M, rate))
 
 
-def check_law(name: str, value: object) -> NormalLaw:
-    """Return a normal law; raise `InputError` if it is something else."""
-    if not isinstance(value, NormalLaw):
-        raise InputError(
-            f"{name} must be a normal law, such as fb.contact.KeepsRestitution; got {shown(value)}"
-        )
-    return value
+def check_law(name: str, value: object) -> None:
+    """Raise `InputError` if a value is not a normal law."""
+    check_instance(name, value, NormalLaw, "a normal law, such as fb.contact.KeepsRestitution")
 
 
 def checked_limits(

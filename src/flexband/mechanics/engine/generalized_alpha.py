@@ -35,7 +35,6 @@ from flexband.mechanics.kernels.equations import (
     sense,
     tangent,
     to_right_side,
-    update_law_states,
     violated_constraint,
     watch,
 )
@@ -53,6 +52,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.laws.forces import update_law_states
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
@@ -550,10 +550,11 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         failed, redundant = attempt(
             structure, scaled, limit, values, now, work, known, stepping, failure
         )
-        number = load(values.numbers, n)
-        store(failure, 1, where(failed, number, load(failure, 1)))
+        store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
-        share_forces(structure, values, now, work, stepping, redundant, known, number)
+        share_forces(
+            structure, values, now, work, stepping, redundant, known, load(values.numbers, n)
+        )
         update_law_states(structure, values, now, z, work.blocks)
         struck = none
         if divided:

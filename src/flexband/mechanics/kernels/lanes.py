@@ -20,6 +20,7 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core.cgutils import get_or_insert_function, unpack_tuple
+from numba.core.typing.templates import signature
 from numba.extending import intrinsic, overload
 
 from flexband.compilation.caching import cached_on_disk
@@ -263,6 +264,8 @@ def _elementwise(name: str) -> Any:
 
 _sqrt = _elementwise("sqrt")
 magnitude = _elementwise("fabs")
+cosine = _elementwise("cos")
+sine = _elementwise("sin")
 nearest_whole = _elementwise("rint")
 
 
@@ -282,39 +285,28 @@ def _overload_sqrt(a):
     return of_lane if isinstance(a, LaneType) else of_float
 
 
-def _of_samples(builder, name, *lanes):
-    """Call a function of the C library for each sample."""
-    double, results = ir.DoubleType(), ir.Constant(VECTOR, ir.Undefined)
-    kind = ir.FunctionType(double, [double] * len(lanes))
-    function = get_or_insert_function(builder.module, kind, name)
-    for k in map(ir.IntType(32), range(WIDTH)):
-        result = builder.call(function, [builder.extract_element(a, k) for a in lanes])
-        results = builder.insert_element(results, result, k)
-    return results
-
-
-@operation
-def atan2(builder, y, x):
-    """Return the angles [rad] of the vectors (x, y)."""
-    return _of_samples(builder, "atan2", y, x)
-
-
-@operation
-def cosine(builder, angle):
-    """Return the cosines of angles [rad]."""
-    return _of_samples(builder, "cos", angle)
-
-
-@operation
-def sine(builder, angle):
-    """Return the sines of angles [rad]."""
-    return _of_samples(builder, "sin", angle)
-
-
 @operation
 def power(builder, base, exponent):
-    """Return powers of non-negative numbers."""
-    return _of_samples(builder, "pow", base, exponent)
+    """Return powers of numbers that are not negative."""
+    kind = ir.FunctionType(VECTOR, [VECTOR, VECTOR])
+    llvm = get_or_insert_function(builder.module, kind, f"llvm.pow.v{WIDTH}f64")
+    return builder.call(llvm, [base, exponent])
+
+
+@instruction
+def atan2(typingctx, y, x):
+    """Return the angles [rad] of the vectors (x, y), one call of the C library per sample."""
+
+    def code(context, builder, sig, args):
+        double = types.float64
+        function = context.get_function(math.atan2, signature(double, double, double))
+        angles = ir.Constant(VECTOR, ir.Undefined)
+        for k in map(ir.IntType(32), range(WIDTH)):
+            angle = function(builder, [builder.extract_element(a, k) for a in args])
+            angles = builder.insert_element(angles, angle, k)
+        return angles
+
+    return lane(lane, lane), code
 
 
 @instruction

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
@@ -16,6 +17,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    power,
     store,
     where,
 )
@@ -50,9 +52,9 @@ class StepControl(NamedTuple):
     depths, least_depth
         Ratio by which the depth of a contact changes at most in a step, and the change in parts of
         the tolerance that is always allowed.
-    events_in_a_row, quiet, long_step
-        More events than that are without end, where each step without one counts as `quiet` less,
-        and one that is longer than the shortest times `long_step` begins anew.
+    events_in_a_row, long_step
+        More events than that are without end if no step between them is longer than the shortest
+        one times `long_step`.
     newton
         Tolerance of Newton's method in parts of that of the step, if that is less than its own.
     """
@@ -71,7 +73,6 @@ class StepControl(NamedTuple):
     depths: float = 1.5
     least_depth: float = 0.1
     events_in_a_row: float = 20.0
-    quiet: float = 0.25
     long_step: float = 10.0
     newton: float = 0.01
 
@@ -126,11 +127,5 @@ def length_ratio(error):
 
     It is the third root of 1/error times the safety factor, within its bounds.
     """
-    least = CONTROL.shortest / CONTROL.safety
-    most = CONTROL.longest / CONTROL.safety
-    target = 1.0 / maximum(error, filled(1.0 / (most * most * most)))
-    target = maximum(target, filled(least * least * least))
-    root = filled(1.0)
-    for _ in range(12):  # Newton's method
-        root = root - (root - target / (root * root)) / 3.0
-    return CONTROL.safety * root
+    ratio = maximum(CONTROL.safety * power(error, filled(-1.0 / 3.0)), filled(CONTROL.shortest))
+    return minimum(ratio, filled(CONTROL.longest))

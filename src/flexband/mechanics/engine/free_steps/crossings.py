@@ -84,20 +84,8 @@ def crossing(structure, values, limits, before, z, step):
 
 
 @compiled
-def in_contact(structure, z):
-    """Return where a contact is closed."""
-    state, closed = structure.state, filled(0.0)
-    count = (state.extreme - state.gap) // GAP_ROWS
-    for k in range(count):
-        if structure.laws.gap_kind[k] != GAP.event:
-            mode = load(z, state.gap + 2 * count + k)
-            closed = where(less(mode, filled(0.0)), filled(1.0), closed)
-    return closed
-
-
-@compiled
 def longest_in_contact(structure, values, limits, z):
-    """Return the longest step in which depths of contacts change by a ratio.
+    """Return the longest step in which depths of contacts change by a ratio, 1e300 if all are open.
 
     It is the same on the way in as on the way out, which begins where the other ends.
     """

@@ -19,7 +19,6 @@ from flexband.mechanics.engine.free_steps.control import (
 )
 from flexband.mechanics.engine.free_steps.crossings import (
     crossing,
-    in_contact,
     longest_in_contact,
     size_modes,
     switch_modes,
@@ -40,13 +39,7 @@ from flexband.mechanics.engine.generalized_alpha import (
     share_forces,
 )
 from flexband.mechanics.engine.projection import accelerate, share
-from flexband.mechanics.kernels.equations import (
-    clear,
-    sense,
-    update_law_gaps,
-    update_law_states,
-    watch,
-)
+from flexband.mechanics.kernels.equations import clear, sense, watch
 from flexband.mechanics.kernels.extremes import begin_extremes, minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
@@ -62,6 +55,8 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.laws.forces import update_law_states
+from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
@@ -89,28 +84,6 @@ def set_functions(count, values, polynomials, place, length):
 
 
 @compiled
-def hold_functions(count, values, n, chosen):
-    """Set the functions of time to those of round n, which is no step, where `chosen` is true."""
-    for f in range(count):
-        value = load(values.table, n * count + f)
-        store(values.functions, f, where(chosen, value, load(values.functions, f)))
-        for row in (f, f + count):
-            rate = load(values.table_rates, 2 * n * count + row)
-            store(values.rates, row, where(chosen, rate, load(values.rates, row)))
-
-
-@compiled
-def jumped(structure, values, work, step):
-    """Return the largest change of an acceleration since `keep_state`, as a length over a step."""
-    state, largest = structure.state, filled(0.0)
-    for i in range(1, state.coordinates + 1):
-        row = state.acceleration + i
-        change = magnitude(load(work.z, row) - load(work.before, row))
-        largest = maximum(largest, change * load(values.inverse_scale, i))
-    return step * step * largest
-
-
-@compiled
 def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
@@ -124,9 +97,14 @@ def switch(structure, values, work, step, time, limits, chosen):
         left_out = accelerate(structure, values, now, work, changed)
         if any_true(left_out):
             share(structure, values, now, work, left_out)
-        smooth = less(jumped(structure, values, work, step), filled(1e-3 * limits.tolerance))
+        largest = filled(0.0)
+        for i in range(1, state.coordinates + 1):
+            row = state.acceleration + i
+            jump = magnitude(load(work.z, row) - load(work.before, row))
+            largest = maximum(largest, jump * load(values.inverse_scale, i))
+        smooth = less(step * step * largest, filled(1e-3 * limits.tolerance))
         restart(structure, work, where(smooth, filled(0.0), changed))
-        update_law_gaps(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
+        update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
         watch(structure, values, now, work, time, time, changed)
     return changed
@@ -191,8 +169,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     length, elapsed = load(work.round, 1) * method.step, load(work.round, 4)
     time, number = load(work.round, 2) + elapsed, load(work.round, 3)
     planned, ahead = load(work.steps, 0), length - elapsed
-    most = maximum(longest_in_contact(structure, values, limits, z), filled(limits.smallest))
-    planned = where(less(most, planned), most, planned)
+    longest = longest_in_contact(structure, values, limits, z)
+    closed = less(longest, filled(1e300))
+    planned = minimum(planned, maximum(longest, filled(limits.smallest)))
     step = where(less(planned, ahead), 0.5 * ahead, ahead)
     step = where(less(planned, 0.5 * ahead), planned, step)
     step = where(stepping, step, filled(1.0) * method.step)
@@ -203,7 +182,6 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     place = 2.0 * (elapsed + step) / length - 1.0
     set_functions(structure.functions, values, work.polynomials, place, length)
     scaled = of_part(method, step / method.step)
-    closed = in_contact(structure, z)
     allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(1.0))
     newton = minimum(CONTROL.newton * allowed, filled(tolerance))
     predict(structure, scaled, values, z, a)
@@ -213,7 +191,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         structure, scaled, newton, values, now, work, known, stepping, work.trial
     )
     update_law_states(structure, values, now, z, work.blocks)
-    update_law_gaps(structure, values, now, z, CONTROL.difference * step, work.blocks)
+    update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
     good = where(failed, none, less(error, filled(1.0)))
     early, event = crossing(structure, values, limits, work.before, z, step)
@@ -241,9 +219,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     changed = switch(structure, values, work, step, time + step, limits, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
     long = less(filled(CONTROL.long_step * limits.smallest), step)
-    quiet = where(changed, none, CONTROL.quiet * accepted)
-    events = maximum(load(work.steps, 2) + changed - quiet, none)
-    events = where(where(long, accepted, none), none, events)
+    events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
     store(work.steps, 2, events)
     endless = less(filled(CONTROL.events_in_a_row), events)
     shortest = less(step, filled(1.0001 * limits.smallest))
@@ -264,15 +240,14 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
     part, moment = load(values.parts, n), load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))
     still, struck = where(less(none, part), none, chosen), none
-    length = load(work.round, 1) * method.step
-    set_functions(structure.functions, values, work.polynomials, filled(1.0), length)
-    hold_functions(structure.functions, values, n, still)
+    place, length = where(still, none, filled(1.0)), load(work.round, 1) * method.step
+    set_functions(structure.functions, values, work.polynomials, place, length)
     if any_true(still):
         keep_state(structure, work)
         struck = break_off(structure, method, values, now, work, part, chosen)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
-        update_law_gaps(structure, values, now, z, span, work.blocks)
+        update_gap_rates(structure, values, now, z, span, work.blocks)
         restarted = where(less(part, filled(-0.5)), still, none)
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
@@ -301,7 +276,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     known = load(failure, 3)
     restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)
-    update_law_gaps(structure, values, now, z, span, work.blocks)
+    update_gap_rates(structure, values, now, z, span, work.blocks)
     size_modes(structure.state, z, filled(1.0))
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)

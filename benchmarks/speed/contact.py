@@ -113,7 +113,7 @@ def error(instants: np.ndarray, exact: np.ndarray) -> float:
 
 
 def main() -> None:
-    chosen_options = options(__doc__, 128, tolerance=(2e-7, "of the chosen steps"))
+    chosen_options = options(__doc__, 128, tolerance=(1e-6, "of the chosen steps"))
     tolerance, cores = chosen_options.tolerance, available_cores()
     clearances = np.random.default_rng(0).uniform(1e-4, 5e-4, chosen_options.samples)
     checked, law = clearances[: 4 * WIDTH], EXAMPLE["PIN"]

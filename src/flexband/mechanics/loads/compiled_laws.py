@@ -258,7 +258,7 @@ def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
 
 
 def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
-    """Return a compiled law that takes states, modes and gaps, whether or not it has some."""
+    """Return a compiled law that takes states, modes and gaps, if it has some of them."""
     if shape.states and shape.events:
 
         def law(t, x, v, s, p, force, rate, mode, gap):
@@ -269,15 +269,10 @@ def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
         def law(t, x, v, s, p, force, rate, mode, gap):
             dispatcher(t, x, v, s, p, force, rate)
 
-    elif shape.events:
-
-        def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, p, force, mode, gap)
-
     else:
 
         def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, p, force)
+            dispatcher(t, x, v, p, force, mode, gap)
 
     return njit(error_model="numpy")(law)
 

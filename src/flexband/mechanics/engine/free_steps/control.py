@@ -47,8 +47,9 @@ class StepControl(NamedTuple):
         Part of a step over which the rates of gaps are differences.
     least_speed
         Size of a mode where its gap does not move.
-    in_contact
-        Part of the tolerance of steps in which a contact is closed: depths are small.
+    in_flight, in_contact
+        Parts of the tolerance of steps in which all contacts are open, or one is closed: clearances
+        are small, and depths are smaller.
     depths, least_depth
         Ratio by which the depth of a contact changes at most in a step, and the change in parts of
         the tolerance that is always allowed.
@@ -69,6 +70,7 @@ class StepControl(NamedTuple):
     located: float = 1e-3
     difference: float = 1e-3
     least_speed: float = 1e-30
+    in_flight: float = 0.1
     in_contact: float = 0.01
     depths: float = 1.5
     least_depth: float = 0.1

@@ -55,7 +55,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import update_law_states
+from flexband.mechanics.kernels.laws.forces import GAP, update_law_states
 from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
@@ -143,11 +143,9 @@ def enter(structure, values, work, n, chosen):
     none, part = filled(0.0), load(values.parts, n)
     stepping, rows = less(none, part), structure.functions * COEFFICIENTS
     length, start = where(stepping, part, filled(1.0)), load(values.moments, n - 1)
-    store(work.round, 0, where(chosen, filled(float(n)), load(work.round, 0)))
-    store(work.round, 1, where(chosen, length, load(work.round, 1)))
-    store(work.round, 2, where(chosen, start, load(work.round, 2)))
-    store(work.round, 3, where(chosen, load(values.numbers, n), load(work.round, 3)))
-    store(work.round, 4, where(chosen, none, load(work.round, 4)))
+    begun = filled(float(n)), length, start, load(values.numbers, n), none
+    for row in range(5):
+        store(work.round, row, where(chosen, begun[row], load(work.round, row)))
     for k in range(rows):
         known = load(work.polynomials, k)
         store(work.polynomials, k, where(chosen, load(values.polynomials, n * rows + k), known))
@@ -182,7 +180,10 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     place = 2.0 * (elapsed + step) / length - 1.0
     set_functions(structure.functions, values, work.polynomials, place, length)
     scaled = of_part(method, step / method.step)
-    allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(1.0))
+    in_flight = 1.0
+    for k in range(len(structure.laws.gap_kind)):
+        in_flight = CONTROL.in_flight if structure.laws.gap_kind[k] != GAP.event else in_flight
+    allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(in_flight))
     newton = minimum(CONTROL.newton * allowed, filled(tolerance))
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)

@@ -73,21 +73,6 @@ def test_half_the_tolerance_changes_the_first_impacts_by_less_than_its_share():
     np.testing.assert_allclose(first, second, rtol=2e-4)
 
 
-def test_a_worn_pin_does_not_depend_on_its_neighbours():
-    """Each alone, with seven clones, and permuted, with impacts at times of its own."""
-    clearances = np.random.default_rng(0).uniform(1e-4, 5e-4, 11)
-
-    def motion(c):
-        return fb.simulate(worn_pin(c), duration=2e-3, step=1e-4).values
-
-    together, order = motion(clearances), np.random.default_rng(1).permutation(11)
-    np.testing.assert_array_equal(motion(clearances[order]), together[order])
-    for k in (0, 10):
-        np.testing.assert_array_equal(motion(clearances[k]), together[k])
-        clones = motion(np.full(8, clearances[k]))
-        np.testing.assert_array_equal(clones, np.broadcast_to(together[k], clones.shape))
-
-
 def test_a_pin_rests_at_the_bottom_of_its_hole():
     """The depth is (mg/K)^(2/3); the mode along the contact has K_t = 1.5 K √δ, and across it the
     pin is a pendulum in the hole."""  # fmt: skip

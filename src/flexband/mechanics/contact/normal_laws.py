@@ -103,7 +103,7 @@ class NormalLaw(ABC):
 
 @frozen(kw_only=True)
 class KeepsRestitution(NormalLaw):
-    """The law whose e′ is e; e must be at least 0.01, since a is about 1/e.
+    """The law whose e′ is e, at least `least_restitution`, since a is about 1/e.
 
     Examples
     --------
@@ -141,7 +141,7 @@ class LankaraniNikravesh(NormalLaw):
 
 @frozen(kw_only=True)
 class Flores(NormalLaw):
-    """a = 8 (1 − e)/5e (Flores et al. 2011), e ≥ 0.01; e′ is 0.894, 0.470, 0.069 for these e."""
+    """a = 8 (1 − e)/5e (Flores et al. 2011), e ≥ `least_restitution`; e′ is 0.894, 0.470, 0.069."""
 
     least_restitution = 0.01
 

@@ -154,7 +154,7 @@ class _MemoryRows(NamedTuple):
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
     if shape.contact:
-        code = cfunc("void(intp)", error_model="numpy", _nrt=False)(law)
+        code = cfunc("void(intp)", error_model="numpy")(law)
         return CompiledLaw(cast(int, code.address), (code, *kept))
     dispatcher, done = _checked(law, {}), []
     lines = lines_of(shape.between, shape.points)

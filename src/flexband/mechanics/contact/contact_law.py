@@ -99,7 +99,7 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
 
 def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
-    p, none = load_rows(memory, 1, LAW_PARAMETERS + 2), filled(0.0)
+    p, none = load_rows(memory, 1, 6), filled(0.0)
     sign, limit = p[4], p[5]
     x, v, force, mode = 7, 13, 19, 25  # rows after the time and six parameters
     gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))

@@ -129,6 +129,26 @@ def test_a_ball_bounces_at_the_instants_of_its_restitution():
         assert done.sum() >= 15
 
 
+@pytest.mark.parametrize("rate", [2.0, -2.0])
+def test_an_angular_stop_turns_a_bar_back(rate):
+    """Two bars on one pivot, of inertias J and 3J: they part with e, and their momentum is kept."""
+    e = np.array([0.9, 0.5])
+    law = contact.KeepsRestitution(stiffness=1e8, restitution=e)
+    model = fb.Mechanism(
+        bodies={"a": fb.RigidBody(mass=1.0, inertia=0.2, rate=rate),
+                "b": fb.RigidBody(mass=1.0, inertia=0.6)},
+        joints={"A": fb.Revolute("a", (0.0, 0.0)), "B": fb.Revolute("b", (0.0, 0.0))},
+        loads={"stop": contact.AngularStop("a", "b", law, lower=-0.1, upper=0.1)},
+        sensors={"a": fb.AngularVelocity("a"), "b": fb.AngularVelocity("b"),
+                 "c": contact.Contacts("stop", first=1, angular=True)},
+    )  # fmt: skip
+    motion = fb.simulate(model, duration=0.1, step=0.01, integrator=chosen(1e-10)).isel(time=-1)
+    a, b = motion.sel(output="a").values, motion.sel(output="b").values
+    np.testing.assert_allclose(b - a, e * rate, rtol=1e-5)
+    np.testing.assert_allclose(0.2 * a + 0.6 * b, 0.2 * rate, rtol=1e-7)
+    np.testing.assert_allclose(motion.sel(output="c_t1"), 0.05, rtol=1e-6)
+
+
 def on_spring(law, **options):
     """A mass on a spring whose rest is at a stop: it returns every π/10 s."""
     model = fb.Mechanism(

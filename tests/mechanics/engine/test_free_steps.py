@@ -210,6 +210,34 @@ def test_events_without_end_fail_by_name():
     assert time == pytest.approx(0.1, abs=0.011)
 
 
+def test_a_series_of_impacts_has_an_end_with_a_large_smallest_step():
+    """A mass rattles in a gap; its steps are 10 to 100 times the smallest one."""
+    K, v, gap = 1e8, 2.0, 1e-4
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, velocity=(v, 0.0))},
+        joints={"guide": fb.Slot("m", (0.0, 0.0))},
+        loads={"stop": fb.contact.Stop(
+            "m", (0.0, 0.0), fb.contact.KeepsRestitution(stiffness=K), lower=-gap / 2,
+            upper=gap / 2)},
+        sensors={"c": fb.contact.Contacts("stop", first=1)},
+    )  # fmt: skip
+    lasts = 2.94328 * (5.0 * v * v / (4.0 * K)) ** 0.4 / v
+    duration = 0.25 * gap / v + 15.5 * (lasts + gap / v)
+    integrator = chosen(1e-6, smallest_step=1.5e-6)
+    motion = fb.simulate(model, duration=duration, step=duration, integrator=integrator)
+    assert float(motion.sel(output="c_number").values[-1]) == 16
+
+
+def test_a_load_acts_within_the_only_step_of_a_result():
+    w = 9.0
+    motion = fb.simulate(
+        pushed(lambda t: 20.0 * np.sin(w * np.asarray(t))), duration=0.5, step=0.5,
+        integrator=chosen(1e-10),
+    )  # fmt: skip
+    exact = 20.0 / (100.0 - w * w) * (np.sin(w * 0.5) - w / 10.0 * np.sin(5.0))
+    assert float(motion.sel(output="x_X").values[-1]) - 1 == pytest.approx(exact, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -92,8 +92,6 @@ def pack(
         values = values._replace(
             functions=functions[0],
             rates=rates[0].reshape(-1, rates.shape[-1]),
-            table=values.functions,
-            table_rates=values.rates,
             polynomials=polynomials.reshape(-1, polynomials.shape[-1]),
         )
     return Packed(schedule, values, samples)

@@ -10,6 +10,7 @@ import numpy as np
 from flexband.mechanics.kernels.elements.centre_line import ROWS
 from flexband.mechanics.kernels.elements.continuum import HESSIAN_ROWS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS
+from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lane_type import zeros
 from flexband.mechanics.kernels.pattern import Pattern
 from flexband.mechanics.kernels.state import State
@@ -188,8 +189,6 @@ class Values(NamedTuple):
     moments: np.ndarray  # time of each round [s]
     functions: np.ndarray  # `Structure.functions` rows per round
     rates: np.ndarray  # f′ and f″ of the functions, 2 × `Structure.functions` rows per round
-    table: np.ndarray  # as functions and rates, where these are of one moment, of free steps
-    table_rates: np.ndarray
     polynomials: np.ndarray  # of the functions in each round, see `time_functions.polynomials`
     mass: np.ndarray
     regular_mass: np.ndarray  # as mass, without zeros: what matrices have where residuals have mass
@@ -226,8 +225,10 @@ class WorkSpace(NamedTuple):
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
-    steps: np.ndarray  # of free steps, see `march.cover`, four rows
-    taken: np.ndarray  # number of free steps, one row
+    steps: np.ndarray  # of free steps, see `march.take_step`, four rows
+    round: np.ndarray  # in which free steps are, see `march.enter`, five rows
+    polynomials: np.ndarray  # of the functions of time in it
+    counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices, three rows
     forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
@@ -239,7 +240,8 @@ class WorkSpace(NamedTuple):
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 1)
+        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 5)
+        rows += (structure.functions * COEFFICIENTS, 3)
         rows += (len(structure.extremes.kind),)
         rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]

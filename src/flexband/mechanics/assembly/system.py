@@ -163,8 +163,6 @@ def assemble(mechanism: Mechanism) -> System:
         windows=stack([time for w in watched for time in w.times]),
         functions=np.empty((0, 1)),
         rates=np.empty((0, 1)),
-        table=np.empty((0, 1)),
-        table_rates=np.empty((0, 1)),
         polynomials=np.empty((0, 1)),
         law_states=vectors.laws.starting_states(),
         **{name: table.values() for name, table in tables.items()},

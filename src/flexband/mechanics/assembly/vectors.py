@@ -209,7 +209,7 @@ class LawTable:
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
-    given = 1 + len(law.parameters) + 4 * len(law.states) + 3 * len(law.events)
+    given = 1 + len(law.parameters) + 4 * (len(law.states) + len(law.events))
     return given + axes * (3 + axes + 2 * len(group))
 
 

@@ -1,18 +1,34 @@
-"""Force laws of contacts: a geometry and a normal law put together."""
+"""Force laws of contacts: a geometry and a normal law put together.
+
+A law is called for all lanes with the address of its memory, see `kernels.laws.forces`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_finite, shown
+from flexband.errors import InputError, check_finite, check_instance
 from flexband.mechanics.contact.normal_laws import NormalLaw
-from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.lanes import (
+    any_true,
+    compiled,
+    filled,
+    less,
+    load,
+    load_rows,
+    maximum,
+    power,
+    sqrt,
+    store_rows,
+    where,
+)
+from flexband.mechanics.kernels.laws.forces import AXES, GAP
 
 LAW_PARAMETERS = 4
 """K, n, a and the least δ̇₀ come before the parameters of a geometry."""
@@ -23,7 +39,7 @@ class PairContact(NamedTuple):
 
     Attributes
     ----------
-    law : compiled as a force law, see `loads.compiled_laws`.
+    law : of the memory of all lanes; `loads.compiled_laws` compiles it.
     parameters : of the normal law, then of the geometry.
     kind : what the gap is of, see `kernels.laws.forces`.
     """
@@ -37,7 +53,8 @@ def touching(
     kernel: Callable[..., tuple], normal_law: NormalLaw, *parameters: ArrayLike
 ) -> PairContact:
     """Return a contact with the kernel of a `Geometry` and its parameters."""
-    return PairContact(_law_of(kernel), (*normal_law.parameters, *parameters))
+    numbers = (*normal_law.parameters, *parameters)
+    return PairContact(_law_of(kernel, len(numbers)), numbers)
 
 
 def turning(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact:
@@ -45,47 +62,56 @@ def turning(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact
     return PairContact(angular_law, (*normal_law.parameters, sign, limit), GAP.angle)
 
 
-@njit(error_model="numpy")
+@compiled
 def normal_force(depth, rate, mode, p):
     """Return F of a contact; `mode` is negative where it is closed, of the size of δ̇₀."""
-    if mode > 0.0 or depth <= 0.0:
-        return 0.0
-    return max(p[0] * depth ** p[1] * (1.0 + p[2] * rate / max(-mode, p[3])), 0.0)
+    d, n = maximum(depth, filled(0.0)), p[1]
+    raised = where(n - 1.5, d, d * sqrt(d))
+    others = (n - 1.5) * (n - 1.0)
+    if any_true(others):
+        raised = where(others, power(d, n), raised)
+    force = p[0] * raised * (1.0 + p[2] * rate / maximum(-mode, p[3]))
+    return where(less(filled(0.0), mode), filled(0.0), maximum(force, filled(0.0)))
 
 
 @cache
-def _law_of(kernel: Callable[..., tuple]) -> Callable[..., None]:
-    """Return the force law of the kernel of a geometry."""
+def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
+    """Return the law of the kernel of a geometry, with so many parameters of both."""
+    x, v, force, mode = accumulate((1 + count, 2 * AXES, 2 * AXES, 2 * AXES))
+    second_x, second_v = x + AXES, v + AXES
 
-    def law(t, x, v, p, force, mode, gap):
-        gap[0], nx, ny, ax, ay, bx, by = kernel(x, p[LAW_PARAMETERS:])
-        ax, ay, bx, by = ax - x[0, 0], ay - x[0, 1], bx - x[1, 0], by - x[1, 1]
-        vx = v[0, 0] - v[0, 2] * ay - v[1, 0] + v[1, 2] * by
-        vy = v[0, 1] + v[0, 2] * ax - v[1, 1] - v[1, 2] * bx
-        gap[1] = normal_force(-gap[0], -(nx * vx + ny * vy), mode[0], p)
-        force[0, 0], force[0, 1] = gap[1] * nx, gap[1] * ny
-        force[0, 2] = gap[1] * (ax * ny - ay * nx)
-        force[1, 0], force[1, 1] = -gap[1] * nx, -gap[1] * ny
-        force[1, 2] = -gap[1] * (bx * ny - by * nx)
+    def law(memory):
+        p = load_rows(memory, 1, count)
+        x1, x2 = load_rows(memory, x, AXES), load_rows(memory, second_x, AXES)
+        v1, v2 = load_rows(memory, v, AXES), load_rows(memory, second_v, AXES)
+        gap, nx, ny, ax, ay, bx, by = kernel((x1, x2), p[LAW_PARAMETERS:])
+        ax, ay, bx, by = ax - x1[0], ay - x1[1], bx - x2[0], by - x2[1]
+        vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
+        vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
+        rate = nx * vx + ny * vy
+        F = normal_force(-gap, -rate, load(memory, mode), p)
+        first, second = F * (ax * ny - ay * nx), F * (by * nx - bx * ny)
+        store_rows(memory, force, (F * nx, F * ny, first, -F * nx, -F * ny, second))
+        store_rows(memory, mode + 1, (gap, F, rate))
 
     return law
 
 
-def angular_law(t, x, v, p, force, mode, gap):
+def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
+    p, none = load_rows(memory, 1, 6), filled(0.0)
     sign, limit = p[4], p[5]
-    gap[0] = limit - sign * (x[0, 2] - x[1, 2])
-    gap[1] = normal_force(-gap[0], sign * (v[0, 2] - v[1, 2]), mode[0], p)
-    force[0, 2], force[1, 2] = -sign * gap[1], sign * gap[1]
+    x, v, force, mode = 7, 13, 19, 25  # rows after the time and six parameters
+    gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))
+    rate = sign * (load(memory, v + 5) - load(memory, v + 2))
+    M = normal_force(-gap, -rate, load(memory, mode), p)
+    store_rows(memory, force, (none, none, -sign * M, none, none, sign * M))
+    store_rows(memory, mode + 1, (gap, M, rate))
 
 
-def check_law(name: str, value: object) -> NormalLaw:
-    """Return a normal law; raise `InputError` if it is something else."""
-    if not isinstance(value, NormalLaw):
-        raise InputError(
-            f"{name} must be a normal law, such as fb.contact.KeepsRestitution; got {shown(value)}"
-        )
-    return value
+def check_law(name: str, value: object) -> None:
+    """Raise `InputError` if a value is not a normal law."""
+    check_instance(name, value, NormalLaw, "a normal law, such as fb.contact.KeepsRestitution")
 
 
 def checked_limits(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,13 +68,17 @@ class NormalLaw(ABC):
     restitution: ArrayLike = 1.0
     exponent: ArrayLike = 1.5
     least_speed: ArrayLike = 1e-3
+    least_restitution: ClassVar[float] = 0.0
+    """The smallest e of a law."""
 
     def __post_init__(self) -> None:
         name = type(self).__name__
         check_positive(f"{name} stiffness", self.stiffness)
         e = check_non_negative(f"{name} restitution", self.restitution)
-        if np.any(e > 1):
-            raise InputError(f"{name} restitution must be from 0 to 1; got {np.max(e):g}")
+        least = self.least_restitution
+        if np.any((e < least) | (e > 1)):
+            worst = np.max(e) if np.max(e) > 1 else np.min(e)
+            raise InputError(f"{name} restitution must be from {least:g} to 1; got {worst:g}")
         n = check_positive(f"{name} exponent", self.exponent)
         if np.any(n < 1):
             raise InputError(f"{name} exponent must be 1 or more; got {np.min(n):g}")
@@ -98,7 +103,7 @@ class NormalLaw(ABC):
 
 @frozen(kw_only=True)
 class KeepsRestitution(NormalLaw):
-    """The law whose e′ is e; e must be at least 0.01, since a is about 1/e.
+    """The law whose e′ is e, at least `least_restitution`, since a is about 1/e.
 
     Examples
     --------
@@ -107,13 +112,7 @@ class KeepsRestitution(NormalLaw):
     0.5
     """
 
-    def __post_init__(self) -> None:
-        NormalLaw.__post_init__(self)
-        if np.any(np.asarray(self.restitution) < 0.01):
-            raise InputError(
-                "KeepsRestitution restitution must be from 0.01 to 1; got "
-                f"{np.min(self.restitution):g}"
-            )
+    least_restitution = 0.01
 
     def damping(self, restitution: np.ndarray) -> np.ndarray:
         low, high = np.zeros_like(restitution), 1.0 / restitution
@@ -142,14 +141,9 @@ class LankaraniNikravesh(NormalLaw):
 
 @frozen(kw_only=True)
 class Flores(NormalLaw):
-    """a = 8 (1 − e)/5e (Flores et al. 2011), e ≥ 0.01; e′ is 0.894, 0.470, 0.069 for these e."""
+    """a = 8 (1 − e)/5e (Flores et al. 2011), e ≥ `least_restitution`; e′ is 0.894, 0.470, 0.069."""
 
-    def __post_init__(self) -> None:
-        NormalLaw.__post_init__(self)
-        if np.any(np.asarray(self.restitution) < 0.01):
-            raise InputError(
-                f"Flores restitution must be from 0.01 to 1; got {np.min(self.restitution):g}"
-            )
+    least_restitution = 0.01
 
     def damping(self, restitution: np.ndarray) -> np.ndarray:
         return 1.6 * (1.0 - restitution) / restitution

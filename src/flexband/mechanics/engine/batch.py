@@ -215,7 +215,7 @@ def march_block(
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
     """
-    series = np.zeros((rounds, system.sensed, WIDTH))
+    series = np.zeros((rounds + (limits is not None), system.sensed, WIDTH))
     work, failure = begun or begin(system, values)
     first = work.z.copy()
     depth, contact = overlaps(system, values, work.z)
@@ -228,7 +228,7 @@ def march_block(
         under_way.append(work.reached)
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
     failure[3, overlapping] = depth[overlapping]
-    return series, failure, first, work
+    return series[:rounds], failure, first, work
 
 
 def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:

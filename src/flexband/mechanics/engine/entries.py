@@ -46,7 +46,7 @@ def free_dynamics(structure, method, limits, number, values, work, outputs, fail
     """Simulate one block of samples from the start, with steps that each lane chooses.
 
     Parameters are those of `dynamics`, and `limits`, the `StepLimits` of the run. `method` is that
-    of a step of the output.
+    of a step of the output; the last of the outputs are work space.
     """
     march_freely(structure, method, limits, number, values, work, outputs, failure, stop)
 

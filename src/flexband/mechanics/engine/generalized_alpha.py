@@ -35,7 +35,6 @@ from flexband.mechanics.kernels.equations import (
     sense,
     tangent,
     to_right_side,
-    update_law_states,
     violated_constraint,
     watch,
 )
@@ -53,6 +52,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.laws.forces import update_law_states
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
@@ -294,7 +294,9 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
+        store(work.counts, 1, load(work.counts, 1) + 1.0)
         if age == 0:
+            store(work.counts, 2, load(work.counts, 2) + 1.0)
             tangent(structure, values, now, z, weight, velocity_part, matrix, work.blocks)
             left_out = factorize(structure.pattern, matrix, load(work.smallest, 0), r)
             redundant = where(pending, where(left_out, left_out, redundant), redundant)
@@ -352,11 +354,11 @@ def kept_at(k, steps):
 
 
 @compiled
-def keep(structure, z, kept, k):
-    """Keep [1, q] for the k-th time."""
+def keep(structure, z, kept, k, chosen):
+    """Keep [1, q] for the k-th time where `chosen` is true."""
     rows = structure.state.coordinates + 1
     for i in range(rows):
-        store(kept, k * rows + i, load(z, i))
+        store(kept, k * rows + i, where(chosen, load(z, i), load(kept, k * rows + i)))
 
 
 @compiled
@@ -491,10 +493,11 @@ def attempt(structure, method, tolerance, values, now, work, known, stepping, fa
 
 
 @compiled
-def share_forces(structure, values, now, work, stepping, redundant, known, n):
+def share_forces(structure, values, now, work, stepping, redundant, known, number):
     """Share the forces of redundant constraints, and note from when on they are not resolved.
 
-    `redundant` constraints were left out of round n, `known` ones at the start.
+    `redundant` constraints were left out of a round that belongs to the time with this number,
+    `known` ones at the start.
     """
     none = filled(0.0)
     shared = where(stepping, where(redundant, redundant, known), none)
@@ -507,7 +510,7 @@ def share_forces(structure, values, now, work, stepping, redundant, known, n):
     if any_true(more):
         unresolved += released(structure, values, now, work, more)
     if any_true(unresolved):
-        since = where(unresolved, load(values.numbers, n), none)
+        since = where(unresolved, number, none)
         since = where(load(work.unresolved, 0), load(work.unresolved, 0), since)
         store(work.unresolved, 0, since)
 
@@ -549,7 +552,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         )
         store(failure, 1, where(failed, load(values.numbers, n), load(failure, 1)))
         alive = where(failed, none, alive)
-        share_forces(structure, values, now, work, stepping, redundant, known, n)
+        share_forces(
+            structure, values, now, work, stepping, redundant, known, load(values.numbers, n)
+        )
         update_law_states(structure, values, now, z, work.blocks)
         struck = none
         if divided:
@@ -564,6 +569,6 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         if any_true(struck):
             finish_impulse(structure, z, struck)
         while k < KEPT and kept_at(k, rounds) == n:
-            keep(structure, z, work.kept, k)
+            keep(structure, z, work.kept, k, filled(1.0))
             k += 1
         store(work.reached, 0, filled(float(n)))

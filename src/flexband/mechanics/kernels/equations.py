@@ -32,9 +32,7 @@ from flexband.mechanics.kernels.laws.forces import (
     add_law_forces,
     add_law_tangent,
     read_laws,
-    update_states,
 )
-from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,
@@ -230,30 +228,6 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
         structure.vectors, values.vectors, structure.terms, values.terms, state, functions, now, z,
         weight, matrix,
     )  # fmt: skip
-
-
-@compiled
-def update_law_states(structure, values, now, z, memory):
-    """Solve for the states of force laws at the present coordinates and velocities."""
-    if structure.state.rule < structure.state.extreme:  # there are states or gaps
-        update_angles(structure.vectors, values.vectors, structure.state, z)
-        update_states(
-            structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
-            values.functions, now, z, memory,
-        )  # fmt: skip
-
-
-@compiled
-def update_law_gaps(structure, values, now, z, time, memory):
-    """Set the rates of the gaps of force laws from differences over a `time` [s].
-
-    The functions of time in `values` are those of one moment.
-    """
-    if structure.state.gap < structure.state.extreme:
-        update_gap_rates(
-            structure.laws, values.laws, structure.vectors, values.vectors, structure.state,
-            values.functions, values.rates, now, z, time, memory,
-        )  # fmt: skip
 
 
 @compiled

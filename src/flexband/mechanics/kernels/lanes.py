@@ -237,6 +237,19 @@ def any_true(typingctx, mask):
     return types.boolean(lane), code
 
 
+@instruction
+def first_true(typingctx, a, mask):
+    """Return what a lane holds for the first sample for which a mask is true; one must be."""
+    bits = ir.IntType(WIDTH)
+
+    def code(context, builder, sig, args):
+        true = builder.fcmp_unordered("!=", args[1], ir.Constant(VECTOR, None))
+        place = builder.cttz(builder.bitcast(true, bits), ir.Constant(ir.IntType(1), 1))
+        return builder.extract_element(args[0], builder.zext(place, ir.IntType(32)))
+
+    return types.float64(lane, lane), code
+
+
 def _elementwise(name: str) -> Any:
     """Return LLVM's elementwise function `name` for lanes."""
 
@@ -251,6 +264,8 @@ def _elementwise(name: str) -> Any:
 
 _sqrt = _elementwise("sqrt")
 magnitude = _elementwise("fabs")
+cosine = _elementwise("cos")
+sine = _elementwise("sin")
 nearest_whole = _elementwise("rint")
 
 
@@ -268,6 +283,14 @@ def _overload_sqrt(a):
         return math.sqrt(a)
 
     return of_lane if isinstance(a, LaneType) else of_float
+
+
+@operation
+def power(builder, base, exponent):
+    """Return powers of numbers that are not negative."""
+    kind = ir.FunctionType(VECTOR, [VECTOR, VECTOR])
+    llvm = get_or_insert_function(builder.module, kind, f"llvm.pow.v{WIDTH}f64")
+    return builder.call(llvm, [base, exponent])
 
 
 @instruction

@@ -25,7 +25,7 @@ from numba.np.numpy_support import carray
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws.forces import AXES
-from flexband.mechanics.loads.lines import lines_of
+from flexband.mechanics.loads.lines import called_by_code, lines_of
 from flexband.mechanics.loads.solved_states import solver_of
 
 Law = Callable[..., None]
@@ -42,8 +42,8 @@ their rates too, and with events it is
 class LawShape(NamedTuple):
     """The sizes of what a law takes, the lines between its points, and whether it is a contact.
 
-    The law of a contact reads the speed of its last event as the size of `mode`, and fills `gap`
-    with the gaps and then the forces along them.
+    The law of a contact takes the address of its memory and serves all lanes at once. It reads the
+    speed of the last event as the size of its mode.
     """
 
     points: int
@@ -115,7 +115,7 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
     """
     kept: list = [law]
     try:
-        key = _meaning(law, kept, ()), shape
+        key = law if shape.contact else _meaning(law, kept, ()), shape
         with _lock:
             if key not in _laws:
                 _laws[key] = _compile(law, shape, kept)
@@ -143,17 +143,19 @@ class _MemoryRows(NamedTuple):
     rate: int
     mode: int
     gap: int
-    push: int
     end: int
 
     @staticmethod
     def of(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
         sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _MemoryRows(*accumulate([*sizes, *[shape.events] * 3]))
+        return _MemoryRows(*accumulate([*sizes, shape.events, shape.events]))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
+    if shape.contact:
+        code = cfunc("void(intp)", error_model="numpy")(law)
+        return CompiledLaw(cast(int, code.address), (code, *kept))
     dispatcher, done = _checked(law, {}), []
     lines = lines_of(shape.between, shape.points)
     report = _reporter(dispatcher, shape, lines, done)
@@ -177,10 +179,10 @@ def _reporter(
         column = np.array(memory).reshape(at.end, WIDTH)[:, lane]
         x, v, force = np.zeros((3, count, AXES))
         x[:points], v[:points] = column[at.x : at.force].reshape(2, points, AXES)
-        add_lines(x, v)
+        add_lines.py_func(x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
-        gaps = np.zeros(at.end - at.gap if shape.contact else shape.events)
+        gaps = np.zeros(shape.events)
         events = (column[at.mode : at.gap], gaps) if shape.events else ()
         time = float(column[0])
         reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
@@ -198,22 +200,20 @@ def _every_lane(
     solved = solver_of(_with_all(dispatcher, shape), shape.states)
     add_lines, pass_on = lines
     plain, lined = not (shape.states or shape.events), len(shape.between) > 0
-    contact, gap_end = shape.contact, at.end if shape.contact else at.push
 
     def every_lane(memory):  # noqa: PLR0912 (functions of its parts would take half of the time)
         lanes, column = carray(memory, (at.end, WIDTH)), np.empty(at.end)
         x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
         p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
         b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-        mode, gap = column[at.mode : at.gap], column[at.gap : gap_end]
+        mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
         for lane in range(WIDTH):
             outcome, known = OUTCOME.raised, True
             for k in range(at.end):
                 column[k] = 0.0 if at.force <= k < at.y or k >= at.gap else lanes[k, lane]
                 known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
-            if not contact:
-                for k in range(len(mode)):
-                    mode[k] = np.copysign(1.0, mode[k])
+            for k in range(len(mode)):
+                mode[k] = np.copysign(1.0, mode[k])
             for k in range(len(b)):
                 known = known and np.isfinite(b[k])
             for k in range(3 * points):
@@ -258,7 +258,7 @@ def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
 
 
 def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
-    """Return a compiled law that takes states, modes and gaps, whether or not it has some."""
+    """Return a compiled law that takes states, modes and gaps, if it has some of them."""
     if shape.states and shape.events:
 
         def law(t, x, v, s, p, force, rate, mode, gap):
@@ -269,17 +269,12 @@ def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
         def law(t, x, v, s, p, force, rate, mode, gap):
             dispatcher(t, x, v, s, p, force, rate)
 
-    elif shape.events:
+    else:
 
         def law(t, x, v, s, p, force, rate, mode, gap):
             dispatcher(t, x, v, p, force, mode, gap)
 
-    else:
-
-        def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, p, force)
-
-    return njit(error_model="numpy")(law)
+    return called_by_code(law)
 
 
 def _reason(law: Law, outcome: int, *arguments) -> str:

@@ -155,6 +155,17 @@ def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarra
     return np.stack([scale * first, scale**2 * second], axis=1).transpose(0, 1, 3, 2)
 
 
+def held(
+    polynomials: np.ndarray, values: np.ndarray, rates: np.ndarray, schedule: Schedule, step: float
+) -> np.ndarray:
+    """Return polynomials that are parabolas about the place 0 where a round is no step."""
+    width = max(rows.shape[-1] for rows in (polynomials, values, rates, schedule.parts))
+    c = np.array(np.broadcast_to(polynomials, (*polynomials.shape[:3], width)))
+    for k, row in enumerate((values, step / 2 * rates[:, 0], step**2 / 8 * rates[:, 1])):
+        c[:, :, k] = np.where(schedule.parts[:, None] > 0, c[:, :, k], row)
+    return c
+
+
 def _summed(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return Σ weights_k values_k in the order of k, which products of matrices do not keep."""
     total = weights[0] * values[0]

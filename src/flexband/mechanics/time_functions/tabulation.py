@@ -16,7 +16,7 @@ from flexband.mechanics.time_functions.derivatives import derivatives, derivativ
 from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
-from flexband.mechanics.time_functions.polynomials import PolynomialFit
+from flexband.mechanics.time_functions.polynomials import PolynomialFit, held
 from flexband.mechanics.time_functions.polynomials import rates as rates_of
 from flexband.mechanics.time_functions.schedule import (
     IMPULSE,
@@ -111,15 +111,13 @@ def tabulate(
         values.append(value)
         rates.append(rate)
     most = max(column.shape[-1] for column in values)
+    rows = np.stack([np.broadcast_to(v, (rounds, most)) for v in values], axis=1)
     tabulated = np.stack([np.broadcast_to(r, (rounds, 2, most)) for r in rates], axis=2)
     if polynomials is not None:
-        tabulated = rates_of(polynomials, schedule, times[1] - times[0])
-    return FunctionTables(
-        schedule,
-        np.stack([np.broadcast_to(v, (rounds, most)) for v in values], axis=1),
-        tabulated,
-        polynomials,
-    )
+        step = times[1] - times[0]
+        tabulated = rates_of(polynomials, schedule, step)
+        polynomials = held(polynomials, rows, tabulated, schedule, step)
+    return FunctionTables(schedule, rows, tabulated, polynomials)
 
 
 class _TabulatedFunction:
@@ -182,7 +180,7 @@ class _Load(_TabulatedFunction):
         averaging: Averaging | None,
     ) -> _Load:
         values = table(function, samples, times)
-        if len(times) == 2:
+        if len(times) == 2 and averaging:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
         missed = ChordMiss.of(at, times, values, search)

@@ -90,7 +90,8 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     if name == "sobol" and answer.sizes["name"] == 1:
         return Answer(title, None, [only_one(answer), *remarks], [])
     if name == "derived":
-        title = f"{title}: {quantity_of(answer)}"
+        unit = answer["mean"].attrs.get("units")
+        title = f"{title}: {answer.attrs['quantity']}" + (f" [{unit}]" if unit else "")
     return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
 
 
@@ -174,12 +175,6 @@ def margins_left(allocation: xr.Dataset) -> str:
         )
     ]
     return f"These tolerances keep: {'; '.join(margins)}."
-
-
-def quantity_of(bands: xr.Dataset) -> str:
-    """Return the quantity of a result of `derived`, with its unit."""
-    unit = bands["mean"].attrs.get("units")
-    return str(bands.attrs["quantity"]) + (f" [{unit}]" if unit else "")
 
 
 def derived_table(bands: xr.Dataset) -> Table:

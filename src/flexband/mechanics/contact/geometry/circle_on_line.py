@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
@@ -18,12 +17,22 @@ from flexband.errors import (
     check_pair,
 )
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.kernels.lanes import (
+    compiled,
+    cosine,
+    filled,
+    less,
+    magnitude,
+    sine,
+    sqrt,
+    where,
+)
 
 ENDLESS = 1e300
 """In place of the end of a line that has none."""
 
 
-@njit(error_model="numpy")
+@compiled
 def gap_above_line(x, p):
     """Return what `Geometry.kernel` returns.
 
@@ -31,18 +40,18 @@ def gap_above_line(x, p):
     axes of the second body the angle of the normal [rad], the height of the line along it, and its
     two ends along the line, from the second point [m].
     """
-    c, s = math.cos(x[0, 2]), math.sin(x[0, 2])
-    px, py = x[0, 0] + c * p[0] - s * p[1], x[0, 1] + s * p[0] + c * p[1]
-    nx, ny = math.cos(x[1, 2] + p[3]), math.sin(x[1, 2] + p[3])
-    dx, dy = px - x[1, 0], py - x[1, 1]
+    c, s = cosine(x[0][2]), sine(x[0][2])
+    px, py = x[0][0] + c * p[0] - s * p[1], x[0][1] + s * p[0] + c * p[1]
+    nx, ny = cosine(x[1][2] + p[3]), sine(x[1][2] + p[3])
+    dx, dy = px - x[1][0], py - x[1][1]
     across, along = nx * dx + ny * dy - p[4], ny * dx - nx * dy
-    past = along - min(max(along, p[5]), p[6])
-    if past != 0.0:  # nearest to an end of the line
-        distance = math.sqrt(across * across + past * past)
-        nx, ny = (across * nx + past * ny) / distance, (across * ny - past * nx) / distance
-        across = distance
-    qx, qy = px - across * nx, py - across * ny
-    return across - p[2], nx, ny, px - p[2] * nx, py - p[2] * ny, qx, qy
+    past = along - where(less(along, p[5]), p[5], where(less(p[6], along), p[6], along))
+    beyond = less(filled(0.0), magnitude(past))  # nearest to an end of the line
+    distance = where(beyond, sqrt(across * across + past * past), across)
+    ex, ey = (across * nx + past * ny) / distance, (across * ny - past * nx) / distance
+    nx, ny = where(beyond, ex, nx), where(beyond, ey, ny)
+    qx, qy = px - distance * nx, py - distance * ny
+    return distance - p[2], nx, ny, px - p[2] * nx, py - p[2] * ny, qx, qy
 
 
 @frozen(kw_only=True)

@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 
 
-@njit(error_model="numpy")
+@compiled
 def gap_between_circles(x, p):
     """Return what `Geometry.kernel` returns; the parameters are both radii."""
-    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
-    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    dx, dy = x[0][0] - x[1][0], x[0][1] - x[1][1]
+    distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
     nx, ny = dx / distance, dy / distance
-    px, py, qx, qy = x[0, 0] - p[0] * nx, x[0, 1] - p[0] * ny, p[1] * nx, p[1] * ny
-    return distance - p[0] - p[1], nx, ny, px, py, x[1, 0] + qx, x[1, 1] + qy
+    px, py, qx, qy = x[0][0] - p[0] * nx, x[0][1] - p[0] * ny, p[1] * nx, p[1] * ny
+    return distance - p[0] - p[1], nx, ny, px, py, x[1][0] + qx, x[1][1] + qy
 
 
-@njit(error_model="numpy")
+@compiled
 def gap_in_circle(x, p):
     """Return what `Geometry.kernel` returns; the parameters are the clearance and the radius."""
-    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
-    distance = max(math.sqrt(dx * dx + dy * dy), 1e-300)
+    dx, dy = x[0][0] - x[1][0], x[0][1] - x[1][1]
+    distance = maximum(sqrt(dx * dx + dy * dy), filled(1e-300))
     nx, ny, hole = -dx / distance, -dy / distance, p[0] + p[1]
-    px, py, qx, qy = x[0, 0] - p[1] * nx, x[0, 1] - p[1] * ny, hole * nx, hole * ny
-    return p[0] - distance, nx, ny, px, py, x[1, 0] - qx, x[1, 1] - qy
+    px, py, qx, qy = x[0][0] - p[1] * nx, x[0][1] - p[1] * ny, hole * nx, hole * ny
+    return p[0] - distance, nx, ny, px, py, x[1][0] - qx, x[1][1] - qy
 
 
 @frozen(kw_only=True)

@@ -16,10 +16,10 @@ class Geometry(ABC):
     """
 
     kernel: ClassVar[Callable[..., tuple]]
-    """A function that Numba has compiled, of the positions x of both points, shape (2, 3) with rows
-    (X, Y, θ), and of the parameters. It returns (gap, n_X, n_Y, X₁, Y₁, X₂, Y₂): the gap [m], the
-    unit normal along which the contact pushes the first body, and the material points of both
-    bodies that meet."""
+    """A function, compiled by `kernels.lanes.compiled`, of the positions x of both points, each
+    (X, Y, θ), and of the parameters, all of them lanes. It returns (gap, n_X, n_Y, X₁, Y₁, X₂, Y₂):
+    the gap [m], the unit normal along which the contact pushes the first body, and the material
+    points of both bodies that meet."""
 
     @property
     @abstractmethod

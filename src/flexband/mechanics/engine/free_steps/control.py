@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
@@ -16,6 +17,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    power,
     store,
     where,
 )
@@ -45,14 +47,17 @@ class StepControl(NamedTuple):
         Part of a step over which the rates of gaps are differences.
     least_speed
         Size of a mode where its gap does not move.
-    in_contact
-        Part of the tolerance of steps in which a contact is closed: depths are small.
+    in_flight, in_contact
+        Parts of the tolerance of steps in which all contacts are open, or one is closed: clearances
+        are small, and depths are smaller.
     depths, least_depth
         Ratio by which the depth of a contact changes at most in a step, and the change in parts of
         the tolerance that is always allowed.
     events_in_a_row, long_step
         More events than that are without end if no step between them is longer than the shortest
         one times `long_step`.
+    newton
+        Tolerance of Newton's method in parts of that of the step, if that is less than its own.
     """
 
     safety: float = 0.9
@@ -65,11 +70,13 @@ class StepControl(NamedTuple):
     located: float = 1e-3
     difference: float = 1e-3
     least_speed: float = 1e-30
+    in_flight: float = 0.1
     in_contact: float = 0.01
     depths: float = 1.5
     least_depth: float = 0.1
     events_in_a_row: float = 20.0
-    long_step: float = 100.0
+    long_step: float = 10.0
+    newton: float = 0.01
 
 
 CONTROL = StepControl()
@@ -87,8 +94,8 @@ def shift_accelerations(structure, z, a, ratio, chosen):
 
 
 @compiled
-def error_of_step(structure, method, values, work, ratio, limits):
-    """Return the largest error of a coordinate in a step, over the tolerance.
+def error_of_step(structure, method, values, work, ratio):
+    """Return the largest error of a coordinate in a step, relative to the mechanism's size.
 
     `work.before` has the state before the step, and `ratio` is that of `shift_accelerations`.
     """
@@ -100,7 +107,7 @@ def error_of_step(structure, method, values, work, ratio, limits):
         old = old + ratio * (load(work.before, state.rows + i) - old)
         change = magnitude(load(work.a, i) - old) * load(values.inverse_scale, i)
         largest = maximum(largest, change)
-    return magnitude(C * method.step * method.step) * largest / limits.tolerance
+    return magnitude(C * method.step * method.step) * largest
 
 
 @compiled
@@ -122,11 +129,5 @@ def length_ratio(error):
 
     It is the third root of 1/error times the safety factor, within its bounds.
     """
-    least = CONTROL.shortest / CONTROL.safety
-    most = CONTROL.longest / CONTROL.safety
-    target = 1.0 / maximum(error, filled(1.0 / (most * most * most)))
-    target = maximum(target, filled(least * least * least))
-    root = filled(1.0)
-    for _ in range(12):  # Newton's method
-        root = root - (root - target / (root * root)) / 3.0
-    return CONTROL.safety * root
+    ratio = maximum(CONTROL.safety * power(error, filled(-1.0 / 3.0)), filled(CONTROL.shortest))
+    return minimum(ratio, filled(CONTROL.longest))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.control import CONTROL
 from flexband.mechanics.kernels.lanes import (
+    any_true,
     compiled,
     filled,
     less,
@@ -63,6 +64,8 @@ def crossing(structure, values, limits, before, z, step):
         # `below` is 1 where the gap has closed at the end, or where it is nearest to closing
         depth = -_cubic(start, slope, c2, c3, below)
         closed = where(less(filled(0.0), start), less(filled(0.0), depth), filled(0.0))
+        if not any_true(closed):
+            continue
         low, high = filled(0.0), below
         for _ in range(40):
             middle = 0.5 * (low + high)
@@ -81,20 +84,8 @@ def crossing(structure, values, limits, before, z, step):
 
 
 @compiled
-def in_contact(structure, z):
-    """Return where a contact is closed."""
-    state, closed = structure.state, filled(0.0)
-    count = (state.extreme - state.gap) // GAP_ROWS
-    for k in range(count):
-        if structure.laws.gap_kind[k] != GAP.event:
-            mode = load(z, state.gap + 2 * count + k)
-            closed = where(less(mode, filled(0.0)), filled(1.0), closed)
-    return closed
-
-
-@compiled
 def longest_in_contact(structure, values, limits, z):
-    """Return the longest step in which depths of contacts change by a ratio.
+    """Return the longest step in which depths of contacts change by a ratio, 1e300 if all are open.
 
     It is the same on the way in as on the way out, which begins where the other ends.
     """

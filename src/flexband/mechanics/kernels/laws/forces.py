@@ -2,18 +2,18 @@
 
 The rows of the memory of a law with m parameters, P points and n states are t, p (m rows), then x,
 v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
-and their rates ẏ, then a row each for the modes of its gaps, their values, and the forces along
-them if they are contacts. The law solves
-y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent needs three matrices behind them:
-B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depends on), K = −∂force/∂x
-(3P × 3P), in which y follows x, and K B.
+and their rates ẏ, then a row each for the modes of its gaps, their values, and, if they are
+contacts, the forces along them and their rates. The law solves y = b + τ ẏ(y), or ẏ(y) = 0 where τ
+is `MARK.solved`. The tangent needs three matrices behind them: B = ∂x/∂q (3P × C, where C is the
+number of coordinates that the law depends on), K = −∂force/∂x (3P × 3P), in which y follows x, and
+K B.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
+from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, update_angles, vector
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,
@@ -58,7 +58,7 @@ def layout(laws, s):
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
     y, count = x + 3 * size, laws.state_start[s + 1] - laws.state_start[s]
     gaps = laws.gap_start[s + 1] - laws.gap_start[s]
-    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + 3 * gaps
+    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + GAP_ROWS * gaps
 
 
 @compiled
@@ -118,6 +118,8 @@ def _call(laws, state, z, s, memory):
         store(z, state.gap + gap + k, load(memory, row + gaps + k))
         force = load(memory, row + 2 * gaps + k)
         store(z, state.gap + 3 * all_gaps + gap + k, force)
+        if laws.gap_kind[gap + k] != GAP.event:
+            store(z, state.gap + all_gaps + gap + k, load(memory, row + 3 * gaps + k))
 
 
 @compiled
@@ -149,13 +151,19 @@ def start_states(laws, values, starting, vectors, vector_values, state, function
 
 
 @compiled
-def update_states(laws, values, vectors, vector_values, state, functions, now, z, memory):
+def update_law_states(structure, values, now, z, memory):
     """Solve for the states at the present positions and velocities, and set the gaps."""
-    for s in range(len(laws.address)):
-        count = laws.state_start[s + 1] - laws.state_start[s]
-        if count + laws.gap_start[s + 1] - laws.gap_start[s] > 0:
-            fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-            _call(laws, state, z, s, memory)
+    laws, vectors, state = structure.laws, structure.vectors, structure.state
+    if state.rule < state.extreme:  # there are states or gaps
+        update_angles(vectors, values.vectors, state, z)
+        for s in range(len(laws.address)):
+            count = laws.state_start[s + 1] - laws.state_start[s]
+            if count + laws.gap_start[s + 1] - laws.gap_start[s] > 0:
+                fill(
+                    laws, values.laws, vectors, values.vectors, state, values.functions, now, z, s,
+                    memory,
+                )  # fmt: skip
+                _call(laws, state, z, s, memory)
 
 
 @compiled

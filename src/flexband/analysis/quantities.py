@@ -96,8 +96,8 @@ class _OverTime(ABC):
         if len({part.shape for part in parts}) > 1:  # of spectra
             raise InputError(f"period must be a whole number of steps; got {self.period:g}")
         turn = xr.DataArray(np.arange(1.0, len(parts) + 1), dims="turn", name="turn")
-        how = {"coords": "minimal", "compat": "override", "join": "override"}
-        return xr.concat(parts, turn, **how).transpose(..., "turn")
+        numbers = xr.concat(parts, turn, coords="minimal", compat="override", join="override")
+        return numbers.transpose(..., "turn")
 
     @abstractmethod
     def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 
 from flexband.errors import InputError, check_numbers, check_option, check_positive
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -47,6 +48,11 @@ class StaticStart(Start):
 
 def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:
     """Return how runs start; raise `InputError` if it is none, or the period does not fit."""
+    if isinstance(name, xr.DataArray):
+        raise InputError(
+            "start of a response must be 'assembled', 'static' or 'periodic'; for a motion that "
+            "goes on, write a function that calls simulate twice and returns what is wanted"
+        )
     check_option("start", name, ["assembled", "static", "periodic"])
     if (period is None) == (name == "periodic"):
         needs = "requires a period [s]" if period is None else "is required by a period"

@@ -226,7 +226,7 @@ class WorkSpace(NamedTuple):
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
-    steps: np.ndarray  # of free steps, see `march.cover`, four rows
+    steps: np.ndarray  # lengths of steps [s] and more, see `march.cover`, four rows
     taken: np.ndarray  # number of free steps, one row
     forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`

@@ -91,6 +91,7 @@ class Batch(NamedTuple):
     strains: LargestStrains
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
+    ends: np.ndarray  # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew; or no rows
 
 
 class Impulse(NamedTuple):
@@ -110,6 +111,7 @@ def run_samples(
     start: Start = Start(),
     every: int = 1,
     attempts: int = 1,
+    keep: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
@@ -117,6 +119,7 @@ def run_samples(
 
     The outputs are those of `every` such time. If two `attempts` are made at each step, the second
     one damps Newton's method, and leaves out no constraint that is independent of the others.
+    The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
     packed = pack(system, times, samples, limits and limits.tolerance)
@@ -137,6 +140,7 @@ def run_samples(
     members, strains = Members(system), [LargestStrains.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
     impulses: list[Impulse] = []
+    ends: list[np.ndarray] = [np.empty((0, 0))] * blocks
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
@@ -147,6 +151,10 @@ def run_samples(
         started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
         require_inertia(system, values, started[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
+        if keep:
+            anew = accelerations_at_end(system, values, work)
+            end = work.z, work.a, values.springs.rest, work.steps, anew
+            ends[block] = np.concatenate(end)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
@@ -186,6 +194,7 @@ def run_samples(
         LargestStrains.joined(strains, len(chosen)),
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
+        np.concatenate(ends, axis=1),
     )
 
 
@@ -231,25 +240,29 @@ def march_block(
     return series, failure, first, work
 
 
-def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
+def begin(
+    system: System, values: Values, held: np.ndarray | None = None
+) -> tuple[WorkSpace, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH).
 
     Flexible members start unbent where loops close so. What fails is tried again from where loops
-    are as near to closing as they get so.
+    are as near to closing as they get so. Or else the block goes on from the state `held`, z.
     """
-    guess = guessed(system, values)
+    guess = guessed(system, values) if held is None else held
+    start = partial(_started, system, values, going_on=held is not None)
     massless = (values.mass != values.regular_mass).any(axis=0)
     pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
-    if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
+    members = any(len(body.nodes) > 1 for body in system.mechanism.bodies.values())
+    if held is None and members:
         near, misfit = closed(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
         )
-    work, failure = _started(system, values, guess, pivots)
+    work, failure = start(guess, pivots)
     failed = failure[0] > 0
-    if failed.any():
+    if held is None and failed.any():
         before, guess = failure, np.where(failed, closed(system, values)[0], guess)
-        work, failure = _started(system, values, guess, pivots)
+        work, failure = start(guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any() or massless.any():
         dependent = rank_deficiency(system, values, work.z)
@@ -258,15 +271,34 @@ def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
             independent | (massless & (dependent == 0)), PROJECTION.zero_pivot, pivots
         )
         if independent.any():
-            work, failure = _started(system, values, guess, pivots)
+            work, failure = start(guess, pivots)
         work.smallest[:] = pivots
     return work, failure
 
 
+def accelerations_at_end(system: System, values: Values, work: WorkSpace) -> np.ndarray:
+    """Return [0, q̈] at the end of a run as they would be if it started there."""
+    state, count = system.structure.state, system.structure.functions
+    values = values._replace(
+        functions=values.functions[-count:],
+        rates=values.rates[-2 * count :],
+        velocity=_lanes(work.z[state.velocity : state.acceleration]),
+        law_states=_lanes(work.z[state.law_state :][: len(values.law_states)]),
+    )
+    with np.errstate(all="ignore"):  # of samples that failed
+        anew, _ = begin(system, values, work.z)
+    return anew.z[state.acceleration : state.energy]
+
+
 def _started(
-    system: System, values: Values, guess: np.ndarray, smallest_pivots: np.ndarray
+    system: System,
+    values: Values,
+    guess: np.ndarray,
+    smallest_pivots: np.ndarray,
+    *,
+    going_on: bool,
 ) -> tuple[WorkSpace, np.ndarray]:
-    """Return the state of a block that START finds from a guess, and its failures.
+    """Return the state of a block that START or HOLD finds from a guess, and its failures.
 
     The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
     it is the guess.
@@ -274,7 +306,7 @@ def _started(
     work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
     work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
-    run(START, system, values, work, failure=failure)
+    run(HOLD if going_on else START, system, values, work, failure=failure)
     lost = ~np.isfinite(work.z).all(axis=0)
     work.z[:, lost] = 0.0
     work.z[: len(guess), lost] = guess[:, lost]
@@ -291,6 +323,7 @@ def hold(
     """
     state, failure = system.structure.state, np.zeros((4, WIDTH))
     work.z[1 : state.multiplier] = z[1 : state.multiplier]
+    work.z[state.gap : state.extreme] = 0.0
     given, laws = _lanes(values.law_states), (state.rule - state.law_state) // 4
     given[:laws] = z[state.law_state : state.law_state + laws]
     values = values._replace(law_states=given)

@@ -65,6 +65,10 @@ ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
 
 
+SHORTEST_STEP = 1e-300
+"""Shorter lengths [s] are those of no step."""
+
+
 class NewtonOptions(NamedTuple):
     """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
 
@@ -518,7 +522,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     z, a, none = work.z, work.a, filled(0.0)
     store(work.rate, 0, filled(NEWTON.initial_rate))
     code, known = load(failure, 0), load(failure, 3)
-    restart(structure, work, filled(1.0))
+    restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))
@@ -567,3 +571,4 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
             keep(structure, z, work.kept, k)
             k += 1
         store(work.reached, 0, filled(float(n)))
+    store(work.steps, 1, before * method.step)

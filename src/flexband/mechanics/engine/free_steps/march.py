@@ -28,6 +28,7 @@ from flexband.mechanics.engine.free_steps.crossings import (
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     ROUNDING,
+    SHORTEST_STEP,
     add_turns,
     attempt,
     break_off,
@@ -233,14 +234,16 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)
     store(work.rate, 0, filled(NEWTON.initial_rate))
+    fresh = less(load(work.steps, 1), filled(SHORTEST_STEP))
+    restart(structure, work, fresh)
     for row in range(2):
-        store(work.steps, row, filled(CONTROL.first) * method.step)
-        store(work.steps, row + 2, none)
+        first = filled(CONTROL.first) * method.step
+        fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
+        store(work.steps, row, where(fresh, first, load(work.steps, row)))
     known = load(failure, 3)
-    restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)
     update_law_gaps(structure, values, now, z, span, work.blocks)
-    size_modes(structure.state, z, filled(1.0))
+    size_modes(structure.state, z)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from flexband.errors import InputError, shown
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin
+from flexband.mechanics.engine.corrections import Corrections
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes
@@ -192,6 +194,9 @@ class ContinuedStart(Start):
             return Begun(work, failure, work.z.copy())
 
         return begin_block
+
+    def attributes(self, system: System, changes: Corrections) -> dict[str, Any]:
+        return {"lost_energy": self.lost_energy.tolist()}
 
 
 def _lost_energy(

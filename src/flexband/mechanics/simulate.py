@@ -26,15 +26,9 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
-from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.continued_start import (
-    ContinuedStart,
-    continued,
-    end_state,
-    state_of,
-)
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.continued_start import end_state
 from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
-from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
@@ -48,7 +42,7 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
-from flexband.mechanics.starts import assembled, start_of
+from flexband.mechanics.starts import started
 from flexband.progress import ProgressListener, listener, listening
 
 
@@ -109,9 +103,10 @@ def simulate(
         function of time does not repeat itself after the period, or a motion cannot go on since a
         body is not in it or has another mesh.
     AssemblyError
-        If a joint is open where a motion goes on, the constraints cannot be met at the start or do not determine their multipliers, if
-        there is no stable equilibrium to start from, or no periodic motion that disturbances
-        approach: the map of a state to that one period later has a spectral radius above 0.98.
+        If the constraints cannot be met at the start or do not determine their multipliers, a joint
+        is open where a motion goes on, if there is no stable equilibrium to start from, or no
+        periodic motion that disturbances approach: the map of a state to that one period later has
+        a spectral radius above 0.98.
     SimulationError
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
@@ -211,13 +206,8 @@ def simulated(
     check_flag("keep_state", keep_state)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
-    if isinstance(start, xr.DataArray):
-        state = state_of(start, period)
-        system, begins = continued(assemble(mechanism), state)
-        grid = grid._replace(begin=state.time)
-    else:
-        begins = start_of(start, period, float(grid.step), "step")
-        system = assembled(mechanism, slow)
+    system, begins = started(mechanism, start, period, float(grid.step), slow)
+    grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     free = integrator.step_limits(system.structure.state, grid.step)
     if free:
@@ -242,29 +232,20 @@ def simulated(
     )
     complete = complete and not free
     if len(again) and complete:
-        every = 2 * substeps
-        halves = grid._replace(substeps=every).times()
+        halves = grid._replace(substeps=2 * substeps)
         finer = run_samples(
             system,
-            halves,
+            halves.times(),
             integrator,
             samples=again,
             start=begins,
-            every=every,
+            every=halves.substeps,
             attempts=2,
             keep=keep_state,
             threads=threads,
         )
-        interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
-        finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
-        batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
-        batch.turned[again] = finer.turned
-        batch.unresolved[again] = np.ceil(finer.unresolved / 2)
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
-        for strains, new in zip(batch.strains, finer.strains, strict=True):
-            strains[..., again] = new
-        if keep_state:
-            batch.ends[:, again] = finer.ends
+        _replace_samples(batch, finer, again, system, halves, integrator)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -283,10 +264,7 @@ def simulated(
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)
-    if isinstance(begins, ContinuedStart):
-        result.attrs["lost_energy"] = begins.lost_energy.tolist()
-    else:
-        result.attrs |= report(system, batch.corrections)
+    result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
         result.attrs["state"] = end_state(system, batch.ends, end, integrator.spectral_radius)
@@ -297,6 +275,27 @@ def simulated(
         joints = sharing(system, batch.starts[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
+
+
+def _replace_samples(
+    batch: Batch,
+    finer: Batch,
+    again: np.ndarray,
+    system: System,
+    halves: TimeGrid,
+    integrator: GeneralizedAlpha,
+) -> None:
+    """Replace the samples that were run `again`, with half the step."""
+    times = halves.times()
+    interruptible(lambda: find_out_of_reach(system, times, integrator, again, finer.failures))
+    finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
+    batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
+    batch.turned[again] = finer.turned
+    batch.unresolved[again] = np.ceil(finer.unresolved / 2)
+    for strains, new in zip(batch.strains, finer.strains, strict=True):
+        strains[..., again] = new
+    if finer.ends.size:
+        batch.ends[:, again] = finer.ends
 
 
 def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
-from flexband.mechanics.engine.corrections import Corrections, corrections
+from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws, overlaps
 from flexband.mechanics.engine.generalized_alpha import (
@@ -78,6 +78,10 @@ class Start:
 
         return begin_block
 
+    def attributes(self, system: System, changes: Corrections) -> dict[str, Any]:
+        """Return what a result says about the start."""
+        return report(system, changes)
+
 
 class Batch(NamedTuple):
     """The results of the runs of some samples."""
@@ -135,11 +139,11 @@ def run_samples(
         np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
     )  # fmt: skip
     starts: dict[int, np.ndarray] = {}
+    impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [LargestStrains.none()] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
-    impulses: list[Impulse] = []
     ends: list[np.ndarray] = [np.empty((0, 0))] * blocks
 
     def simulate(block: int) -> int:
@@ -148,13 +152,14 @@ def run_samples(
         values = packed(block)
         begun = begin_block(block, values)
         series, failure, first, work = run_block(values, rounds, under_way, begun=begun[:2])
-        started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
-        require_inertia(system, values, started[:, : len(numbers)], numbers)
+        require_inertia(
+            system,
+            values,
+            np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)[:, : len(numbers)],
+            numbers,
+        )
         work.reached[:] = rounds - 1
-        if keep:
-            anew = accelerations_at_end(system, values, work)
-            end = work.z, work.a, values.springs.rest, work.steps, anew
-            ends[block] = np.concatenate(end)[:, : len(numbers)]
+        ends[block] = end_of(system, values, work)[:, : len(numbers)] if keep else ends[block]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
@@ -178,10 +183,7 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    steps = blocks * (rounds - 1)
-    pace = Pace(
-        rounds - 1, lambda: sum(float(block_rounds[0, 0]) for block_rounds in under_way[:]) / steps
-    )
+    pace = Pace(rounds - 1, lambda: _share(under_way, blocks * (rounds - 1)))
     in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
     pace.end()
     return Batch(
@@ -196,6 +198,11 @@ def run_samples(
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
         np.concatenate(ends, axis=1),
     )
+
+
+def _share(under_way: list[np.ndarray], steps: int) -> float:
+    """Return which part of so many steps the blocks have done."""
+    return sum(float(reached[0, 0]) for reached in under_way[:]) / steps
 
 
 def _impulses(
@@ -276,8 +283,8 @@ def begin(
     return work, failure
 
 
-def accelerations_at_end(system: System, values: Values, work: WorkSpace) -> np.ndarray:
-    """Return [0, q̈] at the end of a run as they would be if it started there."""
+def end_of(system: System, values: Values, work: WorkSpace) -> np.ndarray:
+    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there."""
     state, count = system.structure.state, system.structure.functions
     values = values._replace(
         functions=values.functions[-count:],
@@ -287,7 +294,8 @@ def accelerations_at_end(system: System, values: Values, work: WorkSpace) -> np.
     )
     with np.errstate(all="ignore"):  # of samples that failed
         anew, _ = begin(system, values, work.z)
-    return anew.z[state.acceleration : state.energy]
+    accelerations = anew.z[state.acceleration : state.energy]
+    return np.concatenate([work.z, work.a, values.springs.rest, work.steps, accelerations])
 
 
 def _started(

@@ -436,6 +436,13 @@ def restart(structure, work, chosen):
 
 
 @compiled
+def begin_steps(structure, work):
+    """Set the rate of convergence that is assumed, and a unless there is a step before."""
+    store(work.rate, 0, filled(NEWTON.initial_rate))
+    restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
+
+
+@compiled
 def finish_impulse(structure, z, struck):
     """Complete the change of v that `strike` has begun."""
     state = structure.state
@@ -520,9 +527,8 @@ def share_forces(structure, values, now, work, stepping, redundant, known, n):
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)
-    store(work.rate, 0, filled(NEWTON.initial_rate))
     code, known = load(failure, 0), load(failure, 3)
-    restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
+    begin_steps(structure, work)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))

@@ -26,11 +26,11 @@ from flexband.mechanics.engine.free_steps.crossings import (
     switch_modes,
 )
 from flexband.mechanics.engine.generalized_alpha import (
-    NEWTON,
     ROUNDING,
     SHORTEST_STEP,
     add_turns,
     attempt,
+    begin_steps,
     break_off,
     finish_impulse,
     go_back,
@@ -233,9 +233,7 @@ def cover(  # noqa: PLR0915 (a step is one story)
 def march_freely(structure, method, limits, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)
-    store(work.rate, 0, filled(NEWTON.initial_rate))
-    fresh = less(load(work.steps, 1), filled(SHORTEST_STEP))
-    restart(structure, work, fresh)
+    begin_steps(structure, work)
     for row in range(2):
         first = filled(CONTROL.first) * method.step
         fresh = less(load(work.steps, row), filled(SHORTEST_STEP))

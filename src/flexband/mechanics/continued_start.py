@@ -17,6 +17,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin
 from flexband.mechanics.engine.corrections import Corrections
+from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes
@@ -184,13 +185,11 @@ class ContinuedStart(Start):
             samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
             lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
             self.lost_energy[samples] = lost[: len(samples)]
-            worst = apart.max(axis=0, initial=0.0)
-            open_ = worst > self.tolerance * size
-            if open_.any():
-                number_of_row = apart.argmax(axis=0)
-                code = np.full(WIDTH, FAILURE.not_met)
-                not_met = np.stack([code, 0.0 * code, number_of_row, worst])
-                failure = np.where(open_, not_met, failure)
+            blame_overlaps(system, values, work.z, failure)
+            if len(apart):
+                code, worst = np.full(WIDTH, FAILURE.not_met), apart.max(axis=0)
+                not_met = np.stack([code, 0.0 * code, apart.argmax(axis=0), worst])
+                failure = np.where(worst > self.tolerance * size, not_met, failure)
             return Begun(work, failure, work.z.copy())
 
         return begin_block

@@ -12,7 +12,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws, overlaps
+from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -74,6 +74,7 @@ class Start:
 
         def begin_block(number: int, values: Values) -> Begun:
             work, failure = begin(run.system, values)
+            blame_overlaps(run.system, values, work.z, failure)
             return Begun(work, failure, work.z.copy())
 
         return begin_block
@@ -234,16 +235,9 @@ def march_block(
     series = np.zeros((rounds, system.sensed, WIDTH))
     work, failure = begun or begin(system, values)
     first = work.z.copy()
-    depth, contact = overlaps(system, values, work.z)
-    overlapping = (failure[0] == 0) & (depth > 0)
-    failure[:3, overlapping] = [
-        np.full(overlapping.sum(), FAILURE.overlapping), np.zeros(overlapping.sum()),
-        contact[overlapping],
-    ]  # fmt: skip
     if under_way is not None:
         under_way.append(work.reached)
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
-    failure[3, overlapping] = depth[overlapping]
     return series, failure, first, work
 
 

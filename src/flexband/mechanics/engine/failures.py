@@ -155,17 +155,17 @@ def _advice(system: System, sample: int) -> str:
     )
 
 
-def overlaps(
-    system: System, values: Values, z: np.ndarray, touch: float = 1e-9
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest depth of contacts that must be open at the start, and its number.
+def blame_overlaps(
+    system: System, values: Values, z: np.ndarray, failure: np.ndarray, touch: float = 1e-9
+) -> None:
+    """Write to `failure` which contacts are closed that must be open at the start.
 
-    Both have the shape (WIDTH,). A depth of `touch` times the size of the mechanism counts as none,
-    as does that of a contact that has closed in a motion that goes on.
+    A depth of `touch` times the size of the mechanism counts as none, as does that of a contact
+    that has closed in a motion that goes on.
     """
     laws = [law for _, law in system.mechanism.contact_laws]
     if not laws:
-        return np.zeros(WIDTH), np.zeros(WIDTH)
+        return
     kinds = system.structure.laws.gap_kind
     gaps, _, modes, _ = np.split(z[system.structure.state.gap : system.structure.state.extreme], 4)
     depths, modes = -gaps[kinds != GAP.event], modes[kinds != GAP.event]
@@ -174,4 +174,7 @@ def overlaps(
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
     refused = refused & (np.abs(modes) == MARK.at_rest)
     depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
-    return depths.max(axis=0), depths.argmax(axis=0).astype(float)
+    depth = depths.max(axis=0)
+    code = np.full(WIDTH, FAILURE.overlapping)
+    overlapping = np.stack([code, 0.0 * code, depths.argmax(axis=0), depth])
+    failure[:] = np.where((failure[0] == 0) & (depth > 0), overlapping, failure)

@@ -91,8 +91,8 @@ def refuse_windows(sensors: Mapping[str, Sensor], begin: float, end: float, step
         length, (first, last) = sensor.length, sensor.times
         if length is None and not begin <= first < last <= end * (1 + 1e-12):
             raise InputError(
-                f"sensor {name!r}: the window of an Average must be within the run, from "
-                f"{begin:g} to {end:g} s; got {first:g} to {last:g} s"
+                f"sensor {name!r}: the window of an Average must be within the run from {begin:g} "
+                f"to {end:g} s; got {first:g} to {last:g} s"
             )
         if length is not None and abs(length / step - round(length / step)) > 1e-6:
             raise InputError(

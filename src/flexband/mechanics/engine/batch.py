@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.assembly.packing import pack
+from flexband.errors import without_warnings
+from flexband.mechanics.assembly.packing import Packed, pack
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
@@ -127,7 +128,7 @@ def run_samples(
     The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
-    packed = pack(system, times, samples, limits and limits.tolerance)
+    packed, at_end = _packed(system, times, samples, limits, keep)
     chosen = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
@@ -135,17 +136,18 @@ def run_samples(
         attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
-    outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
-    failures, firsts = (
-        np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
-    )  # fmt: skip
+    outputs, failures, firsts = (
+        np.empty((len(chosen), len(system.outputs), len(times[::every]))),
+        np.zeros((len(chosen), 4)),
+        np.empty((system.structure.state.rows, len(chosen))),
+    )
     starts: dict[int, np.ndarray] = {}
     impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [LargestStrains.none()] * blocks
+    ends = [np.empty((0, 0))] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
-    ends: list[np.ndarray] = [np.empty((0, 0))] * blocks
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
@@ -160,7 +162,8 @@ def run_samples(
             numbers,
         )
         work.reached[:] = rounds - 1
-        ends[block] = end_of(system, values, work)[:, : len(numbers)] if keep else ends[block]
+        if keep:
+            ends[block] = end_of(system, values, at_end(block), work)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
@@ -199,6 +202,19 @@ def run_samples(
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
         np.concatenate(ends, axis=1),
     )
+
+
+def _packed(
+    system: System,
+    times: np.ndarray,
+    samples: np.ndarray | None,
+    limits: StepLimits | None,
+    keep: bool,
+) -> tuple[Packed, Packed]:
+    """Return the blocks for a run, and those whose last functions of time are those of its end."""
+    packed = pack(system, times, samples, limits and limits.tolerance)
+    with without_warnings():
+        return packed, pack(system, times[-5:], samples) if keep and limits else packed
 
 
 def _share(under_way: list[np.ndarray], steps: int) -> float:
@@ -277,17 +293,21 @@ def begin(
     return work, failure
 
 
-def end_of(system: System, values: Values, work: WorkSpace) -> np.ndarray:
-    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there."""
+def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> np.ndarray:
+    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there.
+
+    The last functions of time of `at_end` are those of the end.
+    """
     state, count = system.structure.state, system.structure.functions
-    values = values._replace(
-        functions=values.functions[-count:],
-        rates=values.rates[-2 * count :],
+    at_end = at_end._replace(
+        springs=values.springs,
+        functions=at_end.functions[-count:],
+        rates=at_end.rates[-2 * count :],
         velocity=_lanes(work.z[state.velocity : state.acceleration]),
         law_states=_lanes(work.z[state.law_state :][: len(values.law_states)]),
     )
     with np.errstate(all="ignore"):  # of samples that failed
-        anew, _ = begin(system, values, work.z)
+        anew, _ = begin(system, at_end, work.z)
     accelerations = anew.z[state.acceleration : state.energy]
     return np.concatenate([work.z, work.a, values.springs.rest, work.steps, accelerations])
 

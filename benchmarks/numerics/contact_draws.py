@@ -262,12 +262,12 @@ def derivative(y, mass, joints, numbers, springs, of_springs, touches, of_touche
     return np.concatenate((v, solved(mass, J, forces, right)))
 
 
-class TooLong(Exception):
+class TooLongError(Exception):
     """The reference takes too many evaluations."""
 
 
 class Event(NamedTuple):
-    """A contact that closes: when, which touch, and how fast it does so, also of the largest speed."""
+    """A contact that closes: when, which one, how fast, and that over the largest speed."""
 
     time: float
     touch: int
@@ -321,7 +321,7 @@ class Reference:
 
         Raises
         ------
-        TooLong
+        TooLongError
             If that takes more than `MOST` evaluations, as for a contact that stays closed.
         """
         n, count = len(self.mass), len(self.touches)
@@ -347,7 +347,7 @@ class Reference:
                 nonlocal evaluations
                 evaluations += 1
                 if evaluations > MOST:
-                    raise TooLong
+                    raise TooLongError
                 return derivative(y, *arguments, *state)
 
             part = solve_ivp(

@@ -1,6 +1,7 @@
 """Pins, guides and followers with clearance against published and exact results."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,32 @@ def test_half_the_tolerance_changes_the_first_impacts_by_less_than_its_share():
         for tolerance in (1e-7, 5e-8)
     )
     np.testing.assert_allclose(first, second, rtol=2e-4)
+
+
+def slider(clearance, tolerance=1e-8):
+    """Return where the slider is, after the first impact of all."""
+    motion = fb.simulate(
+        replace(worn_pin(clearance), sensors={"x": fb.Position("slider")}),
+        duration=4e-4, step=1e-4, integrator=chosen(tolerance),
+    )  # fmt: skip
+    return motion.sel(output="x_X").values[..., -1]
+
+
+def test_a_sample_with_clearance_does_not_depend_on_its_neighbours():
+    clearances = np.linspace(1e-4, 3e-4, 11)
+    together, order = slider(clearances), np.random.default_rng(0).permutation(11)
+    np.testing.assert_array_equal(slider(clearances[order]), together[order])
+    for k in (0, 10):
+        assert slider(clearances[k]) == together[k]
+        np.testing.assert_array_equal(slider(np.full(8, clearances[k])), np.full(8, together[k]))
+
+
+def test_the_noise_of_a_clearance_is_within_the_tolerance():
+    """A change of 1e-9 of it changes steps, and the result by less than its error."""
+    places = slider(2e-4 * (1 + 1e-9 * np.arange(8)), 1e-7)
+    error = abs(places[0] - slider(2e-4, 1e-9))
+    assert 0 < np.ptp(places) < 0.1 * error
+    assert error < 1e-6 * 0.17
 
 
 def test_a_pin_rests_at_the_bottom_of_its_hole():

@@ -33,7 +33,7 @@ def four_bar(crank, coupler, rocker, ground, height):
     return fb.Mechanism(bodies=bodies, joints=joints, sensors=SENSORS)
 
 
-response = fb.dynamic_response(four_bar, duration=0.35, step=1e-3)
+response = fb.dynamic_response(four_bar, duration=0.35, step=1e-4, output_step=1e-3)
 inputs = {name: fb.Interval.around(size, tolerance=5e-4) for name, size in SIZES.items()}
 nominal = response(**{name: np.array([size]) for name, size in SIZES.items()})[0]
 path, force = nominal.sel(output="middle_Y").values, float(nominal.sel(output="D_X").max())

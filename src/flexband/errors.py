@@ -403,7 +403,7 @@ def _within(
 
 
 def _refuse(name: str, array: np.ndarray, bad: np.ndarray, allowed: str) -> None:
-    if np.any(bad):
+    if bad.any():
         first = np.argwhere(bad)[0]
         where = f" (sample {first[0]})" if array.ndim else ""
         raise InputError(f"{name} must be {allowed}; got {array[tuple(first)]:g}{where}")

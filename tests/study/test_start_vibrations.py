@@ -76,6 +76,16 @@ def test_a_rest_that_is_not_taken_is_one_too():
     assert one.frequency == pytest.approx(OMEGA / (2 * np.pi), rel=0.01)
 
 
+def test_outputs_that_no_input_changes_have_none():
+    """Their bands are as wide as rounding errors, of which nothing is a share."""
+    case = study(lambda t: SPEED * t)
+    surrogate = case.expand()
+    bands = surrogate.bands()
+    middle, rounding = bands["error_bar"].mean("bound"), [-1e-16, 1e-16]
+    bands["error_bar"] = middle + bands["bound"].copy(data=rounding)
+    assert not vibrations(case, surrogate, bands)
+
+
 def test_models_without_a_start_have_none(tmp_path):
     case = fb.Study(lambda a: np.outer(a, [1.0, 2.0]), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
     assert not found(case)[0]

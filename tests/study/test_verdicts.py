@@ -36,6 +36,13 @@ def test_a_margin_decides_where_it_exceeds_its_error(margin, between, verdict, r
     assert verdict_of(margin, between) == (verdict, reason)
 
 
+@pytest.mark.parametrize("kept", [LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED])
+def test_bounds_left_only_between_times_say_so(kept):
+    least = SimpleNamespace(margin=0.0, between=-4e-7, error=2e-15, verdict=kept)
+    verdict = _by_margin(xr.Dataset(), least, xr.Dataset(attrs={"error": "truncation"}), None)
+    assert verdict[:2] == (Verdict.UNDECIDED, Reason.BETWEEN)
+
+
 def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
     assert verdict_of(0.5, 0.5, run=-0.01) == (Verdict.FAIL, Reason.RUN)
     assert verdict_of(0.5, 0.5, run=0.01) == (Verdict.PASS, Reason.MARGIN)

@@ -17,6 +17,7 @@ import xarray as xr
 from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import FlexbandWarning, InputError, RunError, without_warnings
+from flexband.rounding import Units
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -100,7 +101,8 @@ def _compared(
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
     width = (bar.sel(bound="upper") - bar.sel(bound="lower")).mean("time").values
     known: dict[int, StartVibration] = {}
-    uncertain = set(np.flatnonzero(width > 0).tolist())
+    sizes = np.abs(given).max("time").values
+    uncertain = set(np.flatnonzero(Units.along(given, ["output"]).varies(width, sizes)).tolist())
     for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
         if uncertain <= known.keys():
             break

@@ -68,11 +68,11 @@ def runs_as_expanded(
 
 def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
-    halved: list[str] = []
+    halved = list(surrogate.diagnostics.attrs.get("halved", []))
     response, space = as_response(function), surrogate.space
     values = space.arguments_at(*space.nominal())
-    if response.left_out(**values):
-        halved = list(surrogate.diagnostics.attrs.get("halved", []))
-        for name in halved:
-            response = response.refinements(**values)[name]
+    if not halved or not response.left_out(**values):
+        return response, []
+    for name in halved:
+        response = response.refinements(**values)[name]
     return response, halved

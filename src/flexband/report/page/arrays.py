@@ -38,5 +38,5 @@ def packed(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
             array, record = whole.astype(kind), record | {"quantum": quantum}
     size = array.dtype.itemsize
     planes = array.view(np.uint8).reshape(-1, size).T if array.size else array
-    data = b64encode(zlib.compress(planes.tobytes(), 9)).decode()
+    data = b64encode(zlib.compress(planes.tobytes())).decode()
     return record | {"bytes": size, "data": data}

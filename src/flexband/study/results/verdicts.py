@@ -188,16 +188,15 @@ def _by_margin(
     kept = least.verdict
     if kept is LimitVerdict.KEPT and least.between - error >= 0:
         return Verdict.PASS, Reason.MARGIN, error
-    if kept is LimitVerdict.NOT_KEPT and min(least.margin, least.between) + error < 0:
-        fails = least.margin + error < 0
-        return (
-            (Verdict.FAIL, Reason.MARGIN, error)
-            if fails
-            else (Verdict.UNDECIDED, Reason.BETWEEN, error)
-        )
-    beyond = abs(least.between) > error and (least.between < 0) == (least.margin < 0)
-    trusted = not (kept is LimitVerdict.UNDECIDED and beyond)
-    return Verdict.UNDECIDED, Reason.ERROR if trusted else Reason.NOT_TRUSTED, error
+    if kept is LimitVerdict.NOT_KEPT and least.margin + error < 0:
+        return Verdict.FAIL, Reason.MARGIN, error
+    if kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.margin + error:
+        reason = Reason.BETWEEN
+    elif kept is LimitVerdict.UNDECIDED and not least.margin + error >= 0 >= least.between - error:
+        reason = Reason.NOT_TRUSTED
+    else:
+        reason = Reason.ERROR
+    return Verdict.UNDECIDED, reason, error
 
 
 def _by_share(share: tuple[float, float, float], at_most: float) -> tuple[Verdict, Reason]:

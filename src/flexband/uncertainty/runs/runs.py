@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -144,10 +145,12 @@ class CountedRuns:
             check_runs(method, self.space, self.most_runs, self.count, finer)
             self.total += method.finer_runs(self.space, finer)
 
-    @property
+    @cached_property
     def start(self) -> Level:
         """The response as it is given."""
-        return Level(self, self.response)
+        level = Level(self, self.response)
+        level.left_out = level.of_nominal(self.response.left_out)
+        return level
 
     def __call__(
         self,
@@ -329,7 +332,6 @@ class Level(Evaluate):
     def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
         super().__init__()
         self.runs, self.response, self.finer = runs, response, finer
-        self.left_out = self._of_nominal(response.left_out)
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
@@ -380,25 +382,33 @@ class Level(Evaluate):
 
     def refinements(self) -> dict[str, Level]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        finer = self._of_nominal(self.response.refinements)
-        return {
-            name: Level(self.runs, response, (*self.finer, name))
-            for name, response in finer.items()
-        }
+        return self._finer_levels
+
+    @cached_property
+    def _finer_levels(self) -> dict[str, Level]:
+        levels = {}
+        for name, response in self.of_nominal(self.response.refinements).items():
+            levels[name] = Level(self.runs, response, (*self.finer, name))
+            levels[name].left_out = self.left_out
+        return levels
 
     def discretization(self) -> dict[str, float]:
         """Return the numbers of the discretization, such as the step, by name."""
-        return self._of_nominal(self.response.discretization)
+        return self._numbers
+
+    @cached_property
+    def _numbers(self) -> dict[str, float]:
+        return self.of_nominal(self.response.discretization)
 
     def quantities(self) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
-        return self._of_nominal(self.response.quantities)
+        return self.of_nominal(self.response.quantities)
 
     def tensors(self) -> list[str]:
         """Return which of the quantities are tensors, by name."""
-        return self._of_nominal(self.response.tensors)
+        return self.of_nominal(self.response.tensors)
 
-    def _of_nominal(self, method: Callable[..., Answer]) -> Answer:
+    def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""
         space = self.runs.space
         arguments = space.arguments_at(*space.nominal())

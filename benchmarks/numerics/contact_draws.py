@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -22,7 +21,7 @@ GROUND = -1
 ZERO = 1e-15
 """Distance [m] or [rad] by which a contact that has just opened is open."""
 
-MOST = 1_000_000
+MOST = 300_000
 """Most evaluations of the equations of motion for one mechanism."""
 
 LONGEST = 1e-3
@@ -151,7 +150,6 @@ def damping(e: float) -> float:
     )  # fmt: skip
 
 
-@njit(error_model="numpy")
 def position(q, i, x, y):
     """Return a point and its derivatives by the angle of its body."""
     if i < 0:
@@ -160,7 +158,6 @@ def position(q, i, x, y):
     return q[3 * i] + c * x - s * y, q[3 * i + 1] + s * x + c * y, -s * x - c * y, c * x - s * y
 
 
-@njit(error_model="numpy")
 def add_gradient(row, i, nx, ny, dx, dy, sign):
     """Add ± the derivative of n · r of a point to a row."""
     if i >= 0:
@@ -169,7 +166,6 @@ def add_gradient(row, i, nx, ny, dx, dy, sign):
         row[3 * i + 2] += sign * (nx * dx + ny * dy)
 
 
-@njit(error_model="numpy")
 def gap(q, kind, i, j, p, row):
     """Return a gap and fill its derivative by q."""
     row[:] = 0.0
@@ -190,7 +186,7 @@ def gap(q, kind, i, j, p, row):
             row[3 * j + 2] += -ny * x + nx * y
         value = nx * x + ny * y - p[5]
     else:
-        d = math.sqrt(x * x + y * y)
+        d = max(math.hypot(x, y), 1e-300)
         sign = -1.0 if kind == HOLE else 1.0
         nx, ny = sign * x / d, sign * y / d
         value = p[4] + sign * d
@@ -199,7 +195,6 @@ def gap(q, kind, i, j, p, row):
     return value
 
 
-@njit(error_model="numpy")
 def constraints(q, v, joints, numbers):
     """Return Φ_q, −(Φ_q v)_q v and Φ_q v of all joints."""
     J, right, rates = np.zeros((len(joints), len(q))), np.zeros(len(joints)), np.zeros(len(joints))
@@ -220,7 +215,6 @@ def constraints(q, v, joints, numbers):
     return J, right, rates
 
 
-@njit(error_model="numpy")
 def solved(mass, J, forces, right):
     """Return x of M x + Jᵀλ = forces and J x = right."""
     n, m = len(mass), len(J)
@@ -232,7 +226,6 @@ def solved(mass, J, forces, right):
     return np.linalg.solve(A, b)[:n]
 
 
-@njit(error_model="numpy")
 def derivative(y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, begun):
     """Return the derivative of [q, v]."""
     n = len(mass)

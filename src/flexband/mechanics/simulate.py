@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,7 +26,6 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
-from flexband.mechanics.assembly.system import System
 from flexband.mechanics.continued_start import end_state
 from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
 from flexband.mechanics.engine.failures import raise_failures
@@ -44,6 +43,9 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
 from flexband.mechanics.starts import started
 from flexband.progress import ProgressListener, listener, listening
+
+if TYPE_CHECKING:
+    from flexband.mechanics.assembly.system import System
 
 
 def simulate(

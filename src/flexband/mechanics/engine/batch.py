@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexband.errors import without_warnings
-from flexband.mechanics.assembly.packing import Packed, pack
+from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
@@ -128,7 +127,10 @@ def run_samples(
     The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
-    packed, at_end = _packed(system, times, samples, limits, keep)
+    packed, at_end = (
+        pack(system, times, samples, limits and limits.tolerance),
+        pack_end(system, times, samples) if keep else None,
+    )
     chosen = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
@@ -136,11 +138,10 @@ def run_samples(
         attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
-    outputs, failures, firsts = (
-        np.empty((len(chosen), len(system.outputs), len(times[::every]))),
-        np.zeros((len(chosen), 4)),
-        np.empty((system.structure.state.rows, len(chosen))),
-    )
+    outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
+    failures, firsts = (
+        np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
+    )  # fmt: skip
     starts: dict[int, np.ndarray] = {}
     impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
@@ -155,14 +156,10 @@ def run_samples(
         values = packed(block)
         begun = begin_block(block, values)
         series, failure, first, work = run_block(values, rounds, under_way, begun=begun[:2])
-        require_inertia(
-            system,
-            values,
-            np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)[:, : len(numbers)],
-            numbers,
-        )
+        lost = (failure[0] > 0) & (failure[1] == 0)
+        require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
-        if keep:
+        if at_end:
             ends[block] = end_of(system, values, at_end(block), work)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
@@ -187,9 +184,7 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    pace = Pace(rounds - 1, lambda: _share(under_way, blocks * (rounds - 1)))
-    in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
-    pace.end()
+    _run_blocks(simulate, blocks, len(chosen), rounds - 1, under_way, threads, progress)
     return Batch(
         outputs,
         failures,
@@ -204,22 +199,19 @@ def run_samples(
     )
 
 
-def _packed(
-    system: System,
-    times: np.ndarray,
-    samples: np.ndarray | None,
-    limits: StepLimits | None,
-    keep: bool,
-) -> tuple[Packed, Packed]:
-    """Return the blocks for a run, and those whose last functions of time are those of its end."""
-    packed = pack(system, times, samples, limits and limits.tolerance)
-    with without_warnings():
-        return packed, pack(system, times[-5:], samples) if keep and limits else packed
-
-
-def _share(under_way: list[np.ndarray], steps: int) -> float:
-    """Return which part of so many steps the blocks have done."""
-    return sum(float(reached[0, 0]) for reached in under_way[:]) / steps
+def _run_blocks(
+    simulate: Callable[[int], int],
+    blocks: int,
+    samples: int,
+    steps: int,
+    under_way: list[np.ndarray],
+    threads: int | None,
+    progress: Progress | None,
+) -> None:
+    """Simulate all blocks, and tell how far those are that are `under_way`."""
+    pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
+    in_parallel(simulate, blocks, samples, threads, progress, pace)
+    pace.end()
 
 
 def _impulses(

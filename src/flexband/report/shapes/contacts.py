@@ -71,7 +71,7 @@ def _(geometry: CircleOnLine, sketch: Sketch, load: Contact, name: str) -> None:
     if body_of(load.second):
         sketch.line(Stroke([line], np.array(ends)), width=1.8, layer=6.0, part=f"load {name!r}")
     else:
-        sketch.hatch(line, *ends, (-4, -4))
+        sketch.hatch(line, ends[0], ends[1], (-4, -4))
     sketch.name(name, at(first), color="load")
 
 
@@ -123,7 +123,7 @@ def add_angular_stop(load: AngularStop, sketch: Sketch, name: str) -> None:
         tick = -4.0 * sign * math.sin(angle), 4.0 * sign * math.cos(angle)
         sketch.hatch(frame, 14.0 * spoke, 32.0 * spoke, tick)
     if len(angles) == 2:
-        turn = np.linspace(*angles, 40)
+        turn = np.linspace(angles[0], angles[1], 40)
         arc = 23.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         sketch.line(in_points(frame, arc), **AXIS)
     pointer = in_points(LocalFrame(pivot, turn=sketch.tracks.turn(load.first)), [(0, 0), (28, 0)])

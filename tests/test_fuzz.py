@@ -7,6 +7,9 @@ import inspect
 import os
 import random
 import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -78,6 +81,17 @@ def moving(a, b):
     return xr.DataArray(values, {"output": ["x", "y"]}, ("sample", "output", "time"))
 
 
+@dataclass(frozen=True)
+class Made:
+    """A value that is made when a test needs it: every process collects all tests."""
+
+    make: Callable
+
+    @cached_property
+    def value(self):
+        return self.make()
+
+
 STUDY = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 BOX = fb.expand(response, {"a": fb.Interval(1.0, 2.0), "b": 1.0}, fb.PCCI(1, 1))
 GOOD = {
@@ -85,7 +99,7 @@ GOOD = {
     "axis": (1.0, 0.0),
     "joint": "pin", "spring": "spring", "body": "c", "beam": "c", "part": "pin", "place": "0.5",
     "law": nothing, "parameters": (1.0,), "angle": 0.0, "travel": np.sin, "x": 0.0, "y": 0.0,
-    "elements": 1, "bodies": {"m": fb.PointMass(mass=1.0)}, "mechanism": mechanism(),
+    "elements": 1, "bodies": {"m": fb.PointMass(mass=1.0)}, "mechanism": Made(mechanism),
     "duration": 0.1, "step": 0.05, "count": 1, "builder": mechanism, "response": response,
     "inputs": STUDY, "method": fb.PCCI(1, 1), "lower": 0.0, "upper": 1.0, "mean": 1.0,
     "vertices": [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "file": "surrogate.npz",
@@ -183,25 +197,33 @@ OWN = {
     ("Beam", "path"): [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)],
     ("Cable", "path"): lambda u: np.stack([u, u * u], axis=1),
 }
-COMPARED = fb.compare(fb.Study(response, STUDY, fb.PCCI(1, 1)), fb.PCCI(1, 1), [fb.PCCI(1, 2)])
+COMPARED = Made(
+    lambda: fb.compare(fb.Study(response, STUDY, fb.PCCI(1, 1)), fb.PCCI(1, 1), [fb.PCCI(1, 2)])
+)
 FIELD = fb.RandomField(1.0, 0.1, correlation_length=1.0, domain=(0.0, 1.0))
 OWN |= {
-    ("plot_bands", "bands"): COMPARED[0].bands.isel(dim_1=0),
-    ("plot_bounds", "found"): COMPARED[0].bands,
+    ("plot_bands", "bands"): Made(lambda: COMPARED.value[0].bands.isel(dim_1=0)),
+    ("plot_bounds", "found"): Made(lambda: COMPARED.value[0].bands),
     ("plot_bounds", "variable"): "mean",
-    ("plot_comparison", "results"): {"a": COMPARED[0].bands},
-    ("plot_contributions", "found"): fb.analysis.contributions(GOOD["surrogate"]),
-    ("plot_deviations", "bands"): COMPARED[0].bands,
+    ("plot_comparison", "results"): Made(lambda: {"a": COMPARED.value[0].bands}),
+    ("plot_contributions", "found"): Made(lambda: fb.analysis.contributions(GOOD["surrogate"])),
+    ("plot_deviations", "bands"): Made(lambda: COMPARED.value[0].bands),
     ("plot_errors", "results"): COMPARED,
     ("plot_field", "field"): FIELD,
-    ("plot_margins", "found"): fb.analysis.check_limits(GOOD["surrogate"], GOOD["limits"]),
-    ("plot_p_box", "found"): fb.analysis.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256),
-    ("plot_path", "found"): fb.analysis.path(OWN["path", "surrogate"], "x", "y"),
-    ("plot_probability", "found"): fb.analysis.failure_probability(
-        GOOD["surrogate"], GOOD["limits"]
+    ("plot_margins", "found"): Made(
+        lambda: fb.analysis.check_limits(GOOD["surrogate"], GOOD["limits"])
+    ),
+    ("plot_p_box", "found"): Made(
+        lambda: fb.analysis.p_box(GOOD["surrogate"], at={"dim_1": 0}, samples=256)
+    ),
+    ("plot_path", "found"): Made(lambda: fb.analysis.path(OWN["path", "surrogate"], "x", "y")),
+    ("plot_probability", "found"): Made(
+        lambda: fb.analysis.failure_probability(GOOD["surrogate"], GOOD["limits"])
     ),
     ("plot_response", "response"): xr.DataArray(np.ones(3), dims="time"),
-    ("plot_tolerances", "found"): fb.analysis.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0}),
+    ("plot_tolerances", "found"): Made(
+        lambda: fb.analysis.allocate(BOX, fb.Limit(below=2.5), {"a": 1.0})
+    ),
     ("plot_variance_error", "fields"): {"E": FIELD},
     ("compare", "study"): fb.Study(response, STUDY, fb.PCCI(1, 1)),
     ("compare", "reference"): fb.PCCI(1, 2),
@@ -288,11 +310,11 @@ def usual(name):
     """Return arguments that are fine, as far as the names of the parameters tell."""
     chosen = {}
     for one in parameters(name):
-        own = OWN.get((name.partition(".")[0], one.name))
-        if own is not None:
-            chosen[one.name] = own
-        elif one.default is one.empty:
-            chosen[one.name] = GOOD.get(one.name, 1.0)
+        value = OWN.get((name.partition(".")[0], one.name))
+        if value is None and one.default is one.empty:
+            value = GOOD.get(one.name, 1.0)
+        if value is not None:
+            chosen[one.name] = value.value if isinstance(value, Made) else value
     return chosen
 
 

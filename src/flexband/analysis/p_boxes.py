@@ -146,13 +146,15 @@ class _Envelope:
         shape = 2, len(values)
         probability, error = np.empty(shape), np.empty(shape)
         eta = np.empty((*shape, self.eta.shape[-1]))
+        first_time = np.zeros(len(values), dtype=int)
         for bound in (0, 1):  # the highest probabilities are where quantiles are lowest
             opposite = 1 - bound
             above = np.searchsorted(self.quantiles[opposite], values)
             last = self.quantiles.shape[1] - 1
             tried = np.clip(np.stack([above - 1, above]), 0, last)
             at = self.eta[opposite][tried]
-            estimates = [self._below(values, candidate) for candidate in at]
+            samples = (self.series.values(self.psi, tried_eta, first_time) for tried_eta in at)
+            estimates = [probability_below(some, values) for some in samples]
             parts = np.stack([part for part, _ in estimates])
             best = parts.argmax(axis=0) if bound else parts.argmin(axis=0)
             rows = np.arange(len(values))
@@ -183,10 +185,6 @@ class _Envelope:
         if units[0] is not None:
             result["value"].attrs["units"] = units[0]
         return result
-
-    def _below(self, values: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        sampled = self.series.values(self.psi, eta, np.zeros(len(eta), dtype=int))
-        return probability_below(sampled, values)
 
 
 LONG_NAMES = {

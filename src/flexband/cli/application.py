@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
-from typer.main import get_group
+from typer.main import get_command_from_info, get_command_name
 
 import flexband as fb
 from flexband.cli.commands import asks_for_help, commands, load, renamed
@@ -31,7 +31,11 @@ class _Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         load(args)
-        self.commands = get_group(app).commands
+        for info in app.registered_commands:  # only this one: Typer takes long to make all of them
+            if info.callback and args[0] == (info.name or get_command_name(info.callback.__name__)):
+                self.commands[args[0]] = get_command_from_info(
+                    info, pretty_exceptions_short=True, rich_markup_mode=app.rich_markup_mode
+                )
         if asks_for_help(args):
             args = [args[0], "--help"]
         return super().resolve_command(ctx, args)

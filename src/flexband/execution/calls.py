@@ -109,18 +109,14 @@ def perform_elsewhere(
         lines = traceback.format_exception(outcome.error)
         outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
     try:
-        return _returning(outcome)
+        data = cloudpickle.dumps(outcome)
+        if outcome.error is not None:
+            cloudpickle.loads(data)  # some errors can be pickled, but not made again
+        return data
     except Exception as reason:
         error = outcome.error or reason
         plain = RuntimeError(f"{type(error).__name__}: {error}")
         return cloudpickle.dumps(outcome._replace(value=None, error=plain))
-
-
-def _returning(outcome: Outcome) -> bytes:
-    data = cloudpickle.dumps(outcome)
-    if outcome.error is not None:
-        cloudpickle.loads(data)  # some errors can be pickled, but not made again
-    return data
 
 
 def received(data: bytes) -> Outcome:

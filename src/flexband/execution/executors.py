@@ -169,13 +169,7 @@ def with_executor(
     Tasks whose workers died are performed once more, one after another: an executor cannot tell
     which of several tasks ended a worker.
     """
-
-    def performing(
-        response: ResponseFunction, tasks: Tasks
-    ) -> Generator[tuple[int, Outcome], None, None]:
-        return _Flow(executor, response, tasks, client, options).perform()
-
-    return performing
+    return lambda response, tasks: _Flow(executor, response, tasks, client, options).perform()
 
 
 @contextmanager

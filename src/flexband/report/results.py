@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import partial
 from io import BytesIO
 from itertools import chain, count
@@ -23,7 +23,6 @@ from flexband.report.text.drawable import definitions, drawable_outputs
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
-from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 
@@ -57,7 +56,9 @@ def write_comparison_report(
         caption = "Variance error of the random fields after discretization"
         draw = partial(figures.variance_error_figure, random, along)
         drawn.append(Drawing(caption, draw))
-    drawn += _of_fields(fields, along)
+    if fields:
+        draw = partial(figures.fields_figure, fields, along)
+        drawn.append(Drawing("Realizations of the fields", draw))
     if outputs := drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
         drawn.append(Drawing("Response without uncertainty", draw))
@@ -80,12 +81,6 @@ def write_comparison_report(
     about = f"{len(results)} methods, compared with {results[0].method.label}"
     file = folder / FileName.REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
-
-
-def _of_fields(fields: Mapping[str, Field], along: Mapping[str, str]) -> list[Drawing]:
-    """Return the drawing of realizations, if there are fields."""
-    draw = partial(figures.fields_figure, fields, along)
-    return [Drawing("Realizations of the fields", draw)] if fields else []
 
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:

@@ -36,7 +36,7 @@ study = fb.Study(response, inputs, fb.PCCI(2, 1))
 
 LIMIT = ("--below", "w=9")
 ROUGH = ("--accuracy", 0.03)
-CHEAP = ("--below", "w=12", "--cost", "e=1", "--cost", "x=1")
+CHEAP = ("--below", "X=10.8", "--cost", "e=1")
 CASES = {  # command -> what is always given, and each option
     "contributions": ((), {"sigmas": 3, "shapley": None}),
     "sobol": ((), {}),
@@ -50,7 +50,7 @@ CASES = {  # command -> what is always given, and each option
     "distribution": ((), {"probability": 0.3, "samples": 512, "seed": 3, "kind": "range"}),
     "allocate": (
         CHEAP,
-        {"cost": ("e=1", "x=9"), "below": "X=10.5", "above": "w=-9", "during": "0 0.5",
+        {"cost": ("e=1", "x=9"), "below": "X=10.5", "above": "Y=-8.8", "during": "0.2 0.5",
          "sigmas": 1, "probability": 0.01, "no-confirm": None},
     ),
     "derived": (

@@ -292,10 +292,14 @@ def _kept(
     for k in range(2):  # the second time between the best two of the first
         most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
         shifts = np.linspace(looser, most, count)
-        tried = tolerances.tighter(x, shifts[:, None])
-        margins = (worst.values(tried, points) / worst.scale[points.series]).min(axis=1)
-        enough = np.flatnonzero(margins > -options.slack)
-        first = int(enough[0]) if len(enough) else count - 1
+        tried, first = tolerances.tighter(x, shifts[:, None]), count - 1
+        for start in 2 ** np.arange(count.bit_length()) - 1:  # more of them at once, the more fail
+            rows = tried[start : 2 * start + 1]
+            margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
+            enough = np.flatnonzero(margins > -options.slack)
+            if len(enough):
+                first = start + int(enough[0])
+                break
         if first == 0:
             return tried[0]
         looser, tighter = shifts[first - 1], shifts[first]

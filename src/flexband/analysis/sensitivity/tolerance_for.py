@@ -141,5 +141,4 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
 def _with_tolerance(input_: Input, tolerance: float) -> Input:
     if not isinstance(input_, Interval):
         return input_.replaced({"std": tolerance})
-    middle = (input_.lower + input_.upper) / 2
-    return Interval(middle - tolerance, middle + tolerance)
+    return Interval.around((input_.lower + input_.upper) / 2, tolerance=tolerance)

@@ -74,7 +74,9 @@ def production_yield(
             options["progress"] = task("correcting runs")
         production = fb.production_yield(surrogate, requirements, spread, **options)
     of_study = not (below or above or only or scatter)
-    remarks = [f"Scatter: {production.attrs['scatter']}", RANDOM_SAMPLES, *_doubts(production)]
+    remarks = [f"Scatter: {production.attrs['scatter']}", RANDOM_SAMPLES]
+    if doubt := production.attrs.get("surrogate_not_reliable"):
+        remarks.append(str(doubt))
     return CommandOutput(
         {"yield": as_rows(production)},
         [("Yield", yield_table(production))],
@@ -82,11 +84,6 @@ def production_yield(
         name="yield",
         data=production if of_study else None,
     )
-
-
-def _doubts(production: xr.Dataset) -> list[str]:
-    """Return why a result is not reliable, if it is not."""
-    return [str(v) for k, v in production.attrs.items() if k == "surrogate_not_reliable"]
 
 
 def yield_table(production: xr.Dataset) -> Table:

@@ -25,7 +25,7 @@ from numba.np.numpy_support import carray
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws.forces import AXES
-from flexband.mechanics.loads.lines import lines_of
+from flexband.mechanics.loads.lines import called_by_code, lines_of
 from flexband.mechanics.loads.solved_states import solver_of
 
 Law = Callable[..., None]
@@ -177,7 +177,7 @@ def _reporter(
         column = np.array(memory).reshape(at.end, WIDTH)[:, lane]
         x, v, force = np.zeros((3, count, AXES))
         x[:points], v[:points] = column[at.x : at.force].reshape(2, points, AXES)
-        add_lines(x, v)
+        add_lines.py_func(x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
         gaps = np.zeros(at.end - at.gap if shape.contact else shape.events)
@@ -279,7 +279,7 @@ def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
         def law(t, x, v, s, p, force, rate, mode, gap):
             dispatcher(t, x, v, p, force)
 
-    return njit(error_model="numpy")(law)
+    return called_by_code(law)
 
 
 def _reason(law: Law, outcome: int, *arguments) -> str:

@@ -14,6 +14,11 @@ from numba import njit
 
 from flexband.errors import InputError, shown
 
+called_by_code = njit(  # pyright: ignore[reportCallIssue]
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
+)
+"""Compile a function that Python never calls, which takes half of the time."""
+
 
 def check_lines(between: object, points: int) -> None:
     """Raise `InputError` if these are not pairs of numbers of points."""
@@ -39,7 +44,7 @@ def lines_of(between: Sequence[tuple[int, int]], points: int) -> tuple:
     pairs = np.array(between, dtype=np.int64).reshape(-1, 2)
     count = len(pairs)
 
-    @njit(error_model="numpy")
+    @called_by_code
     def add_lines(x, v):
         for n in range(count):
             i, j, row = pairs[n, 0], pairs[n, 1], points + n
@@ -50,7 +55,7 @@ def lines_of(between: Sequence[tuple[int, int]], points: int) -> tuple:
             v[row, 0], v[row, 1] = (dx * du + dy * dv) / max(length, 1e-300), 0.0
             v[row, 2] = v[i, 2] - v[j, 2]
 
-    @njit(error_model="numpy")
+    @called_by_code
     def pass_on(x, force):
         for n in range(count):
             i, j, row = pairs[n, 0], pairs[n, 1], points + n

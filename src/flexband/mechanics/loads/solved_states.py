@@ -10,7 +10,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from flexband.mechanics.loads.lines import called_by_code
 
 
 class StateSolver(NamedTuple):
@@ -46,20 +47,22 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
     """
     iterations, halvings, difference, rate_part, tolerance, stalled = solver
 
-    @njit(error_model="numpy")
+    @called_by_code
     def evaluated(t, x, v, y, p, force, rate, mode, gap, b, tau):
         law(t, x, v, y, p, force, rate, mode, gap)
         return True
 
-    @njit(error_model="numpy")
+    @called_by_code
     def evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
-        force[:] = 0.0
-        rate[:] = 0.0
+        for k in range(force.size):
+            force.flat[k] = 0.0
+        for k in range(states):
+            rate[k] = 0.0
         law(t, x, v, y, p, force, rate, mode, gap)
         for k in range(states):
             rest[k] = rate[k] if tau[k] < 0.0 else y[k] - b[k] - tau[k] * rate[k]
 
-    @njit(error_model="numpy")
+    @called_by_code
     def differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J):
         """Fill J with the derivatives of `rest` by the states, of these sizes."""
         other = np.empty(states)
@@ -74,9 +77,9 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
                 J[i, k] = (other[i] - rest[i]) / width
             y[k] = before
 
-    @njit(error_model="numpy")
+    @called_by_code
     def solved(t, x, v, y, p, force, rate, mode, gap, b, tau):
-        rest, move, before, size, weight = np.zeros((5, states))
+        rest, move, before, size, weight = np.empty((5, states))
         J, last = np.empty((states, states)), np.inf
         evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
         for _ in range(iterations):
@@ -84,20 +87,24 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
                 return True
             differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J)
             for i in range(states):
-                weight[i] = max((np.abs(J[i]) * size).max(), 1e-300)
-            excess = (np.abs(rest) / weight).max()
-            before[:] = y
-            move[:] = -rest
+                weight[i] = 1e-300
+                for k in range(states):
+                    weight[i] = max(abs(J[i, k]) * size[k], weight[i])
+                before[i], move[i] = y[i], -rest[i]
+            excess = largest(rest, weight)
             eliminate(J, move)
             part = 1.0
             for _ in range(halvings):
-                y[:] = before + part * move
+                for k in range(states):
+                    y[k] = before[k] + part * move[k]
                 evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
-                remaining = (np.abs(rest) / weight).max()
+                remaining = largest(rest, weight)
                 if remaining < excess or remaining < tolerance:
                     break
                 part = 0.5 * part
-            change = (np.abs(move) / np.maximum(np.maximum(np.abs(y), size), 1e-300)).max()
+            for k in range(states):
+                size[k] = max(abs(y[k]), size[k], 1e-300)
+            change = largest(move, size)
             if not np.isfinite(change):
                 return False
             if change < tolerance or (change < stalled and change > 0.5 * last):
@@ -108,7 +115,18 @@ def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -
     return solved if states else evaluated
 
 
-@njit(error_model="numpy")
+@called_by_code
+def largest(values, sizes):
+    """Return the largest of the absolute values over their sizes; NaN if one is NaN."""
+    top = 0.0
+    for k in range(len(values)):
+        ratio = abs(values[k]) / sizes[k]
+        if ratio > top or np.isnan(ratio):
+            top = ratio
+    return top
+
+
+@called_by_code
 def eliminate(matrix, x):
     """Replace x by the solution of matrix @ solution = x, by elimination with exchanged rows."""
     n = len(x)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.texts import told, verdict_on
+from flexband.analysis.probability.texts import told
 from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
@@ -90,7 +90,8 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     if name == "sobol" and answer.sizes["name"] == 1:
         return Answer(title, None, [only_one(answer), *remarks], [])
     if name == "derived":
-        title = f"{title}: {quantity_of(answer)}"
+        unit = answer["mean"].attrs.get("units")
+        title = f"{title}: {answer.attrs['quantity']}" + (f" [{unit}]" if unit else "")
     return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
 
 
@@ -176,12 +177,6 @@ def margins_left(allocation: xr.Dataset) -> str:
     return f"These tolerances keep: {'; '.join(margins)}."
 
 
-def quantity_of(bands: xr.Dataset) -> str:
-    """Return the quantity of a result of `derived`, with its unit."""
-    unit = bands["mean"].attrs.get("units")
-    return str(bands.attrs["quantity"]) + (f" [{unit}]" if unit else "")
-
-
 def derived_table(bands: xr.Dataset) -> Table:
     """Return the bounds of a quantity: the lowest and the highest over its values."""
     words = {
@@ -224,11 +219,6 @@ def limits_table(
             row.append(yield_cell(part.isel(bound=-1) if "bound" in part.dims else part))
         rows.append(row)
     return header + ["yield (95 % confidence)"] * (production is not None), rows
-
-
-def limit_remarks(probability: xr.Dataset | None) -> list[str]:
-    """Return with which inputs probabilities of leaving limits are reached."""
-    return [] if probability is None else [verdict_on(probability)]
 
 
 def yield_cell(part: xr.Dataset) -> str:

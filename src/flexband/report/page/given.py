@@ -75,7 +75,8 @@ def given_by(
 
     @cache
     def mechanism() -> Mechanism:
-        return nominal_mechanism(response, inputs)
+        space = Space(first_case(inputs))
+        return response.builder(**space.arguments_at(*space.nominal()))
 
     with without_warnings():
         _add(data, "drawing", "The mechanism", lambda: mechanism_picture(mechanism()))
@@ -98,12 +99,6 @@ def _add(data: JsonRecord, name: str, what: str, make: Callable[[], str]) -> Non
     except Exception as error:  # whatever a builder raises
         data["hidden"].append(f"{what} cannot be shown: {error}")
         warn(data["hidden"][-1])
-
-
-def nominal_mechanism(response: SensorResponse, inputs: Mapping[str, Any]) -> Mechanism:
-    """Return the mechanism of one sample at the nominal values."""
-    space = Space(first_case(inputs))
-    return response.builder(**space.arguments_at(*space.nominal()))
 
 
 def field_axes(response: ResponseFunction, inputs: Mapping[str, Any]) -> dict[str, str]:

@@ -151,7 +151,9 @@ class Space:
 
     def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
-        remaining = {True: self._scores(xi), False: eta}
+        # unlike that of a matrix product, the rounding of a row does not depend on other rows
+        scores = xi if self.factor is None else np.einsum("rj,ij->ri", xi, self.factor)
+        remaining = {True: scores, False: eta}
         columns = {}
         for name, input_ in self.inputs.items():
             width = [input_.dimension]
@@ -165,10 +167,6 @@ class Space:
             name: (input_.at(_parameters(name, input_, numbers)), columns[name])
             for name, input_ in self.inputs.items()
         }
-
-    def _scores(self, xi: np.ndarray) -> np.ndarray:
-        # unlike that of a matrix product, the rounding of a row does not depend on other rows
-        return xi if self.factor is None else np.einsum("rj,ij->ri", xi, self.factor)
 
     def arguments_at(
         self, xi: np.ndarray, eta: np.ndarray
@@ -204,13 +202,12 @@ class Space:
         (runs, terms), an interval field by its values at its `places`, shape (runs, places).
         Constants may be left out. Names, shapes and values that do not fit raise `InputError`.
         """
-        for name, value in values.items():
-            if name in self.constants:
-                _check_constant(name, self.constants[name], value)
-        values, needed = (
-            {k: v for k, v in values.items() if k not in self.constants},
-            self.uncertain,
-        )
+        for name, constant in self.constants.items():
+            if name in values and np.any(np.asarray(values[name]) != constant.constant):
+                given = shown(values[name])
+                raise InputError(f"{name} must be the constant {constant!r}; got {given}")
+        values = {k: v for k, v in values.items() if k not in self.constants}
+        needed = self.uncertain
         if values.keys() != needed.keys():
             raise InputError(
                 f"values must be given for {', '.join(needed) or 'nothing'}; "
@@ -239,11 +236,6 @@ class Space:
 def _parameters(name: str, input_: Input, values: Mapping[str, Numbers]) -> dict[str, Numbers]:
     """Return the values of the parameters of an input that are intervals."""
     return {parameter: values[f"{name}.{parameter}"] for parameter in input_.intervals}
-
-
-def _check_constant(name: str, constant: Constant, value: ArrayLike) -> None:
-    if np.any(np.asarray(value) != constant.constant):
-        raise InputError(f"{name} must be the constant {constant.constant!r}; got {shown(value)}")
 
 
 def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:

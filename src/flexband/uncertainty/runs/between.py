@@ -7,13 +7,10 @@ or None if there are none.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, warn, without_warnings
-from flexband.response import Response
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.words import number_of
@@ -40,7 +37,10 @@ def between_times(
     """
     space, labels = runs.space, runs.labels
     assert labels is not None
-    response = _at_more_times(runs.response, space.arguments_at(*space.nominal()), diagnostics)
+    response, nominal = runs.response, space.arguments_at(*space.nominal())
+    for name in diagnostics.attrs.get("halved", []):
+        response = response.refinements(**nominal)[name]
+    response = response.at_more_times()
     if response is None:
         return xr.Dataset()
     rng = np.random.default_rng(seed)
@@ -69,15 +69,6 @@ def between_times(
     return xr.Dataset(
         {k: (dims, v) for k, v in variables.items()}, attrs={"runs_between": len(good)}
     )
-
-
-def _at_more_times(
-    response: Response, nominal: dict[str, Any], diagnostics: xr.Dataset
-) -> Response | None:
-    """Return the response at more times, on the discretization that the method chose."""
-    for name in diagnostics.attrs.get("halved", []):
-        response = response.refinements(**nominal)[name]
-    return response.at_more_times()
 
 
 def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:

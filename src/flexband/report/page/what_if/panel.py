@@ -10,7 +10,6 @@ from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
-from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -52,13 +51,12 @@ def what_if(
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
-    space, expansions = (
-        every[0].space,
-        [expansion for alternative in every for expansion in alternative.expansions],
-    )
+    space = every[0].space
+    expansions = [expansion for alternative in every for expansion in alternative.expansions]
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
-    if sum(_coefficients(expansion) for expansion in expansions) > max_coefficients:
+    size = sum(expansion.arrays()["coefficients"].size for expansion in expansions)
+    if size > max_coefficients:
         return None, ["Other inputs are for Python: the surrogate is too large for a page."]
     outputs = _outputs(every[0].labels, bands)
     scale = np.array(outputs["scale"])
@@ -90,11 +88,6 @@ def what_if(
         **outputs,
     }
     return panel, []
-
-
-def _coefficients(expansion: Expansion) -> int:
-    """Return how many coefficients an expansion has."""
-    return expansion.arrays()["coefficients"].size
 
 
 def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:

@@ -16,8 +16,8 @@ SPEEDS = LIFT_OFF * np.array([0.95, 1.1])
 FACE = fb.contact.KeepsRestitution(stiffness=1e8, restitution=0.7, exponent=1.0)  # N/m
 
 
-def valve_train(speed=SPEEDS):
-    depth = (PRELOAD + MASS * ECCENTRICITY * speed**2) / FACE.stiffness  # at the lowest position
+def valve_train(speed=SPEEDS, law=FACE):
+    depth = (PRELOAD + MASS * ECCENTRICITY * speed**2) / law.stiffness  # at the lowest position
     height = RADIUS - ECCENTRICITY - depth
     cam = fb.RigidBody(
         mass=1.0, inertia=1e-3, angle=-np.pi / 2, rate=speed, points={"disc": (ECCENTRICITY, 0.0)}
@@ -33,7 +33,7 @@ def valve_train(speed=SPEEDS):
         loads={
             "spring": fb.Spring("follower", (0.0, 0.15), stiffness=STIFFNESS,
                                 rest_length=0.15 - height + PRELOAD / STIFFNESS),
-            "face": fb.contact.Contact("cam.disc", "follower", face, FACE, closed_at_start=True),
+            "face": fb.contact.Contact("cam.disc", "follower", face, law, closed_at_start=True),
         },
         sensors={
             "force": fb.contact.ContactForce("face"),

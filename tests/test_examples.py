@@ -267,6 +267,16 @@ def door_stop(own):
     assert at(motion, "impacts_t1")[-1] == pytest.approx(own.OPEN / own.SPEED, rel=1e-3)
 
 
+def latch(own):
+    """The angular momentum about the other end is −1/6 mL²ω, and ω becomes −ω/2."""
+    swing, caught = own.motion()
+    before, after = at(swing, "rate")[-1], at(caught, "rate")
+    assert after[0] == pytest.approx(-before / 2, rel=1e-12)
+    lost = 0.75 * at(swing, "energy")[-1]
+    assert caught.attrs["lost_energy"] == pytest.approx([lost], rel=1e-12)
+    np.testing.assert_allclose(at(caught, "end_Y"), at(swing, "end_Y")[-1], atol=1e-12)
+
+
 def worn_pin(own):
     """The first impacts that Flores published for 0.1 and 0.2 mm [ms]."""
     ends = own.motion().isel(time=-1)
@@ -325,7 +335,7 @@ def machine_mounts(own):
 
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
-    cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, balance_wheel,
+    cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
     hydraulic_cylinder,
 )}  # fmt: skip

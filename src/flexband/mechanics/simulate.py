@@ -15,6 +15,7 @@ from flexband.errors import (
     ResolutionWarning,
     RunError,
     check_affordable,
+    check_flag,
     check_function,
     check_instance,
     check_integer,
@@ -25,8 +26,8 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
+from flexband.mechanics.continued_start import end_state
 from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
-from flexband.mechanics.engine.corrections import report
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
@@ -40,7 +41,7 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
-from flexband.mechanics.starts import assembled, start_of
+from flexband.mechanics.starts import started
 from flexband.progress import ProgressListener, listener, listening
 
 if TYPE_CHECKING:
@@ -53,8 +54,9 @@ def simulate(
     duration: float,
     step: float,
     substeps: int = 1,
-    start: str = "assembled",
+    start: str | xr.DataArray = "assembled",
     period: float | None = None,
+    keep_state: bool = False,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -68,9 +70,15 @@ def simulate(
         whole steps, so that motions with different substeps can be compared.
     start : "assembled", as bodies are given, with members as little deformed as joints allow;
         "static", the stable equilibrium at time zero, from which bodies move with their velocities;
-        or "periodic", the state to which the motion returns after a period.
+        or "periodic", the state to which the motion returns after a period. Or the result of
+        another simulation that has kept its state: the motion goes on where that one ended, at its
+        time. Bodies have the same names and meshes, while joints, loads and sensors may be others.
+        Joints that are new must fit the bodies where they are. Velocities that they do not allow
+        change at once, as in a plastic impact.
     period : that of a periodic start [s], a whole multiple of the step, in which all functions of
         time repeat themselves.
+    keep_state : whether the result can be the start of another simulation. Its state is
+        ``attrs["state"]``, which has to be deleted before the result is written to a file.
     integrator : parameters of the integrator, or None for ``GeneralizedAlpha()``.
     threads : number of threads, or None for one per core. Results do not depend on it.
     progress : called as ``progress(done, total)`` when runs are finished.
@@ -85,18 +93,22 @@ def simulate(
     samples that diverged and were completed with half the step. ``attrs["assembly"]`` says what
     assembly changed in the given start, with the ``largest_turn`` [rad] and ``largest_move`` [m];
     large turns, changes of given velocities and loops that closed in another branch are warned of.
+    A motion that goes on has the kinetic energy [J] that each sample lost in the plastic impact in
+    ``attrs["lost_energy"]``; where a drive is new, it may be negative.
     If an output vibrates with so few steps per period that more than 4 % of its variation is wrong,
     ``attrs["few_steps"]`` and a warning say so.
 
     Raises
     ------
     InputError
-        If a number is out of its range, numbers of samples do not fit, there are no sensors, or a
-        function of time does not repeat itself after the period.
+        If a number is out of its range, numbers of samples do not fit, there are no sensors, a
+        function of time does not repeat itself after the period, or a motion cannot go on since a
+        body is not in it or has another mesh.
     AssemblyError
-        If the constraints cannot be met at the start or do not determine their multipliers, if
-        there is no stable equilibrium to start from, or no periodic motion that disturbances
-        approach: the map of a state to that one period later has a spectral radius above 0.98.
+        If the constraints cannot be met at the start or do not determine their multipliers, a joint
+        is open where a motion goes on, if there is no stable equilibrium to start from, or no
+        periodic motion that disturbances approach: the map of a state to that one period later has
+        a spectral radius above 0.98.
     SimulationError
         If a sample diverges or a force law fails, also with half the step. Its attribute `results`
         has the outputs, NaN for the samples that failed.
@@ -115,6 +127,14 @@ def simulate(
     (('output', 'time'), (2, 501))
     >>> float(motion.sel(output="bob_Y", time=0.1).round(2))  # −gt [m/s]
     -0.98
+
+    A ball that flies on when its rod breaks:
+
+    >>> swing = fb.simulate(pendulum, duration=0.5, step=1e-3, keep_state=True)
+    >>> free = fb.Mechanism(bodies={"bob": bob}, sensors={"bob": fb.Velocity("bob")})
+    >>> flight = fb.simulate(free, duration=0.2, step=1e-3, start=swing)
+    >>> bool((flight[:, 0] == swing[:, -1]).all()), float(flight.time[-1])
+    (True, 0.7)
     """
     with nullcontext() if listener().shows_stages else listening(_Printed()):
         motion, system = simulated(
@@ -122,6 +142,7 @@ def simulate(
             TimeGrid(duration, step, substeps),
             start=start,
             period=period,
+            keep_state=keep_state,
             integrator=integrator,
             threads=threads,
             progress=progress,
@@ -143,27 +164,30 @@ class TimeGrid(NamedTuple):
     ----------
     duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
     substeps : number of equal parts in which each step is integrated.
+    begin : first time [s].
     """
 
     duration: float
     step: float
     substeps: int = 1
+    begin: float = 0.0
 
     def times(self) -> np.ndarray:
-        """Return the times of all substeps [s], including zero."""
-        duration, step, substeps = self
-        digits = 14 - int(np.ceil(np.log10(float(duration))))  # 0.415 is the same for any step
+        """Return the times of all substeps [s], including the first one."""
+        duration, step, substeps, begin = self
+        digits = 14 - int(np.ceil(np.log10(float(begin + duration))))  # 0.415 is so for any step
         count = whole_steps(duration, step, substeps) * substeps + 1
-        return np.round(np.arange(count) * (float(step) / substeps), digits)
+        return np.round(begin + np.arange(count) * (float(step) / substeps), digits)
 
 
 def simulated(
     mechanism: Mechanism,
     grid: TimeGrid,
     *,
-    start: str = "assembled",
+    start: str | xr.DataArray = "assembled",
     period: float | None = None,
     slow: float = 0.0,
+    keep_state: bool = False,
     integrator: GeneralizedAlpha | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -181,11 +205,12 @@ def simulated(
         check_integer("threads", threads, 1)
     if progress is not None:
         check_function("progress", progress)
-    check_sensors(mechanism, grid)
+    check_flag("keep_state", keep_state)
     substeps = check_integer("substeps", grid.substeps, 1, 1_000_000)
     count = whole_steps(grid.duration, grid.step, substeps) * substeps + 1
-    begins = start_of(start, period, float(grid.step), "step")
-    system = assembled(mechanism, slow)
+    system, begins = started(mechanism, start, period, float(grid.step), slow)
+    grid = grid._replace(begin=system.first_time)
+    check_sensors(mechanism, grid)
     free = integrator.step_limits(system.structure.state, grid.step)
     if free:
         refuse_sums_over_steps(mechanism.sensors)
@@ -194,7 +219,14 @@ def simulated(
     )
     times = grid.times()
     batch = run_samples(
-        system, times, integrator, start=begins, every=substeps, threads=threads, progress=progress
+        system,
+        times,
+        integrator,
+        start=begins,
+        every=substeps,
+        keep=keep_state,
+        threads=threads,
+        progress=progress,
     )
     impulses = batch.impulses
     again = np.flatnonzero(
@@ -202,26 +234,20 @@ def simulated(
     )
     complete = complete and not free
     if len(again) and complete:
-        every = 2 * substeps
-        halves = grid._replace(substeps=every).times()
+        halves = grid._replace(substeps=2 * substeps)
         finer = run_samples(
             system,
-            halves,
+            halves.times(),
             integrator,
             samples=again,
             start=begins,
-            every=every,
+            every=halves.substeps,
             attempts=2,
+            keep=keep_state,
             threads=threads,
         )
-        interruptible(lambda: find_out_of_reach(system, halves, integrator, again, finer.failures))
-        finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
-        batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
-        batch.turned[again] = finer.turned
-        batch.unresolved[again] = np.ceil(finer.unresolved / 2)
         impulses = [i for i in impulses if i.sample not in again] + finer.impulses
-        for strains, new in zip(batch.strains, finer.strains, strict=True):
-            strains[..., again] = new
+        _replace_samples(batch, finer, again, system, halves, integrator)
     result = xr.DataArray(
         batch.outputs,
         dims=("sample", "output", "time"),
@@ -240,7 +266,10 @@ def simulated(
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if impulses:
         result.attrs["impulses"] = _impulses_text(system, impulses)
-    result.attrs |= report(system, batch.corrections)
+    result.attrs |= begins.attributes(system, batch.corrections)
+    if keep_state:
+        end = float(times[-1])
+        result.attrs["state"] = end_state(system, batch.ends, end, integrator.spectral_radius)
     if len(again) and complete:  # all are completed
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:
@@ -250,10 +279,31 @@ def simulated(
     return result if system.samples > 1 else result.isel(sample=0), system
 
 
+def _replace_samples(
+    batch: Batch,
+    finer: Batch,
+    again: np.ndarray,
+    system: System,
+    halves: TimeGrid,
+    integrator: GeneralizedAlpha,
+) -> None:
+    """Replace the samples that were run `again`, with half the step."""
+    times = halves.times()
+    interruptible(lambda: find_out_of_reach(system, times, integrator, again, finer.failures))
+    finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
+    batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
+    batch.turned[again] = finer.turned
+    batch.unresolved[again] = np.ceil(finer.unresolved / 2)
+    for strains, new in zip(batch.strains, finer.strains, strict=True):
+        strains[..., again] = new
+    if finer.ends.size:
+        batch.ends[:, again] = finer.ends
+
+
 def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
     """Raise `InputError` if there are no sensors, or averages are over other times."""
     mechanism.check_sensors()
-    refuse_windows(mechanism.sensors, grid.duration, grid.step)
+    refuse_windows(mechanism.sensors, grid.begin, grid.begin + grid.duration, grid.step)
 
 
 def _raise_failures(

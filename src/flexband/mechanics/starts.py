@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 
 from flexband.errors import InputError, check_numbers, check_option, check_positive
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.block_equilibria import block_equilibria
+from flexband.mechanics.continued_start import continued, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
@@ -47,6 +49,11 @@ class StaticStart(Start):
 
 def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:
     """Return how runs start; raise `InputError` if it is none, or the period does not fit."""
+    if isinstance(name, xr.DataArray):
+        raise InputError(
+            "start of a response must be 'assembled', 'static' or 'periodic'; for a motion that "
+            "goes on, write a function that calls simulate twice and returns what is wanted"
+        )
     check_option("start", name, ["assembled", "static", "periodic"])
     if (period is None) == (name == "periodic"):
         needs = "requires a period [s]" if period is None else "is required by a period"
@@ -63,7 +70,24 @@ def start_of(name: str, period: float | None, step: float, step_name: str) -> St
     return PeriodicStart(length)
 
 
-def assembled(mechanism: Mechanism, slow: float) -> System:
-    """Return the system of a mechanism, whose functions of time have a slow start [s]."""
-    system = assemble(mechanism)
-    return replace(system, functions=slowed(system.functions, slow)) if slow else system
+def started(
+    mechanism: Mechanism,
+    start: str | xr.DataArray,
+    period: float | None,
+    step: float,
+    slow: float,
+) -> tuple[System, Start]:
+    """Return the system of a mechanism and how its runs start, with a slow start of functions [s].
+
+    Raises
+    ------
+    InputError
+        As `start_of` and `continued` do.
+    """
+    if isinstance(start, xr.DataArray):
+        state = state_of(start, period)
+        return continued(assemble(mechanism), state)
+    begins, system = start_of(start, period, step, "step"), assemble(mechanism)
+    if slow:
+        system = replace(system, functions=slowed(system.functions, slow))
+    return system, begins

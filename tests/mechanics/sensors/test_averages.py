@@ -161,7 +161,7 @@ def test_bad_windows_are_refused_by_name(window, message):
     [
         (Average(PLACE, 0.15), "sensor 'a': a moving window of an Average must be a whole number"),
         (Average(PLACE, 0.05), "must be a whole number of steps of the result, 0.1 s; got 0.05 s"),
-        (Average(PLACE, (0.1, 1.5)), "must end within the run of 1 s; got 1.5 s"),
+        (Average(PLACE, (0.1, 1.5)), "must be within the run from 0 to 1 s; got 0.1 to 1.5 s"),
     ],
 )
 def test_windows_that_the_result_does_not_show_are_refused(sensor, message):

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import check_affordable, returned
+from flexband.errors import check_affordable, returned, without_warnings
 from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
@@ -95,6 +95,12 @@ def pack(
             polynomials=polynomials.reshape(-1, polynomials.shape[-1]),
         )
     return Packed(schedule, values, samples)
+
+
+def pack_end(system: System, times: np.ndarray, samples: np.ndarray | None) -> Packed:
+    """Return blocks of a run whose last functions of time are those at the end of `times` [s]."""
+    with without_warnings():
+        return pack(system, times[-5:], samples)
 
 
 def check_memory(

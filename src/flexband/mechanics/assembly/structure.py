@@ -225,7 +225,7 @@ class WorkSpace(NamedTuple):
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
     trial: np.ndarray  # failure of a free step that may be repeated, four rows
-    steps: np.ndarray  # of free steps, see `march.take_step`, four rows
+    steps: np.ndarray  # lengths of steps [s] and more, see `march.take_step`, four rows
     round: np.ndarray  # in which free steps are, see `march.enter`, five rows
     polynomials: np.ndarray  # of the functions of time in it
     counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices, three rows

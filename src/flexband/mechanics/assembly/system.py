@@ -56,6 +56,7 @@ class System:
     law_failures, numbers : number -> load and reason, as the engine finds them, and new numbers.
     mechanism : what the arrays are of.
     given : the start [1, q] that the bodies state, shape (rows, samples or 1).
+    first_time : of a motion [s].
     """
 
     structure: Structure
@@ -71,6 +72,7 @@ class System:
     laws: Sequence[tuple[str, CompiledLaw]]
     mechanism: Mechanism
     given: np.ndarray
+    first_time: float = 0.0
     law_failures: dict[int, str] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.assembly.packing import pack
+from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
-from flexband.mechanics.engine.corrections import Corrections, corrections
+from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws, overlaps
+from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -74,9 +74,14 @@ class Start:
 
         def begin_block(number: int, values: Values) -> Begun:
             work, failure = begin(run.system, values)
+            blame_overlaps(run.system, values, work.z, failure)
             return Begun(work, failure, work.z.copy())
 
         return begin_block
+
+    def attributes(self, system: System, changes: Corrections) -> dict[str, Any]:
+        """Return what a result says about the start."""
+        return report(system, changes)
 
 
 class Batch(NamedTuple):
@@ -91,6 +96,7 @@ class Batch(NamedTuple):
     strains: LargestStrains
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
+    ends: np.ndarray  # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew; or no rows
 
 
 class Impulse(NamedTuple):
@@ -110,6 +116,7 @@ def run_samples(
     start: Start = Start(),
     every: int = 1,
     attempts: int = 1,
+    keep: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
@@ -117,9 +124,13 @@ def run_samples(
 
     The outputs are those of `every` such time. If two `attempts` are made at each step, the second
     one damps Newton's method, and leaves out no constraint that is independent of the others.
+    The ends of the motions are part of the result if it is to `keep` them.
     """
     limits = integrator.step_limits(system.structure.state, times[1] - times[0])
-    packed = pack(system, times, samples, limits and limits.tolerance)
+    packed, at_end = (
+        pack(system, times, samples, limits and limits.tolerance),
+        pack_end(system, times, samples) if keep else None,
+    )
     chosen = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = packed.schedule, len(packed.schedule.parts)
@@ -132,11 +143,12 @@ def run_samples(
         np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
     )  # fmt: skip
     starts: dict[int, np.ndarray] = {}
+    impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members, strains = Members(system), [LargestStrains.none()] * blocks
+    ends = [np.empty((0, 0))] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
-    impulses: list[Impulse] = []
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
@@ -144,9 +156,11 @@ def run_samples(
         values = packed(block)
         begun = begin_block(block, values)
         series, failure, first, work = run_block(values, rounds, under_way, begun=begun[:2])
-        started = np.where((failure[0] > 0) & (failure[1] == 0), np.nan, first)
-        require_inertia(system, values, started[:, : len(numbers)], numbers)
+        lost = (failure[0] > 0) & (failure[1] == 0)
+        require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
         work.reached[:] = rounds - 1
+        if at_end:
+            ends[block] = end_of(system, values, at_end(block), work)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
@@ -170,12 +184,7 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    steps = blocks * (rounds - 1)
-    pace = Pace(
-        rounds - 1, lambda: sum(float(block_rounds[0, 0]) for block_rounds in under_way[:]) / steps
-    )
-    in_parallel(simulate, blocks, len(chosen), threads, progress, pace)
-    pace.end()
+    _run_blocks(simulate, blocks, len(chosen), rounds - 1, under_way, threads, progress)
     return Batch(
         outputs,
         failures,
@@ -186,7 +195,23 @@ def run_samples(
         LargestStrains.joined(strains, len(chosen)),
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
+        np.concatenate(ends, axis=1),
     )
+
+
+def _run_blocks(
+    simulate: Callable[[int], int],
+    blocks: int,
+    samples: int,
+    steps: int,
+    under_way: list[np.ndarray],
+    threads: int | None,
+    progress: Progress | None,
+) -> None:
+    """Simulate all blocks, and tell how far those are that are `under_way`."""
+    pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
+    in_parallel(simulate, blocks, samples, threads, progress, pace)
+    pace.end()
 
 
 def _impulses(
@@ -218,38 +243,35 @@ def march_block(
     series = np.zeros((rounds + (limits is not None), system.sensed, WIDTH))
     work, failure = begun or begin(system, values)
     first = work.z.copy()
-    depth, contact = overlaps(system, values, work.z)
-    overlapping = (failure[0] == 0) & (depth > 0)
-    failure[:3, overlapping] = [
-        np.full(overlapping.sum(), FAILURE.overlapping), np.zeros(overlapping.sum()),
-        contact[overlapping],
-    ]  # fmt: skip
     if under_way is not None:
         under_way.append(work.reached)
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
-    failure[3, overlapping] = depth[overlapping]
     return series[:rounds], failure, first, work
 
 
-def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
+def begin(
+    system: System, values: Values, held: np.ndarray | None = None
+) -> tuple[WorkSpace, np.ndarray]:
     """Return the state of a block at time zero, and its failures (4, WIDTH).
 
     Flexible members start unbent where loops close so. What fails is tried again from where loops
-    are as near to closing as they get so.
+    are as near to closing as they get so. Or else the block goes on from the state `held`, z.
     """
-    guess = guessed(system, values)
+    guess = guessed(system, values) if held is None else held
+    start = partial(_started, system, values, going_on=held is not None)
     massless = (values.mass != values.regular_mass).any(axis=0)
     pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
-    if any(len(body.nodes) > 1 for body in system.mechanism.bodies.values()):
+    members = any(len(body.nodes) > 1 for body in system.mechanism.bodies.values())
+    if held is None and members:
         near, misfit = closed(system, values)
         guess = np.where(
             np.abs(misfit).max(axis=0, initial=0.0) < ASSEMBLY.constraint_tolerance, near, guess
         )
-    work, failure = _started(system, values, guess, pivots)
+    work, failure = start(guess, pivots)
     failed = failure[0] > 0
-    if failed.any():
+    if held is None and failed.any():
         before, guess = failure, np.where(failed, closed(system, values)[0], guess)
-        work, failure = _started(system, values, guess, pivots)
+        work, failure = start(guess, pivots)
         failure[:] = np.where(failed & (failure[0] > 0), before, failure)
     if failure[3].any() or massless.any():
         dependent = rank_deficiency(system, values, work.z)
@@ -258,15 +280,39 @@ def begin(system: System, values: Values) -> tuple[WorkSpace, np.ndarray]:
             independent | (massless & (dependent == 0)), PROJECTION.zero_pivot, pivots
         )
         if independent.any():
-            work, failure = _started(system, values, guess, pivots)
+            work, failure = start(guess, pivots)
         work.smallest[:] = pivots
     return work, failure
 
 
+def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> np.ndarray:
+    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there.
+
+    The last functions of time of `at_end` are those of the end.
+    """
+    state, count = system.structure.state, system.structure.functions
+    at_end = at_end._replace(
+        springs=values.springs,
+        functions=at_end.functions[-count:],
+        rates=at_end.rates[-2 * count :],
+        velocity=_lanes(work.z[state.velocity : state.acceleration]),
+        law_states=_lanes(work.z[state.law_state :][: len(values.law_states)]),
+    )
+    with np.errstate(all="ignore"):  # of samples that failed
+        anew, _ = begin(system, at_end, work.z)
+    accelerations = anew.z[state.acceleration : state.energy]
+    return np.concatenate([work.z, work.a, values.springs.rest, work.steps, accelerations])
+
+
 def _started(
-    system: System, values: Values, guess: np.ndarray, smallest_pivots: np.ndarray
+    system: System,
+    values: Values,
+    guess: np.ndarray,
+    smallest_pivots: np.ndarray,
+    *,
+    going_on: bool,
 ) -> tuple[WorkSpace, np.ndarray]:
-    """Return the state of a block that START finds from a guess, and its failures.
+    """Return the state of a block that START or HOLD finds from a guess, and its failures.
 
     The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
     it is the guess.
@@ -274,7 +320,7 @@ def _started(
     work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
     work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
-    run(START, system, values, work, failure=failure)
+    run(HOLD if going_on else START, system, values, work, failure=failure)
     lost = ~np.isfinite(work.z).all(axis=0)
     work.z[:, lost] = 0.0
     work.z[: len(guess), lost] = guess[:, lost]
@@ -291,6 +337,7 @@ def hold(
     """
     state, failure = system.structure.state, np.zeros((4, WIDTH))
     work.z[1 : state.multiplier] = z[1 : state.multiplier]
+    work.z[state.gap : state.extreme] = 0.0
     given, laws = _lanes(values.law_states), (state.rule - state.law_state) // 4
     given[:laws] = z[state.law_state : state.law_state + laws]
     values = values._replace(law_states=given)

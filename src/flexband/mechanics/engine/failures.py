@@ -11,6 +11,7 @@ from flexband.mechanics.engine.loop_closure import gaps
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.loads.compiled_laws import take_failures
 from flexband.words import number_of
 
@@ -91,6 +92,8 @@ def raise_failures(
             FAILURE.not_periodic: "no periodic motion to start from was found; the spectral radius "
             f"of the motion over a period is {part[sample]:.4g}, and a vibration must decay to "
             "0.98 or less: give more damping, a longer period, or start='static'",
+            FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
+            f"{part[sample]:.3g} (m, or rad of an angle)",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
@@ -152,20 +155,26 @@ def _advice(system: System, sample: int) -> str:
     )
 
 
-def overlaps(
-    system: System, values: Values, z: np.ndarray, touch: float = 1e-9
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest depth of contacts that must be open at the start, and its number.
+def blame_overlaps(
+    system: System, values: Values, z: np.ndarray, failure: np.ndarray, touch: float = 1e-9
+) -> None:
+    """Write to `failure` which contacts are closed that must be open at the start.
 
-    Both have the shape (WIDTH,). A depth of `touch` times the size of the mechanism counts as none.
+    A depth of `touch` times the size of the mechanism counts as none, as does that of a contact
+    that has closed in a motion that goes on.
     """
     laws = [law for _, law in system.mechanism.contact_laws]
     if not laws:
-        return np.zeros(WIDTH), np.zeros(WIDTH)
+        return
     kinds = system.structure.laws.gap_kind
-    depths = -z[system.structure.state.gap :][: len(kinds)][kinds != GAP.event]
+    gaps, _, modes, _ = np.split(z[system.structure.state.gap : system.structure.state.extreme], 4)
+    depths, modes = -gaps[kinds != GAP.event], modes[kinds != GAP.event]
     sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
+    refused = refused & (np.abs(modes) == MARK.at_rest)
     depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
-    return depths.max(axis=0), depths.argmax(axis=0).astype(float)
+    depth = depths.max(axis=0)
+    code = np.full(WIDTH, FAILURE.overlapping)
+    overlapping = np.stack([code, 0.0 * code, depths.argmax(axis=0), depth])
+    failure[:] = np.where((failure[0] == 0) & (depth > 0), overlapping, failure)

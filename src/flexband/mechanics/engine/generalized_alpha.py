@@ -65,6 +65,10 @@ ROUNDING = 1e-14
 """The smallest tolerance that Newton's method can reach."""
 
 
+SHORTEST_STEP = 1e-300
+"""Shorter lengths [s] are those of no step."""
+
+
 class NewtonOptions(NamedTuple):
     """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
 
@@ -434,6 +438,13 @@ def restart(structure, work, chosen):
 
 
 @compiled
+def begin_steps(structure, work):
+    """Set the rate of convergence that is assumed, and a unless there is a step before."""
+    store(work.rate, 0, filled(NEWTON.initial_rate))
+    restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
+
+
+@compiled
 def finish_impulse(structure, z, struck):
     """Complete the change of v that `strike` has begun."""
     state = structure.state
@@ -519,9 +530,8 @@ def share_forces(structure, values, now, work, stepping, redundant, known, numbe
 def march(structure, method, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, a, none = work.z, work.a, filled(0.0)
-    store(work.rate, 0, filled(NEWTON.initial_rate))
     code, known = load(failure, 0), load(failure, 3)
-    restart(structure, work, filled(1.0))
+    begin_steps(structure, work)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))
@@ -572,3 +582,4 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
             keep(structure, z, work.kept, k, filled(1.0))
             k += 1
         store(work.reached, 0, filled(float(n)))
+    store(work.steps, 1, before * method.step)

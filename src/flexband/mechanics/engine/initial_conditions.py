@@ -165,17 +165,18 @@ def start(structure, values, work, failure, held, number):
     """Fill the state z of one block of samples at time zero, and `failure`, see `entries`.
 
     The search begins at the coordinates in z, each angle on the turn nearest to that in z. If
-    deformations are `held`, so are springs' elongations at rest, and `number` is the weight of
-    rates of deformation in the projection of the velocities.
+    deformations are `held`, so are springs' elongations at rest that are known, and `number` is the
+    weight of rates of deformation in the projection of the velocities.
     """
     state, z = structure.state, work.z
     for i in range(state.multiplier, state.rows):
-        if i < state.angle or i >= state.velocity:
+        if (i < state.angle or i >= state.velocity) and not state.gap <= i < state.extreme:
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work, held)
-    if not held:
-        set_rest(structure.springs, values.springs, structure.vectors, values.vectors, state, z)
+    set_rest(
+        structure.springs, values.springs, structure.vectors, values.vectors, state, z, held
+    )  # fmt: skip
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
         start_states(

@@ -59,7 +59,7 @@ def closed(
     """
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
-    misfit = inverse * _constraints(system, values, c, z)
+    misfit = inverse * constraint_errors(system, values, z)
     damping = np.full(z.shape[1], options.min_damping)
     for _ in range(ASSEMBLY.iterations):
         apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
@@ -76,7 +76,7 @@ def closed(
         step *= ASSEMBLY.max_step / np.maximum(largest, ASSEMBLY.max_step)
         moved = z.copy()
         _move(system, moved, step[:, :, 0].T, 1 / inverse)
-        next_misfit = inverse * _constraints(system, values, c, moved)
+        next_misfit = inverse * constraint_errors(system, values, moved)
         nearer = apart & ((next_misfit**2).sum(axis=0) < (misfit**2).sum(axis=0))
         z, misfit = np.where(nearer, moved, z), np.where(nearer, next_misfit, misfit)
         damping = np.where(
@@ -138,10 +138,11 @@ def _move(system: System, z: np.ndarray, step: np.ndarray, size: np.ndarray) -> 
         z[n + 1] += origin[1] + size * step[3 * b + 1]
 
 
-def _constraints(system: System, values: Values, c: np.ndarray, z: np.ndarray) -> np.ndarray:
+def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarray:
     """Return Φ, shape (multipliers, lanes), after the angles in z have been updated."""
     _update_angles(system, values, z)
     terms, state = system.structure.terms, system.structure.state
+    c = values.terms * values.functions[terms.f]
     Phi = np.zeros((state.angle - state.multiplier, z.shape[1]))
     np.add.at(Phi, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
     return Phi

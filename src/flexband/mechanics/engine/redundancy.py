@@ -21,7 +21,7 @@ INVOLVED = 0.1
 
 
 def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return Φ_q at time zero, shape (multipliers, coordinates, samples).
+    """Return Φ_q at the start, shape (multipliers, coordinates, samples).
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     c = own(system.values.terms).copy()
     for t, f in enumerate(terms.f):
         if f > 0:
-            c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], 0.0)))
+            c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], system.first_time)))
     x, y = map(own, system.values.vectors)
     return derivatives(system, c, x, y, z)
 

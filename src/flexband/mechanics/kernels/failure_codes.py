@@ -38,6 +38,8 @@ class FailureCodes(NamedTuple):
         The equilibrium to start from is not stable.
     not_periodic
         No periodic motion to start from was found.
+    not_met
+        A joint is open where a motion goes on.
     """
 
     not_assembled: float = 1.0
@@ -54,6 +56,7 @@ class FailureCodes(NamedTuple):
     overlapping: float = 12.0
     unstable: float = 13.0
     not_periodic: float = 14.0
+    not_met: float = 15.0
 
 
 FAILURE = FailureCodes()

@@ -174,15 +174,16 @@ def spring_energy(springs, values, state, z):
 
 
 @compiled
-def set_rest(springs, values, vectors, vector_values, state, z):
+def set_rest(springs, values, vectors, vector_values, state, z, known):
     """Set s₀ of springs that are relaxed at the start.
 
-    A given angle at rest is counted from the turn on which the torsion spring starts.
+    A given angle at rest is counted from the turn on which the torsion spring starts, unless it is
+    `known` which one that was.
     """
     for s in range(len(springs.f)):
         start = elongation(springs, vectors, vector_values, state, z, s)
         given = load(values.rest, s)
         relaxed = less(filled(0.5 * RELAXED), given)
-        if s >= springs.translational:
+        if s >= springs.translational and not known:
             given = given + math.tau * nearest_whole(start / math.tau)
         store(values.rest, s, where(relaxed, start, given))

@@ -76,23 +76,23 @@ class Average(OverSteps):
                 end = int(np.argmax(t))  # rows of a sample that failed are zero after it
                 averages[..., lane] = integral[:, end : end + 1] / (last - first)
                 continue
-            begin = np.maximum(t - self.length, 0.0)
+            begin = np.maximum(t - self.length, t[0])
             before = np.array([np.interp(begin, t, series) for series in integral])
-            mean = (integral - before) / np.where(t > 0, t - begin, 1.0)
-            averages[..., lane] = np.where(t > 0, mean, value)
+            mean = (integral - before) / np.where(t > t[0], t - begin, 1.0)
+            averages[..., lane] = np.where(t > t[0], mean, value)
         return averages
 
 
-def refuse_windows(sensors: Mapping[str, Sensor], duration: float, step: float) -> None:
+def refuse_windows(sensors: Mapping[str, Sensor], begin: float, end: float, step: float) -> None:
     """Raise `InputError` for averages over windows that the times of a result do not show."""
     for name, sensor in sensors.items():
         if not isinstance(sensor, Average):
             continue
-        length, (_, last) = sensor.length, sensor.times
-        if length is None and last > duration * (1 + 1e-12):
+        length, (first, last) = sensor.length, sensor.times
+        if length is None and not begin <= first < last <= end * (1 + 1e-12):
             raise InputError(
-                f"sensor {name!r}: the window of an Average must end within the run of "
-                f"{duration:g} s; got {last:g} s"
+                f"sensor {name!r}: the window of an Average must be within the run from {begin:g} "
+                f"to {end:g} s; got {first:g} to {last:g} s"
             )
         if length is not None and abs(length / step - round(length / step)) > 1e-6:
             raise InputError(

@@ -10,13 +10,22 @@ from numpy.typing import ArrayLike
 
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
-from flexband.mechanics.joints.joint import Joint, PairJoint, PointName, along
+from flexband.mechanics.joints.joint import Joint, PairJoint, PointName
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
 from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
 from flexband.mechanics.sensors.motion import SensorModel
-from flexband.report.shapes.scene import body_of
+from flexband.report.shapes.contacts import add_pin, enlarged
+from flexband.report.shapes.scene import body_of, pin_between
 from flexband.report.shapes.shapes import Length, LocalFrame, Stroke, at, in_points
-from flexband.report.shapes.sketch import TOOTH, TOOTH_SPACING, Sketch, arrow, circle, in_metres
+from flexband.report.shapes.sketch import (
+    AXIS,
+    TOOTH,
+    TOOTH_SPACING,
+    Sketch,
+    arrow,
+    circle,
+    in_metres,
+)
 from flexband.report.shapes.tracks import Tracks
 
 
@@ -50,9 +59,12 @@ def add_joint(joint: Joint, sketch: Sketch, name: str) -> None:
 
 @add_joint.register
 def _(joint: Revolute, sketch: Sketch, name: str) -> None:
-    place = at(sketch.tracks.point(joint.first))
-    sketch.mark(place, fill="hole", layer=7.0, part=f"joint {name!r}")
-    sketch.name(name, place)
+    if joint.clearance is not None:
+        add_pin(sketch, f"joint {name!r}", name, joint, joint.clearance, joint.radius)
+    else:
+        place = at(sketch.tracks.point(joint.first))
+        sketch.mark(place, fill="hole", layer=7.0, part=f"joint {name!r}")
+        sketch.name(name, place)
     _add_bearings(sketch, joint)
 
 
@@ -88,35 +100,47 @@ def _(joint: Slot, sketch: Sketch, name: str) -> None:
 
 @add_joint.register
 def _(joint: Prismatic, sketch: Sketch, name: str) -> None:
-    frame = _add_guide(sketch, joint, name)
-    corners = [(-13, -7), (13, -7), (13, 7), (-13, 7)]
-    sketch.line(in_points(frame, corners), closed=True, fill="pale", layer=5.5,
-                part=f"joint {name!r}")  # fmt: skip
-    sketch.name(name, at(frame.origin))
+    slider = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    if joint.clearance is None or joint.length is None:
+        frame = _add_guide(sketch, joint, name)
+        block, said = in_points(frame, slider * (13, 7)), name
+    else:
+        half, side = (sketch.scene.start.number(x) / 2 for x in (joint.length, joint.height))
+        play, said = enlarged(sketch, name, joint.clearance)
+        frame = _add_guide(sketch, joint, name, (half, side), (12.0, play))
+        turn = np.arctan2(joint.axis[1], joint.axis[0]) - sketch.scene.start.number(joint.angle)
+        own = sketch.tracks.axis(joint.first, (float(np.cos(turn)), float(np.sin(turn))))
+        block = in_metres(LocalFrame(frame.origin, turn=own), slider * (half, side))
+    sketch.line(block, closed=True, fill="pale", layer=5.5, part=f"joint {name!r}")
+    sketch.name(said, at(frame.origin))
 
 
-def _add_guide(sketch: Sketch, joint: Slot | Prismatic, name: str) -> LocalFrame:
-    """Add the rails that a slider moves between; return the frame of the slider."""
+def _add_guide(
+    sketch: Sketch,
+    joint: Slot | Prismatic,
+    name: str,
+    metres: tuple[float, float] = (0.0, 0.0),
+    points: tuple[float, float] = (26.0, 7.0),
+) -> LocalFrame:
+    """Add the rails that a slider moves between; return the frame of the slider.
+
+    They reach so far beyond its middle along the guide and across it, in metres and in points.
+    """
     first, second = sketch.points(joint.points)
     turn = sketch.tracks.axis(joint.second, joint.axis)
     sketch.line(at(first, second), **AXIS)
     sketch.guides[name] = first, second, turn
-    axis = sketch.scene.start.vector(along(sketch.scene.mechanism.frame(joint.second), joint.axis))
-    place = float((sketch.scene.at(joint.first) - sketch.scene.at(joint.second)) @ axis)
-    low, high = sketch.ranges.get(name, (place, place))
-    rail = LocalFrame(second, turn=turn)
+    low, high = sketch.travel(name, joint, joint.axis)
+    rail, (length, height), (more, play) = LocalFrame(second, turn=turn), metres, points
     for side in (-1.0, 1.0):
-        start, end = (low, 0.0, -26.0, 7.0 * side), (high, 0.0, 26.0, 7.0 * side)
+        start = (low - length, height * side, -more, play * side)
+        end = (high + length, height * side, more, play * side)
         if body_of(joint.second):
             sketch.line(Stroke([rail], np.array([start, end])), layer=5.0)
         else:
             ends = (start, end) if side < 0 else (end, start)
             sketch.hatch(rail, *ends, (-4.0 * -side, 4.0 * side))
     return LocalFrame(first, turn=turn)
-
-
-AXIS = {"color": "muted", "width": 0.7, "dash": (9, 3, 2, 3), "layer": 1.0}
-"""The line of a guide."""
 
 
 @add_joint.register
@@ -187,20 +211,10 @@ def _add_gears(sketch: Sketch, gears: list[tuple[PointName, float]], part: str) 
 @add_joint.register
 def _(joint: PrescribedRotation, sketch: Sketch, name: str) -> None:
     sense = sketch.scene.first_sense(joint.angle)
-    pivot = sketch.tracks.point(_pivot(sketch, joint.first))
+    pivot = sketch.tracks.point(pin_between(sketch.scene, joint.first) or joint.first)
     frame = LocalFrame(pivot, turn=sketch.tracks.turn(joint.first))
     middle = sketch.turning(frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}")
     sketch.name(name, middle, color="drive")
-
-
-def _pivot(sketch: Sketch, point: PointName) -> PointName:
-    """Return the point where the body of a point is pinned to the ground, or else the point."""
-    for joint in sketch.scene.mechanism.joints.values():
-        if isinstance(joint, Revolute):
-            bodies = [body_of(end) for end in joint.points]
-            if set(bodies) == {body_of(point), ""}:
-                return joint.first if bodies[0] else joint.second
-    return point
 
 
 @add_joint.register

@@ -6,10 +6,12 @@ from functools import singledispatch
 
 import numpy as np
 
+from flexband.mechanics.loads.contacts import AngularStop, Contact, Stop
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
 from flexband.mechanics.loads.load import InTime, Load
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
+from flexband.report.shapes.contacts import add_angular_stop, add_geometry, add_stop
 from flexband.report.shapes.scene import Scene, body_of
 from flexband.report.shapes.shapes import FieldArrow, LocalFrame, Stroke, at, in_points
 from flexband.report.shapes.sketch import Sketch, arrow, circle, spring, torsion
@@ -68,6 +70,15 @@ def elements_of(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) ->
     laws = [vars(load).get(name, 0.0) for name in ("stiffness", "cubic")]
     elastic = any(scene.start.number(law) for law in laws)
     return {"elastic": elastic, "damped": bool(scene.start.number(load.damping))}
+
+
+@add_load.register
+def _(load: Contact, sketch: Sketch, name: str) -> None:
+    add_geometry(load.geometry, sketch, load, name)
+
+
+add_load.register(Stop, add_stop)
+add_load.register(AngularStop, add_angular_stop)
 
 
 @add_load.register

@@ -16,12 +16,23 @@ from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.joints.joint import PointName, along
+from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.kernels.forms import TimeFunction
 
 
 def body_of(point: PointName) -> str:
     """Return the name of the body of a point; empty for a point of the ground."""
     return point.partition(".")[0] if isinstance(point, str) else ""
+
+
+def pin_between(scene: Scene, first: PointName, second: PointName = (0.0, 0.0)) -> PointName | None:
+    """Return the point where the bodies of two points are pinned together, None without a pin."""
+    for joint in scene.mechanism.joints.values():
+        if isinstance(joint, Revolute):
+            bodies = [body_of(end) for end in joint.points]
+            if set(bodies) == {body_of(first), body_of(second)}:
+                return joint.first if bodies[0] else joint.second
+    return None
 
 
 @dataclass(frozen=True)

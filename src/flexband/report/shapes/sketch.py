@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.joints.joint import PairJoint, PointName, along
+from flexband.mechanics.loads.load import PairLoad
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.shapes import (
     PEN_UP,
@@ -87,6 +88,18 @@ class Sketch:
         """Return the numbers of the positions of points."""
         return [self.tracks.point(point) for point in points]
 
+    def travel(
+        self, name: str, part: PairJoint | PairLoad, axis: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Return the lowest and the highest place [m] of the first point of a part along an axis.
+
+        It is given in the frame of the second point.
+        """
+        first, second = part.points
+        direction = self.scene.start.vector(along(self.scene.mechanism.frame(second), axis))
+        place = float((self.scene.at(first) - self.scene.at(second)) @ direction)
+        return self.ranges.get(name, (place, place))
+
     def freest(self, places: Sequence[Stroke]) -> Stroke:
         """Return the one of several places that is the farthest from the mechanism's points."""
         placed = self.tracks.at_start(self.scene.start)
@@ -151,6 +164,9 @@ class Sketch:
         teeth = np.stack([np.full_like(roots, np.nan), roots, tips], axis=1).reshape(-1, 4)
         return Stroke([frame], np.vstack([np.hstack([rim, np.zeros_like(rim)]), teeth]))
 
+
+AXIS = {"color": "muted", "width": 0.7, "dash": (9, 3, 2, 3), "layer": 1.0}
+"""The line of a guide."""
 
 TOOTH, TOOTH_SPACING = 4.0, 5.0
 """Length and distance [pt] of the strokes that stand for teeth."""

@@ -20,6 +20,7 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.state import GAP_ROWS
 
 
@@ -107,14 +108,15 @@ def longest_in_contact(structure, values, limits, z):
 
 
 @compiled
-def size_modes(state, z, chosen):
-    """Set the size of modes to the speed of their gaps where `chosen` is true."""
+def size_modes(state, z):
+    """Set the size of modes that have changed at no time so far to the speed of their gaps."""
     count = (state.extreme - state.gap) // GAP_ROWS
     for k in range(count):
         row = state.gap + 2 * count + k
         speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
         sized = where(less(filled(0.0), load(z, row)), speed, -speed)
-        store(z, row, where(chosen, sized, load(z, row)))
+        new = less(filled(0.5 * MARK.at_rest), magnitude(load(z, row)))
+        store(z, row, where(new, sized, load(z, row)))
 
 
 @compiled

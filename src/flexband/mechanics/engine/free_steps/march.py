@@ -24,9 +24,10 @@ from flexband.mechanics.engine.free_steps.crossings import (
     switch_modes,
 )
 from flexband.mechanics.engine.generalized_alpha import (
-    NEWTON,
+    SHORTEST_STEP,
     add_turns,
     attempt,
+    begin_steps,
     break_off,
     finish_impulse,
     go_back,
@@ -270,15 +271,15 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
 def march_freely(structure, method, limits, tolerance, values, work, outputs, failure, stop):
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)
-    store(work.rate, 0, filled(NEWTON.initial_rate))
+    begin_steps(structure, work)
     for row in range(2):
-        store(work.steps, row, filled(CONTROL.first) * method.step)
-        store(work.steps, row + 2, none)
+        first = filled(CONTROL.first) * method.step
+        fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
+        store(work.steps, row, where(fresh, first, load(work.steps, row)))
     known = load(failure, 3)
-    restart(structure, work, filled(1.0))
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
-    size_modes(structure.state, z, filled(1.0))
+    size_modes(structure.state, z)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

@@ -124,7 +124,10 @@ def _call(laws, state, z, s, memory):
 
 @compiled
 def start_states(laws, values, starting, vectors, vector_values, state, functions, now, z, memory):
-    """Set the states at the start: those given, `starting`, or those without a rate."""
+    """Set the states at the start: those given, `starting`, or those without a rate.
+
+    Modes of gaps that are not zero are kept.
+    """
     for s in range(len(laws.address)):
         fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
         _, _, _, _, _, y, _ = layout(laws, s)
@@ -144,6 +147,8 @@ def start_states(laws, values, starting, vectors, vector_values, state, function
         for k in range(gaps):
             open_ = less(filled(0.0), load(z, state.gap + gap + k))
             mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
+            known = load(z, state.gap + 2 * all_gaps + gap + k)
+            mode = where(known, known, mode)
             store(memory, row + k, mode)
             store(z, state.gap + 2 * all_gaps + gap + k, mode)
         if gaps > 0:

@@ -1,0 +1,394 @@
+"""Mechanisms with contacts drawn at random, as data, and their motion between events by SciPy.
+
+`mechanism` makes the model of flexband of a `Draw`; `Reference` integrates x, y and φ of each body
+from event to event, so that it shares neither coordinates nor methods with the engine.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import flexband as fb
+
+GRAVITY = 9.81
+GROUND = -1
+ZERO = 1e-15
+"""Distance [m] or [rad] by which a contact that has just opened is open."""
+
+MOST = 300_000
+"""Most evaluations of the equations of motion for one mechanism."""
+
+LONGEST = 1e-3
+"""Longest step of the reference [s], in which no gap closes and opens again."""
+
+LAW = {"least_speed": 1e-6}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A rigid body, its place, and its velocity before joints are considered."""
+
+    mass: float
+    inertia: float
+    place: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+
+
+class Place(NamedTuple):
+    """A point of a body by its number, or of the ground."""
+
+    body: int
+    x: float
+    y: float
+
+
+class Touch(NamedTuple):
+    """A contact: its kind, two places, the numbers of its geometry, and K, e and n of its law."""
+
+    kind: str
+    first: Place
+    second: Place
+    numbers: tuple[float, ...]
+    law: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A mechanism as data; joints are "pin", "slot" (axis) or "motor" (rate), and two places."""
+
+    kind: str
+    parts: list[Part]
+    joints: list[tuple[Any, ...]]
+    touches: list[Touch]
+    springs: list[tuple[Place, Place, float, float]] = field(default_factory=list)
+
+    @property
+    def size(self) -> float:
+        """The largest distance between two bodies [m]."""
+        places = np.array([part.place[:2] for part in self.parts])
+        return max(float(np.hypot(*np.ptp(places, axis=0))), 0.1)
+
+
+def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
+    """Return the model with these velocities of all bodies, rows of (v_X, v_Y, ω)."""
+    points: list[dict[str, tuple[float, float]]] = [{} for _ in draw.parts]
+
+    def at(place: Place) -> Any:
+        if place.body == GROUND:
+            return place.x, place.y
+        known = points[place.body]
+        known.setdefault(f"p{len(known)}", (place.x, place.y))
+        name = next(name for name, xy in known.items() if xy == (place.x, place.y))
+        return f"b{place.body}.{name}"
+
+    joints, loads, sensors = {}, {"gravity": fb.Gravity(y=-GRAVITY)}, {}
+    for k, (kind, first, second, *numbers) in enumerate(draw.joints):
+        if kind == "motor":
+            angle, rate = draw.parts[first.body].place[2], numbers[0]
+            joints[f"J{k}"] = fb.PrescribedRotation(
+                f"b{first.body}", lambda t, a=angle, w=rate: a + w * np.asarray(t)
+            )
+        else:
+            make = {"pin": fb.Revolute, "slot": fb.Slot}[kind]
+            joints[f"J{k}"] = make(at(first), at(second), *numbers)
+    for k, (first, second, stiffness, rest) in enumerate(draw.springs):
+        loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
+    for k, (kind, first, second, numbers, (K, e, n)) in enumerate(draw.touches):
+        name = f"T{k}"
+        law = fb.contact.KeepsRestitution(stiffness=K, restitution=e, exponent=n, **LAW)
+        a, b = at(first), at(second)
+        if kind == "pin":
+            joints[name] = fb.Revolute(a, b, clearance=numbers[0], law=law)
+        elif kind == "guide":
+            play, length, height = numbers
+            joints[name] = fb.Prismatic(a, b, clearance=play, length=length, height=height, law=law)
+        elif kind == "stop":
+            loads[name] = fb.contact.Stop(a, b, law, lower=numbers[0], upper=numbers[1])
+        elif kind == "turn":
+            loads[name] = fb.contact.AngularStop(a, b, law, lower=numbers[0], upper=numbers[1])
+        elif kind == "line":
+            radius, angle = numbers
+            normal = math.cos(angle), math.sin(angle)
+            line = fb.contact.CircleOnLine(radius=radius, normal=normal)
+            loads[name] = fb.contact.Contact(a, b, line, law)
+        else:
+            loads[name] = fb.contact.Contact(
+                a, b, fb.contact.CircleOnCircle(radii=(numbers[0], numbers[1])), law
+            )
+        sensors[name] = fb.contact.Contacts(name, first=EVENTS + 1, angular=kind == "turn")
+    bodies = {
+        f"b{k}": fb.RigidBody(
+            mass=part.mass, inertia=part.inertia, position=part.place[:2], angle=part.place[2],
+            velocity=tuple(velocities[k, :2]), rate=velocities[k, 2], points=points[k],
+        )
+        for k, part in enumerate(draw.parts)
+    }  # fmt: skip
+    for name in bodies:
+        sensors[f"place {name}"], sensors[f"angle {name}"] = fb.Position(name), fb.Angle(name)
+    return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)
+
+
+EVENTS = 10
+"""Contacts that are compared in each mechanism."""
+
+HOLE, LINE, CIRCLES, TURN = range(4)
+
+
+def damping(e: float) -> float:
+    """Return a of F = K δⁿ (1 + a δ̇/δ̇₀) that keeps e: a (1 + e) = ln((1 + a)/(1 − a e))."""
+    if e == 1.0:
+        return 0.0
+    return brentq(
+        lambda a: math.log1p(a) - math.log1p(-a * e) - a * (1 + e), 1e-9, (1 - 1e-12) / e,
+        xtol=1e-15,
+    )  # fmt: skip
+
+
+def position(q, i, x, y):
+    """Return a point and its derivatives by the angle of its body."""
+    if i < 0:
+        return x, y, 0.0, 0.0
+    c, s = math.cos(q[3 * i + 2]), math.sin(q[3 * i + 2])
+    return q[3 * i] + c * x - s * y, q[3 * i + 1] + s * x + c * y, -s * x - c * y, c * x - s * y
+
+
+def add_gradient(row, i, nx, ny, dx, dy, sign):
+    """Add ± the derivative of n · r of a point to a row."""
+    if i >= 0:
+        row[3 * i] += sign * nx
+        row[3 * i + 1] += sign * ny
+        row[3 * i + 2] += sign * (nx * dx + ny * dy)
+
+
+def gap(q, kind, i, j, p, row):
+    """Return a gap and fill its derivative by q."""
+    row[:] = 0.0
+    if kind == TURN:
+        a = (q[3 * i + 2] if i >= 0 else 0.0) - (q[3 * j + 2] if j >= 0 else 0.0)
+        if i >= 0:
+            row[3 * i + 2] = -p[4]
+        if j >= 0:
+            row[3 * j + 2] = p[4]
+        return p[5] - p[4] * a
+    x1, y1, dx1, dy1 = position(q, i, p[0], p[1])
+    x2, y2, dx2, dy2 = position(q, j, p[2], p[3])
+    x, y = x1 - x2, y1 - y2
+    if kind == LINE:
+        angle = p[4] + (q[3 * j + 2] if j >= 0 else 0.0)
+        nx, ny = math.cos(angle), math.sin(angle)
+        if j >= 0:
+            row[3 * j + 2] += -ny * x + nx * y
+        value = nx * x + ny * y - p[5]
+    else:
+        d = max(math.hypot(x, y), 1e-300)
+        sign = -1.0 if kind == HOLE else 1.0
+        nx, ny = sign * x / d, sign * y / d
+        value = p[4] + sign * d
+    add_gradient(row, i, nx, ny, dx1, dy1, 1.0)
+    add_gradient(row, j, nx, ny, dx2, dy2, -1.0)
+    return value
+
+
+def constraints(q, v, joints, numbers):
+    """Return Φ_q, −(Φ_q v)_q v and Φ_q v of all joints."""
+    J, right, rates = np.zeros((len(joints), len(q))), np.zeros(len(joints)), np.zeros(len(joints))
+    for r in range(len(joints)):
+        i, j = joints[r]
+        p = numbers[r]
+        if p[6] != 0.0:  # a motor
+            J[r, 3 * i + 2], rates[r] = 1.0, p[7]
+            continue
+        _, _, dx1, dy1 = position(q, i, p[0], p[1])
+        _, _, dx2, dy2 = position(q, j, p[2], p[3])
+        add_gradient(J[r], i, p[4], p[5], dx1, dy1, 1.0)
+        add_gradient(J[r], j, p[4], p[5], dx2, dy2, -1.0)
+        if i >= 0:  # the second derivative of a point is that of its angle turned by 90°
+            right[r] -= v[3 * i + 2] ** 2 * (-p[4] * dy1 + p[5] * dx1)
+        if j >= 0:
+            right[r] += v[3 * j + 2] ** 2 * (-p[4] * dy2 + p[5] * dx2)
+    return J, right, rates
+
+
+def solved(mass, J, forces, right):
+    """Return x of M x + Jᵀλ = forces and J x = right."""
+    n, m = len(mass), len(J)
+    A, b = np.zeros((n + m, n + m)), np.zeros(n + m)
+    for i in range(n):
+        A[i, i] = mass[i]
+    A[n:, :n], A[:n, n:] = J, J.T
+    b[:n], b[n:] = forces, right
+    return np.linalg.solve(A, b)[:n]
+
+
+def derivative(y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, begun):
+    """Return the derivative of [q, v]."""
+    n = len(mass)
+    q, v = y[:n], y[n:]
+    forces, row = np.zeros(n), np.zeros(n)
+    for i in range(n // 3):
+        forces[3 * i + 1] = -GRAVITY * mass[3 * i]
+    for s in range(len(springs)):
+        i, j = springs[s]
+        p = of_springs[s]
+        x1, y1, dx1, dy1 = position(q, i, p[0], p[1])
+        x2, y2, dx2, dy2 = position(q, j, p[2], p[3])
+        d = math.sqrt((x1 - x2) ** 2 + (y1 - y2) ** 2)
+        row[:] = 0.0
+        add_gradient(row, i, (x1 - x2) / d, (y1 - y2) / d, dx1, dy1, 1.0)
+        add_gradient(row, j, (x1 - x2) / d, (y1 - y2) / d, dx2, dy2, -1.0)
+        forces -= p[4] * (d - p[5]) * row
+    for k in range(len(touches)):
+        if closed[k]:
+            kind, i, j = touches[k]
+            p = of_touches[k]
+            g = gap(q, kind, i, j, p, row)
+            if g < 0.0:
+                force = p[6] * (-g) ** p[7] * (1.0 - p[8] * (row @ v) / begun[k])
+                forces += max(force, 0.0) * row
+    J, right, _ = constraints(q, v, joints, numbers)
+    return np.concatenate((v, solved(mass, J, forces, right)))
+
+
+class TooLongError(Exception):
+    """The reference takes too many evaluations."""
+
+
+class Event(NamedTuple):
+    """A contact that closes: when, which one, how fast, and that over the largest speed."""
+
+    time: float
+    touch: int
+    speed: float
+    share: float
+
+
+class Reference:
+    """The equations of motion of a `Draw` in x, y and φ of its bodies."""
+
+    def __init__(self, draw: Draw):
+        self.draw = draw
+        self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
+        self.start = np.array([part.place for part in draw.parts], dtype=float).ravel()
+        joints, numbers = [], []
+        for kind, a, b, *more in draw.joints:
+            common = [a.x, a.y, b.x, b.y]
+            rows = {"pin": [(1.0, 0.0), (0.0, 1.0)], "motor": [(0.0, 0.0)]}.get(kind)
+            rows = rows or [(-more[0][1], more[0][0])]
+            for n in rows:
+                joints.append((a.body, b.body))
+                motor = kind == "motor"
+                numbers.append([*common, *n, float(motor), more[0] if motor else 0.0])
+        self.joints = np.array(joints, dtype=np.int64).reshape(-1, 2)
+        self.numbers = np.array(numbers, dtype=float).reshape(-1, 8)
+        springs = [(a.body, b.body) for a, b, *_ in draw.springs]
+        self.springs = np.array(springs, dtype=np.int64).reshape(-1, 2)
+        of_springs = [[a.x, a.y, b.x, b.y, k, rest] for a, b, k, rest in draw.springs]
+        self.of_springs = np.array(of_springs, dtype=float).reshape(-1, 6)
+        gaps = [(k, *g) for k, touch in enumerate(draw.touches) for g in gaps_of(touch)]
+        self.owner = [k for k, *_ in gaps]
+        self.touches = np.array([g[1:4] for g in gaps], dtype=np.int64).reshape(-1, 3)
+        self.of_touches = np.array([g[4] for g in gaps], dtype=float).reshape(-1, 9)
+
+    def velocities(self) -> np.ndarray:
+        """Return the velocities at the start, those of the parts as far as joints allow them."""
+        given = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
+        J, _, rates = constraints(self.start, given, self.joints, self.numbers)
+        return solved(self.mass, J, self.mass * given, rates)
+
+    def gaps(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return all gaps and their rates."""
+        row, g, rates = np.zeros(len(q)), [], []
+        for (kind, i, j), p in zip(self.touches, self.of_touches, strict=True):
+            g.append(gap(q, kind, i, j, p, row))
+            rates.append(row @ v)
+        return np.array(g), np.array(rates)
+
+    def motion(self, times: np.ndarray, rtol: float = 1e-11) -> tuple[np.ndarray, list[Event]]:
+        """Return q at these times and the contacts that close, until there are enough of them.
+
+        Raises
+        ------
+        TooLongError
+            If that takes more than `MOST` evaluations, as for a contact that stays closed.
+        """
+        n, count = len(self.mass), len(self.touches)
+        y, t = np.concatenate([self.start, self.velocities()]), float(times[0])
+        closed, begun, evaluations = np.zeros(count, dtype=bool), np.ones(count), 0
+        places, events, fastest = np.full((len(times), n), np.nan), [], 0.0
+        row = np.zeros(n)
+        arguments = (self.mass, self.joints, self.numbers, self.springs, self.of_springs,
+                     self.touches, self.of_touches)  # fmt: skip
+        while t < times[-1] and len(events) <= EVENTS:
+            watched, (g, _) = [], self.gaps(y[:n], y[n:])
+            for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
+                apart = 0.0 if closed[k] else max(0.0, ZERO - g[k])
+
+                def zero(_, y, kind=kind, i=i, j=j, p=p, apart=apart):
+                    return apart + gap(y[:n], kind, i, j, p, row)
+
+                zero.terminal, zero.direction = True, 1.0 if closed[k] else -1.0
+                watched.append(zero)
+            state = closed.copy(), begun.copy()
+
+            def rates_of(_, y, state=state):
+                nonlocal evaluations
+                evaluations += 1
+                if evaluations > MOST:
+                    raise TooLongError
+                return derivative(y, *arguments, *state)
+
+            part = solve_ivp(
+                rates_of, (t, times[-1]), y,
+                "DOP853", rtol=rtol, atol=0.01 * rtol, max_step=LONGEST, events=watched,
+                dense_output=True,
+            )  # fmt: skip
+            inside = (times >= t) & (times <= part.t[-1])
+            if inside.any():
+                places[inside] = part.sol(times[inside])[:n].T
+            y, t = part.y[:, -1], float(part.t[-1])
+            g, rates = self.gaps(y[:n], y[n:])
+            fastest = max(fastest, float(np.abs(rates).max()))
+            struck = np.array([len(moments) > 0 for moments in part.t_events])
+            closing, opening = ~closed & struck, closed & struck
+            begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), begun)
+            closed = (closed | closing) & ~opening
+            events += [
+                Event(t, self.owner[k], -rates[k], -rates[k] / fastest)
+                for k in np.flatnonzero(closing)
+            ]
+        return places, events
+
+
+def gaps_of(touch: Touch) -> list[tuple[int, int, int, list[float]]]:
+    """Return the gaps of a touch: kind, two bodies and numbers."""
+    kind, a, b, numbers, (K, e, n) = touch
+    law = [K, n, damping(e)]
+
+    def entry(code: int, first: float, second: float, x: float = a.x, y: float = a.y):
+        return code, a.body, b.body, [x, y, b.x, b.y, first, second, *law]
+
+    if kind == "pin":
+        return [entry(HOLE, numbers[0], 0.0)]
+    if kind == "circles":
+        return [entry(CIRCLES, -numbers[0] - numbers[1], 0.0)]
+    if kind == "line":
+        return [entry(LINE, numbers[1], numbers[0])]
+    if kind == "stop":  # along X, from below with the normal X and from above with −X
+        return [entry(LINE, 0.0, numbers[0]), entry(LINE, math.pi, -numbers[1])]
+    if kind == "turn":
+        return [entry(TURN, -1.0, -numbers[0]), entry(TURN, 1.0, numbers[1])]
+    play, length, height = numbers
+    return [
+        entry(
+            LINE, -wall * math.pi / 2, -height / 2 - play, a.x + end * length / 2,
+            a.y + wall * height / 2,
+        )
+        for end in (-1, 1)
+        for wall in (-1, 1)
+    ]  # fmt: skip

@@ -1,0 +1,268 @@
+"""Starts where another motion ended: the states of the parts that both mechanisms have."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError, shown
+from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.system import System
+from flexband.mechanics.engine.batch import Begun, Run, Start, begin
+from flexband.mechanics.engine.corrections import Corrections
+from flexband.mechanics.engine.failures import blame_overlaps
+from flexband.mechanics.engine.loop_closure import constraint_errors
+from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes
+
+Label = tuple[str, str, int]
+"""A kind of numbers, the part that has them, and which of several they are."""
+
+STEP_ROWS = 4
+"""Rows of `WorkSpace.steps`."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndState:
+    """The state of a mechanism at the end of a motion, from which another one goes on.
+
+    Attributes
+    ----------
+    time : end of the motion [s].
+    spectral_radius : that of the integrator.
+    meshes : of the bodies.
+    parts : numbers by their labels, shape (rows, samples).
+    """
+
+    time: float
+    spectral_radius: float
+    meshes: dict[str, tuple]
+    parts: dict[Label, np.ndarray]
+
+    @property
+    def samples(self) -> int:
+        return next(iter(self.parts.values())).shape[1]
+
+    def __repr__(self) -> str:
+        return f"<state of {self.samples} samples at t = {self.time:g} s>"
+
+
+def end_state(system: System, ends: np.ndarray, time: float, spectral_radius: float) -> EndState:
+    """Return the state at the end of a motion from its `ends`, see `Batch`."""
+    parts = {label: ends[rows] for label, rows in _labels(system).items()}
+    return EndState(time, spectral_radius, _meshes(system), parts)
+
+
+def state_of(motion: xr.DataArray, period: float | None) -> EndState:
+    """Return the state at the end of a motion; raise `InputError` if it has none."""
+    if period is not None:
+        raise InputError(f"period [s] must be None for a motion that goes on; got {period!r}")
+    state = motion.attrs.get("state")
+    if not isinstance(state, EndState):
+        raise InputError(
+            "start must be 'assembled', 'static', 'periodic', or the result of "
+            "simulate(..., keep_state=True); got a result without a state"
+        )
+    if motion.sizes.get("sample", 1) != state.samples or (
+        "time" in motion.dims and float(motion["time"][-1]) != state.time
+    ):
+        raise InputError(
+            f"start must be the whole result of simulate, of {state.samples} samples until "
+            f"t = {state.time:g} s; got a part of it, {shown(dict(motion.sizes))}"
+        )
+    return state
+
+
+def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
+    """Return a system that starts in the state of another one, and its start.
+
+    Raises
+    ------
+    InputError
+        If a body is not in the state, has another mesh there, or numbers of samples do not fit.
+    """
+    for name, mesh in _meshes(system).items():
+        if name not in state.meshes:
+            there = ", ".join(state.meshes)
+            raise InputError(f"body {name!r} must be in the motion that goes on; there is {there}")
+        if mesh != state.meshes[name]:
+            raise InputError(
+                f"body {name!r} must have the same mesh in both mechanisms; members are divided "
+                "where joints and loads act, so give it as many elements and the same such points"
+            )
+    if len({system.samples, state.samples} - {1}) > 1:
+        raise InputError(
+            f"start must have as many samples as the mechanism, {system.samples}, or one; got "
+            f"{state.samples}"
+        )
+    samples, rows = max(system.samples, state.samples), system.structure.state
+    ends = np.zeros((sum(_sizes(system)), samples))
+    known = np.zeros((len(ends), 1), dtype=bool)
+    for label, places in _labels(system).items():
+        if label in state.parts:
+            ends[places], known[places] = state.parts[label], True
+    ends[0] = 1.0
+    first_rest = rows.rows + rows.coordinates + 1
+
+    def carried(first: int, given: np.ndarray) -> np.ndarray:
+        place = slice(first, first + len(given))
+        return np.where(known[place], ends[place], given)
+
+    values = system.values
+    values = values._replace(
+        start=ends[: rows.coordinates + 1],
+        velocity=ends[rows.velocity : rows.acceleration],
+        law_states=carried(rows.law_state, values.law_states),
+        springs=values.springs._replace(rest=carried(first_rest, values.springs.rest)),
+    )
+    continuing = replace(
+        system, values=values, given=values.start, samples=samples, first_time=state.time
+    )
+    return continuing, ContinuedStart(ends, known, state.spectral_radius, np.zeros(samples))
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuedStart(Start):
+    """The state at the end of another motion, whose velocities joints change by a plastic impact.
+
+    Attributes
+    ----------
+    ends, known : see `Batch`, shape (rows, samples), and which rows are not of new parts.
+    spectral_radius : of the integrator of the other motion.
+    lost_energy : kinetic energy that each sample has lost at the start [J], filled by blocks.
+    tolerance : by which joints may be apart, relative to the size of the mechanism.
+    """
+
+    ends: np.ndarray
+    known: np.ndarray
+    spectral_radius: float
+    lost_energy: np.ndarray
+    tolerance: float = 1e-5
+
+    def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
+        """Return what begins a block."""
+        system, state = run.system, run.system.structure.state
+        step = float(run.times[1] - run.times[0])
+        free = run.integrator.step_limits(state, step) is not None
+        same_method = self.spectral_radius == float(run.integrator.spectral_radius)
+        q, velocity = slice(1, state.coordinates + 1), state.velocity
+        second, laws = (
+            slice(state.acceleration + 1, state.energy),
+            slice(state.law_state, state.gap),
+        )
+        keeps_rule = self.known[laws].all()
+        springs, places = system.structure.springs, [*accumulate(_sizes(system))]
+        new = ~self.known[places[1] : places[2]][springs.translational :]
+        first, second_angle = state.angle + springs.vector[springs.translational :].reshape(-1, 2).T
+
+        def begin_block(number: int, values: Values) -> Begun:
+            lanes = to_lanes(self.ends[:, run.samples], number)
+            z, a, _, steps, anew, _ = np.split(lanes, places)
+            apart = np.abs(constraint_errors(system, values, z))
+            turns = np.round((z[first] - z[second_angle]) / math.tau)
+            values.springs.rest[springs.translational :] += np.where(new, math.tau * turns, 0.0)
+            size = 1 / values.inverse_scale[1]
+            work, failure = begin(system, values, z)
+            # accelerations change by what they jump, the method's only if that is less than its
+            # distance from them, which depends on the past
+            distance, jump = a[q] - z[second], work.z[second] - anew[1:]
+            scaled = [np.abs(values.inverse_scale[q] * x).max(axis=0) for x in (jump, distance)]
+            smooth = (scaled[0] <= scaled[1]) & same_method & (steps[1] > 0)
+            ratio = 1.0 if free else step / np.where(smooth, steps[1], step)
+            work.z[second] = np.where(smooth, z[second] + jump, work.z[second])
+            work.a[q] = work.z[second] + np.where(smooth, ratio * distance, 0.0)
+            work.steps[:] = np.where(smooth, steps if free else step, 0.0)
+            if keeps_rule:
+                unchanged = smooth & (np.abs(ratio - 1.0) < 1e-9)
+                work.z[laws] = np.where(unchanged, z[laws], work.z[laws])
+            samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
+            lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
+            self.lost_energy[samples] = lost[: len(samples)]
+            blame_overlaps(system, values, work.z, failure)
+            if len(apart):
+                code, worst = np.full(WIDTH, FAILURE.not_met), apart.max(axis=0)
+                not_met = np.stack([code, 0.0 * code, apart.argmax(axis=0), worst])
+                failure = np.where(worst > self.tolerance * size, not_met, failure)
+            return Begun(work, failure, work.z.copy())
+
+        return begin_block
+
+    def attributes(self, system: System, changes: Corrections) -> dict[str, Any]:
+        return {"lost_energy": self.lost_energy.tolist()}
+
+
+def _lost_energy(
+    system: System, values: Values, before: np.ndarray, after: np.ndarray
+) -> np.ndarray:
+    """Return by how much velocities after an impact have less kinetic energy [J], of each lane."""
+    i, j = system.structure.mass.i, system.structure.mass.j
+    change, total = before - after, before + after
+    products = change[i] * total[j] + np.where((i < j)[:, None], change[j] * total[i], 0.0)
+    return 0.5 * (values.mass * products).sum(axis=0)
+
+
+def _sizes(system: System) -> tuple[int, ...]:
+    """Return the numbers of rows of what is kept, see `Batch.ends`."""
+    state, springs = system.structure.state, len(system.structure.springs.f)
+    return state.rows, state.coordinates + 1, springs, STEP_ROWS, state.coordinates + 1
+
+
+def _meshes(system: System) -> dict[str, tuple]:
+    """Return what must be the same of each body."""
+    mechanism = system.mechanism
+    meshes = {name: body.mesh for name, body in mechanism.members.items()}
+    return {
+        name: (
+            type(body),
+            body.size,
+            *(tuple(array.tolist()) for mesh in (meshes.get(name),) if mesh for array in mesh[:2]),
+        )
+        for name, body in mechanism.bodies.items()
+    }
+
+
+def _labels(system: System) -> dict[Label, np.ndarray]:
+    """Return the rows of the end of a motion that belong to each label."""
+    mechanism, state = system.mechanism, system.structure.state
+    a, rest, steps, anew, _ = accumulate(_sizes(system))
+    labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
+    for name, body in mechanism.bodies.items():
+        n = mechanism.first_coordinates[name] + np.arange(body.size)
+        places = [n, state.velocity + n, state.acceleration + n, a + n, anew + n]
+        labels["body", name, 0] = np.concatenate(places)
+    entries = mechanism.entries.items()
+    angles = [owner for owner, row in mechanism.constraints for _ in row.polar]
+    angles += [owner for owner, s in mechanism.springs if s.torsion for _ in s.vectors]
+    angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
+    angles += [owner for owner, entry in entries for _ in entry.moments]
+    labels |= _numbered("angle", angles, state.angle)
+    labels |= _numbered("spring", [owner for owner, _ in mechanism.springs], rest)
+    laws = [(owner, law) for owner, entry in entries for law in entry.laws]
+    states = [owner for owner, law in laws for _ in law.states]
+    labels |= _numbered("law state", states, state.law_state, copies=4)
+    if states:
+        labels["rule", "", 0] = np.arange(state.rule, state.gap)
+    gaps = [owner for owner, law in laws for _ in law.events]
+    return labels | _numbered("mode", gaps, state.gap + 2 * len(gaps))
+
+
+def _numbered(
+    kind: str, owners: Iterable[str], first: int, copies: int = 1
+) -> dict[Label, np.ndarray]:
+    """Return the labels of rows that have these owners, from the first one on.
+
+    Copies of all rows follow each other.
+    """
+    owners, count = list(owners), Counter[str]()
+    labels: dict[Label, np.ndarray] = {}
+    for row, owner in enumerate(owners, start=first):
+        labels[kind, owner, count[owner]] = row + len(owners) * np.arange(copies)
+        count[owner] += 1
+    return labels

@@ -287,7 +287,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     alive = where(load(failure, 0), none, filled(1.0))
     rounds, arrived = outputs.shape[0] - 2, alive
     store(work.round, 0, none)
-    while any_true(alive) and not any_true(load(stop, 0)):
+    while True:
         while any_true(arrived):
             n = np.int64(first_true(load(work.round, 0), arrived))
             same = less(magnitude(load(work.round, 0) - float(n)), filled(0.5))
@@ -299,6 +299,8 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
                 arrived = where(stepping, none, arrived)
             else:
                 alive, arrived = where(same, none, alive), where(same, none, arrived)
+        if not any_true(alive) or any_true(load(stop, 0)):
+            break
         arrived, lost = take_step(
             structure, method, limits, tolerance, values, work, known, alive, failure
         )

@@ -1,4 +1,4 @@
-"""Draw the pictures of the README: a mechanism and its bands (`make gallery`)."""
+"""Draw the picture of the README: a mechanism and its bands (`make gallery`)."""
 
 from __future__ import annotations
 
@@ -18,21 +18,6 @@ ENLARGED = 10
 
 
 def main() -> None:
-    """Write both pictures."""
-    four_bar()
-    slider_crank()
-
-
-def slider_crank() -> None:
-    """Draw the bands of a reaction that rings."""
-    study = runpy.run_path(str(ROOT / "examples" / "slider_crank.py"))["study"]
-    with fb.plot.style(2):
-        figure = Figure(figsize=(7.0, 2.4), dpi=200)
-        fb.plot.bands(study.run(), "F_X", ax=figure.subplots())
-        figure.savefig(IMAGES / "slider_crank.png")
-
-
-def four_bar() -> None:
     """Draw a mechanism, the region of a point, and the bands of a deflection."""
     own = runpy.run_path(str(ROOT / "examples" / "four_bar.py"))
 

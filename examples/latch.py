@@ -1,6 +1,6 @@
 """A bar that lets go of one pin and is caught by another.
 
-A bar swings down on a pin at its left end. When it almost hangs, it lets go, and a second
+A slender bar swings down on a pin at its left end. When it almost hangs, it lets go, and a second
 pin catches its right end where that is. So two simulations follow each other: the second one goes
 on from the first, with another joint. Caught at the other end, the bar turns with −1/2 of its
 speed, and 3/4 of its kinetic energy are lost.
@@ -14,7 +14,10 @@ LENGTH, SWING, DURATION, STEP = 1.0, 0.45, 1.5, 1e-3  # m, s: of the first part,
 
 
 def bar(**pins):
-    body = fb.RigidBody.bar(length=LENGTH, height=0.04, width=0.04, density=2700.0)
+    body = fb.RigidBody(
+        mass=1.0, inertia=LENGTH**2 / 12, position=(LENGTH / 2, 0.0),
+        points={"start": (-LENGTH / 2, 0.0), "end": (LENGTH / 2, 0.0)},
+    )  # fmt: skip
     return fb.Mechanism(
         bodies={"bar": body},
         joints={name: fb.Revolute(f"bar.{name}", place) for name, place in pins.items()},

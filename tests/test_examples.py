@@ -65,7 +65,7 @@ def test_what_the_readme_says_leads_to_a_page_to_sign(tmp_path, monkeypatch):
     readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
     assert len(readme.splitlines()) <= 80
     first, second = (part.split("```")[0] for part in readme.split("```python\n")[1:])
-    (commands,) = (part.split("```")[0] for part in readme.split("```sh\n")[1:])
+    commands = readme.split("```sh\n")[1].split("```")[0]
     code = "".join([*first.splitlines(keepends=True)[:-3], second])
     monkeypatch.chdir(tmp_path)
     Path("pendulum.py").write_text(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexband.analysis.quantities import chosen
 from flexband.analysis.requirements.units import factor
+from flexband.arguments import arguments_checked
 from flexband.errors import (
     InputError,
     ResolutionWarning,
@@ -25,6 +26,7 @@ from flexband.response import FunctionResponse, Response, ResponseFunction, as_r
 from flexband.rounding import Units
 
 
+@arguments_checked
 class OverOutput(FunctionResponse):
     """A response over one of its outputs instead of time, such as the angle of a crank.
 

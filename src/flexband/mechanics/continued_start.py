@@ -21,6 +21,7 @@ from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes
+from flexband.words import number_of
 
 Label = tuple[str, str, int]
 """A kind of numbers, the part that has them, and which of several they are."""
@@ -51,7 +52,7 @@ class EndState:
         return next(iter(self.parts.values())).shape[1]
 
     def __repr__(self) -> str:
-        return f"<state of {self.samples} samples at t = {self.time:g} s>"
+        return f"<state of {number_of(self.samples, 'sample')} at t = {self.time:g} s>"
 
 
 def end_state(system: System, ends: np.ndarray, time: float, spectral_radius: float) -> EndState:
@@ -74,8 +75,9 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
         "time" in motion.dims and float(motion["time"][-1]) != state.time
     ):
         raise InputError(
-            f"start must be the whole result of simulate, of {state.samples} samples until "
-            f"t = {state.time:g} s; got a part of it, {shown(dict(motion.sizes))}"
+            "start must be the whole result of simulate, of "
+            f"{number_of(state.samples, 'sample')} until t = {state.time:g} s; got a part of it, "
+            f"{shown(dict(motion.sizes))}"
         )
     return state
 

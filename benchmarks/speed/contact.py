@@ -4,6 +4,8 @@ The slider–crank of examples/worn_pin.py makes three turns with clearances fro
 instants of the first three impacts are compared with those of a much smaller tolerance. With fixed
 steps the pin is a force law without damping, because such a law does not know the speed with which
 a contact began; its steps are shortened until their error is that of chosen ones.
+
+If Exudyn is there, a mass that hits a stop is compared with its contact, see `peer_contact`.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ import numpy as np
 
 import flexband as fb
 from benchmarks.harness import ROOT, options, report
+from benchmarks.speed import peer_contact
+from benchmarks.speed import peer_exudyn as peer
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, march_block
@@ -163,6 +167,15 @@ def main() -> None:
             f"{1e3 * fixed_cost / count:.2f} µs per step",
         ],
     )
+    if peer.AVAILABLE:
+        compared = peer_contact.compare(1024, chosen_options.repeats, 1e-5)
+        report(
+            chosen_options.output,
+            "contact_exudyn",
+            ["a mass, a spring and a stop", "CPU ms per sample", "error / interval of impacts"],
+            [[name, f"{ms:.3f}", f"{100 * e:.4f} %"] for name, ms, e in compared],
+            {"rows": compared},
+        )
 
 
 if __name__ == "__main__":

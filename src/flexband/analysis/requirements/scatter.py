@@ -55,6 +55,10 @@ class Capability:
         object.__setattr__(self, "cp", cp)
         object.__setattr__(self, "cpk", cpk)
 
+    def __repr__(self) -> str:
+        off = f", cpk={self.cpk:g}, side={self.side!r}" if self.cpk != self.cp else ""
+        return f"Capability(cp={self.cp:g}{off})"
+
     def within(self, interval: Interval) -> TruncatedNormal:
         """Return the distribution of parts whose tolerance is an interval."""
         lower, upper = interval.lower, interval.upper

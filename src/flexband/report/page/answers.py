@@ -200,7 +200,7 @@ def limits_table(
     production: xr.Dataset | None = None,
 ) -> Table:
     """Return one row per limit: worst case, probability of leaving it, and yield."""
-    header = ["limit", "verdict", "least margin", "its expected error"]
+    header = ["limit", "worst case", "least margin", "its expected error"]
     every: Any = next(r for r in (probability, production, checked) if r is not None)
     if probability is not None:
         header += ["probability, lower (95 % confidence)", "upper"]

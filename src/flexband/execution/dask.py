@@ -71,7 +71,6 @@ class Dask(Workers):
 
     @contextmanager
     def open(self) -> Iterator[Performing]:
-        """Give what performs tasks."""
         with dask_client(self.client) as client:
             yield _Timed(client, float(self.time_limit)).perform
 

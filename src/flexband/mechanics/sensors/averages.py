@@ -53,7 +53,6 @@ class Average(OverSteps):
 
     @property
     def fixed(self) -> tuple[float, float] | None:
-        """The window [s], if it does not move."""
         window = self.window
         return None if np.ndim(window) == 0 else window  # pyright: ignore[reportReturnType]
 

@@ -60,7 +60,6 @@ class Reaction(Sensor):
 
     @property
     def derives(self) -> bool:
-        """Whether the outputs are not the rows themselves."""
         return self.axes == "body"
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:

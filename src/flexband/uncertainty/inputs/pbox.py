@@ -63,7 +63,6 @@ class PBox(Score):
         return self._middle.family
 
     def at(self, parameters: Mapping[str, Numbers]) -> Input:
-        """Return the input at values of the parameters, numbers or of shape (n,)."""
         return _Transported(self._middle, self.distribution.at(parameters))
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> Distribution:

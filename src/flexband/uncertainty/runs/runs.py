@@ -373,7 +373,6 @@ class Level(Evaluate):
         runs: tuple[np.ndarray, np.ndarray, np.ndarray],
         nodes: Sequence[np.ndarray] | None = None,
     ) -> Surrogate:
-        """Return a surrogate whose error of step and elements is corrected by finer runs."""
         from flexband.uncertainty.phase_resolved.given_runs import (  # noqa: PLC0415
             corrected_expansion,
         )
@@ -393,7 +392,6 @@ class Level(Evaluate):
         return levels
 
     def discretization(self) -> dict[str, float]:
-        """Return the numbers of the discretization, such as the step, by name."""
         return self._numbers
 
     @cached_property
@@ -401,11 +399,9 @@ class Level(Evaluate):
         return self.of_nominal(self.response.discretization)
 
     def quantities(self) -> list[str]:
-        """Return of which vector or tensor each output is a component, by name."""
         return self.of_nominal(self.response.quantities)
 
     def tensors(self) -> list[str]:
-        """Return which of the quantities are tensors, by name."""
         return self.of_nominal(self.response.tensors)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:

@@ -65,17 +65,14 @@ class ScipyDistribution(Distribution):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
         return {k: value for k, value in self._named().items() if isinstance(value, Interval)}
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> ScipyDistribution:
-        """Return the distribution with other numbers or intervals as parameters."""
         named = self._named()
         named.update(parameters)
         return ScipyDistribution(self.distribution, tuple(named.items()))
 
     def at(self, parameters: Mapping[str, Numbers]) -> ScipyDistribution:
-        """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
         arrays = {name: np.atleast_1d(value) for name, value in parameters.items()}
@@ -96,7 +93,6 @@ class ScipyDistribution(Distribution):
 
     @cached_property
     def quantiles(self) -> Quantiles:
-        """The numbers at values of a standard normal variable, as polynomials."""
         return Quantiles.of(super().at_normal, next(filter(self._reaches, REACHES), 7.0))
 
     def _reaches(self, reach: float) -> bool:

@@ -167,7 +167,6 @@ class LegendreModes(Series):
         return np.linspace(*self.domain, 2 * len(self.eigenvectors) + 1)
 
     def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return Var[û(x)] and Cov[u(x), û(x)] of the first 1, 2, … terms, (terms, *x.shape)."""
         x = np.asarray(x)
         basis, s = self.basis(x), (np.ravel(x) - self.domain[0]) / self.length
         with_terms = self.eigenvectors / self._roots

@@ -118,7 +118,6 @@ class IntervalField(Field):
         return (low + high) / 2
 
     def samples(self, standard: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return samples, shape (n, points), at positions x of shape (1 or n, points)."""
         low, high = self.limits(x)
         s = np.einsum("ni,npi->np", standard, self.weights(x))
         return np.clip(0.5 * ((1 - s) * low + (1 + s) * high), low, high)

@@ -53,7 +53,10 @@ def chance(result: xr.Dataset, *, places: bool = False) -> str:
             f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
         )
     where = [_place(result.isel(bound=k)) if places else "" for k in range(2)]
-    sure = [f" (95 % confidence: {a:.3g} to {b:.3g})" for a, b in zip(low, high, strict=True)]
+    sure = [
+        f" (95 % confidence: {a:.3g} to {b:.3g})" if f"{a:.3g}" != f"{b:.3g}" else ""
+        for a, b in zip(low, high, strict=True)
+    ]
     text = _bounds(result, values, high, where, sure)
     at_times = result["probability"].values
     if _clearly_more(values, at_times).any():

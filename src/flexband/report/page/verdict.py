@@ -74,8 +74,10 @@ def _extremes(margins: xr.Dataset) -> list[str]:
     sentences = []
     for k in range(margins.sizes["limit"]) if "run_value" in margins else ():
         limit = margins.isel(limit=k)
-        unit = str(limit["unit"].values) if "unit" in limit.coords else ""
-        value, bound = (with_unit(number(limit[name]), unit) for name in ("run_value", "run_bound"))
+        known = str(limit["unit"].values) if "unit" in limit.coords else ""
+        unit = str(limit["stated_unit"].values) or known
+        sizes = (float(limit[name] / limit["stated_scale"]) for name in ("run_value", "run_bound"))
+        value, bound = (with_unit(number(size), unit) for size in sizes)
         output = f" of {limit['output'].values}" if "output" in limit.coords else ""
         runs = number_of(margins.attrs["runs_recorded"], "run")
         extreme = f"The {limit['run_extreme'].values} value{output}"

@@ -203,7 +203,7 @@ def test_phones_show_all_cells_of_tables_and_pictures_that_can_be_read(small, op
     assert max(own["x"] + own["width"] for own in boxes) <= 390
     told = page.locator("#bands table").last.locator("td").all()[1:4]
     heads = [own.evaluate("cell => getComputedStyle(cell, '::before').content") for own in told]
-    assert heads[:2] == ['"verdict"', '"least margin"']
+    assert heads[:2] == ['"worst case"', '"least margin"']
     at = page.locator(".what-if-limits td").last
     assert at.inner_text() == "time = 1 s"  # before a slider moves, too
     picture = page.locator("figure:not(.sheet) img").first

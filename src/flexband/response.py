@@ -129,3 +129,19 @@ class FunctionResponse(Response):
         """Return what a method of the function returns, or the default if it has none."""
         method = self._attribute(name, None)
         return method(**values) if callable(method) else default
+
+
+class WrappingResponse(FunctionResponse):
+    """A response that flexband makes of another one, and has its arguments and its source."""
+
+    @property
+    def __wrapped__(self) -> ResponseFunction:
+        return self.function
+
+    @property
+    def original(self) -> ResponseFunction:
+        return self
+
+    @property
+    def source(self) -> Response:
+        return as_response(self.function).source

@@ -22,12 +22,12 @@ from flexband.errors import (
     shown,
     warn,
 )
-from flexband.response import FunctionResponse, Response, ResponseFunction, as_response
+from flexband.response import Response, ResponseFunction, WrappingResponse, as_response
 from flexband.rounding import Units
 
 
 @arguments_checked
-class OverOutput(FunctionResponse):
+class OverOutput(WrappingResponse):
     """A response over one of its outputs instead of time, such as the angle of a crank.
 
     Each run is interpolated where the output passes the given values. The last dim of the result
@@ -93,15 +93,6 @@ class OverOutput(FunctionResponse):
         self.refines = as_response(response).refines
         self.output, self.values, self.unit = output, numbers, unit
         self.identity = "over output", response, output, numbers, unit
-        self.__wrapped__ = response  # which has the arguments
-
-    @property
-    def original(self) -> ResponseFunction:
-        return self
-
-    @property
-    def source(self) -> Response:
-        return as_response(self.function).source
 
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         finer = super().refinements(**values)

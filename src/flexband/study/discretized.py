@@ -7,7 +7,7 @@ from typing import Any
 
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
-from flexband.response import FunctionResponse, Response, ResponseFunction, as_response
+from flexband.response import ResponseFunction, WrappingResponse, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
@@ -17,7 +17,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
-class Discretized(FunctionResponse):
+class Discretized(WrappingResponse):
     """A response whose discretization is taken as given.
 
     Attributes
@@ -32,20 +32,6 @@ class Discretized(FunctionResponse):
     def __call__(self, **values: Any) -> Any:
         with without_warnings(ResolutionWarning):
             return self.function(**values)
-
-    @property
-    def __wrapped__(self) -> ResponseFunction:
-        """What has the arguments."""
-        return self.function
-
-    @property
-    def original(self) -> ResponseFunction:
-        """The response with its discretization: it is made here, not by a user."""
-        return self
-
-    @property
-    def source(self) -> Response:
-        return as_response(self.function).source
 
     def left_out(self, **values: Any) -> list[str]:
         """Return nothing: all is given."""

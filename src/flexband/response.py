@@ -132,11 +132,7 @@ class FunctionResponse(Response):
 
 
 class WrappingResponse(FunctionResponse):
-    """A response that flexband makes of another one, and has its arguments and its source."""
-
-    @property
-    def __wrapped__(self) -> ResponseFunction:
-        return self.function
+    """A response that flexband makes of another one, and has its source."""
 
     @property
     def original(self) -> ResponseFunction:

@@ -93,6 +93,7 @@ class OverOutput(WrappingResponse):
         self.refines = as_response(response).refines
         self.output, self.values, self.unit = output, numbers, unit
         self.identity = "over output", response, output, numbers, unit
+        self.__wrapped__ = response  # which has the arguments
 
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         finer = super().refinements(**values)

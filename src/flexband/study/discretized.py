@@ -33,6 +33,11 @@ class Discretized(WrappingResponse):
         with without_warnings(ResolutionWarning):
             return self.function(**values)
 
+    @property
+    def __wrapped__(self) -> ResponseFunction:
+        """What has the arguments."""
+        return self.function
+
     def left_out(self, **values: Any) -> list[str]:
         """Return nothing: all is given."""
         return []

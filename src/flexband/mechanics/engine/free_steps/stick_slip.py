@@ -3,7 +3,7 @@
 The margin of what sticks is µs N − |λ|, and that of what slides is u in its sense, so each is
 positive until an event. At an event all that is at rest sticks at first. What asks for more than
 µs N then slides in the sense in which it is pulled, and what would slide back sticks again, until
-nothing changes. Where that does not come to an end no motion is consistent, as in the paradox of
+nothing changes; only then are the velocities of what sticks set to zero. Where that does not come to an end no motion is consistent, as in the paradox of
 Painlevé.
 """
 
@@ -47,12 +47,15 @@ class StickOptions(NamedTuple):
         Sliding speed that counts as rest, in tolerances of a step per step of the output.
     force
         Force by which µs N must be exceeded, relative to N.
+    still
+        Rate of what sticks, relative to the largest acceleration, that is due to rounding.
     changes
         The most changes of modes at an event for each friction.
     """
 
     speed: float = 1e-3
     force: float = 1e-9
+    still: float = 1e-6
     changes: int = 4
 
 
@@ -60,12 +63,18 @@ STICK = StickOptions()
 
 
 @compiled
-def rest_speed(structure, values, limits, step, k):
-    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
+def length_unit(structure, values, k):
+    """Return the size of the mechanism, or 1 if the travel of friction k is an angle."""
     unit = filled(1.0)
     if not structure.friction.angular[k]:
         unit = 1.0 / load(values.inverse_scale, 1)
-    return STICK.speed * limits.tolerance * unit / step
+    return unit
+
+
+@compiled
+def rest_speed(structure, values, limits, step, k):
+    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
+    return STICK.speed * limits.tolerance * length_unit(structure, values, k) / step
 
 
 @compiled
@@ -120,8 +129,8 @@ def update_margins(structure, values, now, work, limits, step):
 
 
 @compiled
-def bring_to_rest(structure, values, now, work, limits, step, chosen):
-    """Let all that is at rest stick where it is, and project its velocities."""
+def begin_to_stick(structure, values, now, work, limits, step, chosen):
+    """Let all that is at rest stick where it is, and slide what is not, in its sense."""
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
     count, mode, anchor, speed, normal = friction_rows(state)
     update_dependent(structure, values, now, z)
@@ -142,6 +151,18 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
         store(z, anchor + k, where(stopped, travel, load(z, anchor + k)))
         store(z, mode + k, where(chosen, new, load(z, mode + k)))
         store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+
+
+@compiled
+def bring_to_rest(structure, values, now, work, chosen):
+    """Project the velocities of what sticks, and of what begins to slide against its speed."""
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    count, mode, _, speed, _ = friction_rows(state)
+    for k in range(count):
+        sense = load(z, mode + k)
+        against = where(chosen, less(sense * load(z, speed + k), none), none)
+        store(z, speed + k, sense)
+        store(z, mode + k, where(against, filled(MODE.sticks), sense))
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
@@ -151,25 +172,36 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
     for i in range(1, state.coordinates + 1):
         row = state.velocity + i
         store(z, row, load(z, row) + where(chosen, load(r, i), none))
+    for k in range(count):
+        store(z, mode + k, load(z, speed + k))
 
 
 @compiled
 def change_modes(structure, values, now, work, limits, step, chosen):
     """Let slide what asks for too much force, and stick what slides back; return where any does.
 
-    q̈ and λ are those of the present modes.
+    q̈ and λ are those of the present modes. What would stick, but moves in spite of that, slides as
+    well: at a dead centre, no force of a guide can hold the crank.
     """
     state, z, none = structure.state, work.z, filled(0.0)
     count, mode, _, speed, normal = friction_rows(state)
     sliding_rates(structure, values, now, work)
-    changed = none
+    changed, largest = none, none
+    for i in range(1, state.coordinates + 1):
+        rate = magnitude(load(z, state.acceleration + i)) * load(values.inverse_scale, i)
+        largest = maximum(largest, rate)
     for k in range(count):
         held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
         N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
+        change_of_speed = -load(work.r, state.friction + k) * step
         loose = where(less(none, excess(structure, values, z, k)), held, none)
         pulled = where(less(force, none), filled(-1.0), filled(1.0))
-        back = less(-sense * load(work.r, state.friction + k) * step, -slow)
-        at_rest = less(magnitude(load(z, speed + k)), slow)
+        still = slow + STICK.still * largest * step * length_unit(structure, values, k)
+        moves = where(less(still, magnitude(change_of_speed)), held, none)
+        pulled = where(moves, where(less(change_of_speed, none), filled(-1.0), filled(1.0)), pulled)
+        loose = maximum(loose, moves)
+        back = less(sense * change_of_speed, -slow)
+        at_rest = less(magnitude(load(z, speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
         back = where(less(none, N), back, none)
         new = where(loose, pulled, where(back, filled(MODE.sticks), sense))
@@ -189,13 +221,15 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     left_out = none
     count = state.angle - state.friction
     if count > 0:
-        bring_to_rest(structure, values, now, work, limits, step, chosen)
+        begin_to_stick(structure, values, now, work, limits, step, chosen)
     for _ in range(1 + STICK.changes * count):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
         if not any_true(pending):
             break
+    if count > 0:
+        bring_to_rest(structure, values, now, work, chosen)
     jammed = where(chosen, pending, none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))

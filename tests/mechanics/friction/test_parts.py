@@ -225,9 +225,7 @@ def test_equilibrium_says_that_it_leaves_friction_out():
 
 
 def test_friction_of_a_shared_reaction_is_refused():
-    with pytest.raises(
-        fb.errors.InputError, match="friction of joint 'guide' depends on a reaction"
-    ):
+    with pytest.raises(fb.errors.InputError, match="friction of joint 'guide' depends"):
         fb.simulate(sledge(other=fb.Slot("m", (0.0, 0.0))), duration=0.1, step=0.05)
 
 
@@ -245,7 +243,7 @@ def test_a_jump_of_speed_is_refused():
         loads={"weight": fb.Force("m", 0.0, -1.0)},
         sensors={"x": fb.Position("m")},
     )
-    with pytest.raises(fb.errors.InputError, match="speed of a drive jumps at 0.05 s"):
+    with pytest.raises(fb.errors.InputError, match="drive jumps at 0"):
         fb.simulate(mechanism, duration=0.1, step=0.01)
 
 

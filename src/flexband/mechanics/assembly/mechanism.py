@@ -27,7 +27,6 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName, body_and_point
 from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.forms import (
@@ -45,6 +44,7 @@ from flexband.mechanics.kernels.state import GAP_ROWS, State
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
+    FrictionEntry,
     FollowingEntry,
     LawEntry,
     Load,

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
+from flexband.mechanics.engine.failures import blame_laws, blame_overlaps, checked_schedule
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -213,19 +212,6 @@ def _run_blocks(
     pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
     in_parallel(simulate, blocks, samples, threads, progress, pace)
     pace.end()
-
-
-def checked_schedule(system: System, schedule: Schedule) -> Schedule:
-    """Return a schedule; raise `InputError` if it has impulses in a mechanism with friction."""
-    struck = np.argwhere(schedule.parts == IMPULSE)
-    if len(struck) and system.mechanism.frictions:
-        time = float(schedule.times[tuple(struck[0])])
-        raise InputError(
-            f"the speed of a drive jumps at {time:g} s, and friction of "
-            f"{system.mechanism.frictions[0][0]!r} has no law for such an impulse; let the drive "
-            "change its speed over a time, as fb.ramp does"
-        )
-    return schedule
 
 
 def _impulses(

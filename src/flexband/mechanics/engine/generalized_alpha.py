@@ -76,6 +76,8 @@ class NewtonOptions(NamedTuple):
     ----------
     factorizations, iterations, rough_iterations
         The most per step, and the most iterations with each, without friction and with it.
+    min_rough_iterations
+        The least with friction: it depends on multipliers, whose error is not in the coordinates.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -89,6 +91,7 @@ class NewtonOptions(NamedTuple):
     factorizations: int = 6
     iterations: int = 5
     rough_iterations: int = 40
+    min_rough_iterations: int = 3
     damped_iterations: int = 100
     max_correction: float = 0.1
     initial_rate: float = 0.1
@@ -298,7 +301,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     rough = structure.state.angle > structure.state.friction
     iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
     most = 1 if damped else iterations
-    for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
+    least = NEWTON.min_rough_iterations if rough else 0
+    for n in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         store(work.counts, 1, load(work.counts, 1) + 1.0)
@@ -322,7 +326,10 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         previous, first = change, False
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        active = where(less(error, tolerance), none, where(solved, none, active))
+        settled = less(error, tolerance)
+        if n + 1 < least:
+            settled = none
+        active = where(settled, none, where(solved, none, active))
         if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)

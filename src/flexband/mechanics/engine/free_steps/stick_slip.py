@@ -1,10 +1,10 @@
 """What sticks and what slides at an instant, on lanes, and how far it is from changing.
 
 The margin of what sticks is µs N − |λ|, and that of what slides is u in its sense, so each is
-positive until an event. At an event all that is at rest sticks at first. What asks for more than
-µs N then slides in the sense in which it is pulled, and what would slide back sticks again, until
-nothing changes; only then are the velocities of what sticks set to zero. Where that does not come to an end no motion is consistent, as in the paradox of
-Painlevé.
+positive until an event. At an event all that is at rest sticks at first. What asks for more than µs
+N then slides in the sense in which it is pulled, and what would slide back sticks again, until
+nothing changes; only then are the velocities of what sticks set to zero. Where that does not come
+to an end no motion is consistent, as in the paradox of Painlevé.
 """
 
 from __future__ import annotations

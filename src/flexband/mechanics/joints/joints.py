@@ -287,10 +287,10 @@ class Prismatic(LineJoint, AlignedJoint):
             check_positive("Prismatic length [m]", self.length)
         if self.friction is not None:
             as_coulomb("Prismatic friction", self.friction)
-        if (self.length is None) != (self.clearance is None and self.friction is None):
-            raise InputError(
-                "Prismatic needs a length with clearance or friction, and without them none"
-            )
+        if self.friction is not None and self.length is None:
+            raise InputError("Prismatic with friction needs the length of the slider; got none")
+        if self.friction is None and (self.length is None) != (self.clearance is None):
+            raise InputError("Prismatic needs both of clearance and length, or none of them")
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return those of the corners, two with each wall."""

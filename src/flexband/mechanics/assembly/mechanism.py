@@ -44,8 +44,8 @@ from flexband.mechanics.kernels.state import GAP_ROWS, State
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
-    FrictionEntry,
     FollowingEntry,
+    FrictionEntry,
     LawEntry,
     Load,
     MomentEntry,

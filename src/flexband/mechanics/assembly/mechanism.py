@@ -532,10 +532,6 @@ class Mechanism:
         rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
 
-    def measured(self, sensor: Sensor) -> Form:
-        """Return what a sensor measures first."""
-        return sensor.rows(self)[0]
-
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 

@@ -76,8 +76,9 @@ class NewtonOptions(NamedTuple):
     ----------
     factorizations, iterations, rough_iterations
         The most per step, and the most iterations with each, without friction and with it.
-    min_rough_iterations
-        The least with friction: it depends on multipliers, whose error is not in the coordinates.
+    settling, settled
+        With friction, which depends on multipliers, the most iterations until these change by less
+        than a share of the largest one. The coordinates may have converged before.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -91,7 +92,8 @@ class NewtonOptions(NamedTuple):
     factorizations: int = 6
     iterations: int = 5
     rough_iterations: int = 40
-    min_rough_iterations: int = 3
+    settling: int = 12
+    settled: float = 1e-9
     damped_iterations: int = 100
     max_correction: float = 0.1
     initial_rate: float = 0.1
@@ -282,6 +284,16 @@ def turn_of_jacobian(structure, method, values, x):
 
 
 @compiled
+def unsettled_multipliers(structure, z, x):
+    """Return where Newton's corrections x change the multipliers, on which friction depends."""
+    change, largest = filled(0.0), filled(0.0)
+    for k in range(structure.state.multiplier, structure.state.angle):
+        change = maximum(change, magnitude(load(x, k)))
+        largest = maximum(largest, magnitude(load(z, k)))
+    return less(NEWTON.settled * largest, change)
+
+
+@compiled
 def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
@@ -301,7 +313,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     rough = structure.state.angle > structure.state.friction
     iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
     most = 1 if damped else iterations
-    least = NEWTON.min_rough_iterations if rough else 0
+    settling = NEWTON.settling if rough else 0
     for n in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
@@ -327,8 +339,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
         settled = less(error, tolerance)
-        if n + 1 < least:
-            settled = none
+        if n + 1 < settling:
+            settled = where(unsettled_multipliers(structure, z, r), none, settled)
         active = where(settled, none, where(solved, none, active))
         if any_true(active) and age < most:
             continue

@@ -20,7 +20,6 @@ from flexband.mechanics.contact.contact_law import PairContact, check_law, touch
 from flexband.mechanics.contact.friction import (
     Friction,
     FrictionEntry,
-    Travel,
     as_coulomb,
     rubbing,
 )
@@ -30,6 +29,7 @@ from flexband.mechanics.contact.geometry.circle_on_line import (
     travel_on_line,
 )
 from flexband.mechanics.contact.geometry.circles import gap_in_circle, travel_on_circle
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,

@@ -108,7 +108,7 @@ def test_the_efficiency_of_gears_is_that_of_power(efficiency, driver):
     )
     exact = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
     motion = fb.simulate(train, duration=0.5, step=0.05, integrator=exact)
-    np.testing.assert_allclose(at(motion, "turn"), 1.0, rtol=1e-6)
+    np.testing.assert_allclose(at(motion, "turn"), 1.0, rtol=1e-7)
 
 
 def test_a_freewheel_lets_go_and_holds():

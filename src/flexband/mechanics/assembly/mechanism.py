@@ -40,7 +40,7 @@ from flexband.mechanics.kernels.forms import (
     scale,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.state import GAP_ROWS, State
+from flexband.mechanics.kernels.state import FRICTION_ROWS, GAP_ROWS, State
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
@@ -351,7 +351,10 @@ class Mechanism:
             owners = [owner for owner, _ in self.contact_laws]
             forces = [c.force for c in self.contacts(name)] if name in owners else []
             if name in self.joints and not forces:
-                forces = self.joint(name)[1]
+                carried = self.state.sliding + FRICTION_ROWS * len(self.frictions)
+                parts = [owner for owner, _ in self.constraints]
+                rows = [k for k, owner in enumerate(parts) if owner == f"joint {name!r}"]
+                forces = [Form.variable(carried + k) for k in rows]
             normals.append(friction.normal(forces))
         return normals
 

@@ -124,6 +124,8 @@ class Friction(NamedTuple):
     of_components: np.ndarray  # vector -> friction
     orbit_term: np.ndarray  # terms whose coefficient has the distance of two centres as a factor
     of_orbit: np.ndarray  # such a term -> friction
+    is_orbit: np.ndarray  # term -> whether it is such a one
+    circular: np.ndarray  # friction -> whether it has such terms
     centres: np.ndarray  # such a term -> vector between the centres
 
 

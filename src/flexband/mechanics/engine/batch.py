@@ -135,7 +135,7 @@ def run_samples(
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = checked_schedule(system, packed.schedule), len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
-        attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
+        attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
@@ -212,6 +212,11 @@ def _run_blocks(
     pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
     in_parallel(simulate, blocks, samples, threads, progress, pace)
     pace.end()
+
+
+def most_matrices(system: System) -> int:
+    """Return how many matrices a step that is chosen freely may take."""
+    return NEWTON.rough_matrices if system.mechanism.frictions else NEWTON.factorizations
 
 
 def _impulses(

@@ -178,25 +178,36 @@ def _advice(system: System, sample: int) -> str:
 
 
 def blame_overlaps(
-    system: System, values: Values, z: np.ndarray, failure: np.ndarray, touch: float = 1e-9
+    system: System,
+    values: Values,
+    z: np.ndarray,
+    failure: np.ndarray,
+    before: np.ndarray | None = None,
+    *,
+    touch: float = 1e-9,
+    moved: float = 1e-5,
 ) -> None:
     """Write to `failure` which contacts are closed that must be open at the start.
 
-    A depth of `touch` times the size of the mechanism counts as none, as does that of a contact
-    that has closed in a motion that goes on.
+    A depth of `touch` times the size of the mechanism counts as none. Where a contact has closed in
+    a motion that goes on, it may be as deep as it was in the state `before`, and deeper by `moved`.
     """
     laws = [law for _, law in system.mechanism.contact_laws]
     if not laws:
         return
     kinds = system.structure.laws.gap_kind
-    gaps, _, modes, _ = np.split(z[system.structure.state.gap : system.structure.state.extreme], 4)
+    state = system.structure.state
+    gaps, _, modes, _ = np.split(z[state.gap : state.extreme], 4)
     contact = np.isin(kinds, (GAP.length, GAP.angle))
     depths, modes = -gaps[contact], modes[contact]
     sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
-    refused = refused & (np.abs(modes) == MARK.at_rest)
-    depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
+    allowed = touch * sizes
+    if before is not None:
+        known = moved * sizes + np.maximum(-before[state.gap :][: len(kinds)][contact], 0.0)
+        allowed = np.where(np.abs(modes) == MARK.at_rest, allowed, known)
+    depths = np.where(refused & (depths > allowed), depths, 0.0)
     depth = depths.max(axis=0)
     code = np.full(WIDTH, FAILURE.overlapping)
     overlapping = np.stack([code, 0.0 * code, depths.argmax(axis=0), depth])

@@ -40,6 +40,7 @@ from flexband.mechanics.kernels.equations import (
 from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.friction import carry_reactions
 from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
@@ -76,9 +77,9 @@ class NewtonOptions(NamedTuple):
     ----------
     factorizations, iterations, rough_iterations
         The most per step, and the most iterations with each, without friction and with it.
-    settling, settled
-        With friction, which depends on multipliers, the most iterations until these change by less
-        than a share of the largest one. The coordinates may have converged before.
+    settled, rough_matrices
+        With friction, the change of reactions relative to the largest one from which on normal
+        forces do not follow, and the most matrices of a step until that is so.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -92,8 +93,8 @@ class NewtonOptions(NamedTuple):
     factorizations: int = 6
     iterations: int = 5
     rough_iterations: int = 40
-    settling: int = 12
     settled: float = 1e-9
+    rough_matrices: int = 40
     damped_iterations: int = 100
     max_correction: float = 0.1
     initial_rate: float = 0.1
@@ -284,16 +285,6 @@ def turn_of_jacobian(structure, method, values, x):
 
 
 @compiled
-def unsettled_multipliers(structure, z, x):
-    """Return where Newton's corrections x change the multipliers, on which friction depends."""
-    change, largest = filled(0.0), filled(0.0)
-    for k in range(structure.state.multiplier, structure.state.angle):
-        change = maximum(change, magnitude(load(x, k)))
-        largest = maximum(largest, magnitude(load(z, k)))
-    return less(NEWTON.settled * largest, change)
-
-
-@compiled
 def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     """Solve Eq. (27) at one time and its hidden constraints where `alive` is true.
 
@@ -313,8 +304,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     rough = structure.state.angle > structure.state.friction
     iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
     most = 1 if damped else iterations
-    settling = NEWTON.settling if rough else 0
-    for n in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
+    allowed = NEWTON.rough_matrices if rough else NEWTON.factorizations
+    for _ in range(NEWTON.damped_iterations if damped else allowed * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         store(work.counts, 1, load(work.counts, 1) + 1.0)
@@ -338,14 +329,13 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         previous, first = change, False
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
-        settled = less(error, tolerance)
-        if n + 1 < settling:
-            settled = where(unsettled_multipliers(structure, z, r), none, settled)
-        active = where(settled, none, where(solved, none, active))
+        active = where(less(error, tolerance), none, where(solved, none, active))
         if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
+        unsettled = carry_reactions(structure, z, done, NEWTON.settled)
+        done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1
         if not any_true(pending) or matrices == method.matrices:

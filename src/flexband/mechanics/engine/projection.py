@@ -25,6 +25,7 @@ from flexband.mechanics.kernels.factorization import (
 from flexband.mechanics.kernels.friction import (
     add_friction,
     add_jacobian,
+    carry_reactions,
     sticks,
     subtract_rate_errors,
     subtract_speed_errors,
@@ -244,6 +245,7 @@ def accelerate(structure, values, now, work, chosen):
             store(z, row, load(z, row) + where(pending, load(r, i), none))
         for k in range(state.multiplier, state.angle):
             store(z, k, load(z, k) + where(pending, load(r, k), none))
+        carry_reactions(structure, z, pending, PROJECTION.settled)
     if rough:
         for i in range(1, state.coordinates + 1):
             row = state.acceleration + i

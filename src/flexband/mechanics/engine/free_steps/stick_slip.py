@@ -21,7 +21,9 @@ from flexband.mechanics.kernels.friction import (
     MODE,
     friction_rows,
     sticks,
+    subtract_drift_of_circles,
     subtract_speed_errors,
+    update_distances,
     update_friction,
 )
 from flexband.mechanics.kernels.lanes import (
@@ -97,10 +99,12 @@ def sliding_rates(structure, values, now, work):
     """Set the rows of friction in `work.r` to −u̇."""
     clear(work.r, structure.state.velocity)
     clear(work.s, structure.state.velocity)
+    update_distances(structure, values, work.z)
     subtract_acceleration_errors(
         structure, values, structure.friction.terms, values.friction.terms, now, work.z, work.a,
         work.r, work.s,
     )  # fmt: skip
+    subtract_drift_of_circles(structure, values, work.z, work.r, work.s)
 
 
 @compiled
@@ -177,35 +181,56 @@ def bring_to_rest(structure, values, now, work, chosen):
 
 
 @compiled
-def change_modes(structure, values, now, work, limits, step, chosen):
-    """Let slide what asks for too much force, and stick what slides back; return where any does.
+def looseness(structure, values, z, k, change_of_speed, still):
+    """Return how much friction k asks for over what it can hold, if it sticks; 0 if it holds.
 
-    q̈ and λ are those of the present modes. What would stick, but moves in spite of that, slides as
-    well: at a dead centre, no force of a guide can hold the crank.
+    What would stick, but moves in spite of that, is looser than all: at a dead centre, no force of
+    a guide can hold the crank.
+    """
+    force, tiny = magnitude(load(z, structure.state.friction + k)), filled(1e-300)
+    over = excess(structure, values, z, k)
+    ratio = force / maximum(force - over, tiny)
+    ratio = where(less(filled(0.0), over), ratio, filled(0.0))
+    ratio = where(less(still, magnitude(change_of_speed)), filled(1e300), ratio)
+    return where(sticks(structure.state, z, k), ratio, filled(0.0))
+
+
+@compiled
+def change_modes(structure, values, now, work, limits, step, chosen):
+    """Let slide what is loosest, and stick what slides back; return where any does.
+
+    q̈ and λ are those of the present modes. One friction is released at a time: with others that
+    stick only for the trial, one that holds may seem to ask for too much.
     """
     state, z, none = structure.state, work.z, filled(0.0)
     count, mode, _, speed, normal = friction_rows(state)
     sliding_rates(structure, values, now, work)
-    changed, largest = none, none
+    changed, largest, loosest = none, none, none
     for i in range(1, state.coordinates + 1):
         rate = magnitude(load(z, state.acceleration + i)) * load(values.inverse_scale, i)
         largest = maximum(largest, rate)
+    rounding = STICK.still * step * largest
+    for k in range(count):
+        still = rest_speed(structure, values, limits, step, k)
+        still = still + rounding * length_unit(structure, values, k)
+        change_of_speed = -load(work.r, state.friction + k) * step
+        loose = looseness(structure, values, z, k, change_of_speed, still)
+        loosest = maximum(loosest, loose)
     for k in range(count):
         held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
         N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
+        still = slow + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
-        loose = where(less(none, excess(structure, values, z, k)), held, none)
-        pulled = where(less(force, none), filled(-1.0), filled(1.0))
-        still = slow + STICK.still * largest * step * length_unit(structure, values, k)
-        moves = where(less(still, magnitude(change_of_speed)), held, none)
-        pulled = where(moves, where(less(change_of_speed, none), filled(-1.0), filled(1.0)), pulled)
-        loose = maximum(loose, moves)
+        loose = looseness(structure, values, z, k, change_of_speed, still)
+        released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
+        moves = less(filled(1e299), loose)
+        pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
         back = less(sense * change_of_speed, -slow)
         at_rest = less(magnitude(load(z, speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
         back = where(less(none, N), back, none)
-        new = where(loose, pulled, where(back, filled(MODE.sticks), sense))
-        change = where(chosen, maximum(loose, back), none)
+        new = where(released, pulled, where(back, filled(MODE.sticks), sense))
+        change = where(chosen, maximum(released, back), none)
         store(z, mode + k, where(change, new, sense))
         changed = maximum(changed, change)
     return changed

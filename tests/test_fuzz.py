@@ -167,6 +167,8 @@ OWN = {
     ("path", "x"): "x",
     ("path", "y"): "y",
     ("derived", "samples"): 64,
+    ("predictability_horizon", "points"): 2,
+    ("predictability_horizon", "change"): 1e-3,
     ("derived", "probability"): 0.5,
     ("modal_response", "modes"): 1,
     ("modal_response", "nominal"): {},

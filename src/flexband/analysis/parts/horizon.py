@@ -22,19 +22,20 @@ from flexband.analysis.parts.numbers import (
     numbers_of,
     units_by_name,
 )
+from flexband.analysis.parts.runs import plain_runs
 from flexband.analysis.requirements.units import unit_of
+from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_integer, check_numbers
 from flexband.execution.executors import ExecutorLike
-from flexband.execution.store import StoreLike, as_store
+from flexband.execution.store import StoreLike
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
-from flexband.uncertainty.inputs.space import Space, check_names
-from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of
+from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs import BATCH
-from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
-from flexband.uncertainty.runs.reuse import located
+from flexband.uncertainty.runs.evaluations import EvaluationOptions
 from flexband.uncertainty.surrogates.axes import axes_of, series, units_of
 
 LONG_NAMES = {
@@ -54,12 +55,16 @@ class HorizonOptions:
 
     Attributes
     ----------
+    points : number of points of the inputs.
+    change : of each input, in parts of its range.
     limit : change in parts of the band's width at which a motion is no longer predictable.
     least_width : least width of a band, in parts of the largest one of the whole run.
     deviations : half of the range of a random input, in standard deviations of a normal variable.
     tail : part of the points beyond each end of the scatter.
     """
 
+    points: int = 16
+    change: float = 1e-4
     limit: float = 0.1
     least_width: float = 0.01
     deviations: float = 3.0
@@ -135,32 +140,35 @@ def predictability_horizon(
     (10, 32)
     """
     check_quantities(quantities)
-    check_names(response, inputs)
-    if choices := choices_of(inputs):
-        raise InputError(f"inputs must have no Choice; got {', '.join(choices)}")
     points, seed = check_integer("points", points, 2), check_integer("seed", seed, 0)
     part = float(check_numbers("change", change))
     if not 0 < part <= 0.01:
         raise InputError(f"change must be above 0 and at most 0.01; got {part:g}")
-    placed, explored = located(response, inputs, as_store(store))
-    space, options = Space(placed), HorizonOptions()
-    xi, eta = neighbours(space, points, part, seed, options)
-    advance = counted(progress, len(xi))
-    with evaluations(response, placed, EvaluationOptions(batch, store, executor)) as evaluate:
-        made = evaluate(response, space, "", (xi, eta), None, advance)
+    with plain_runs(response, inputs, EvaluationOptions(batch, store, executor)) as plain:
+        count = points * (1 + len(plain.space.uncertain))
+        run = plain.run(counted(progress, count))
+        options = HorizonOptions(points, part)
+        result = horizon_of(run, plain.space, quantities, seed, options)
+    return result.assign_attrs(runs=count + plain.explored)
+
+
+def horizon_of(
+    run: Runs, space: Space, quantities: Quantities | None, seed: int, options: HorizonOptions
+) -> xr.Dataset:
+    """Return what `predictability_horizon` does; `run` returns runs at points of a space."""
+    made = run(neighbours(space, seed, options))
     assert made.values is not None
-    attrs = {"runs": len(xi) + explored, "points": points, "change": part, "seed": seed}
-    return horizons(made.values, points, quantities, options).assign_attrs(attrs)
+    result = horizons(made.values, quantities, options)
+    return result.assign_attrs(points=options.points, change=options.change, seed=seed)
 
 
-def neighbours(
-    space: Space, points: int, change: float, seed: int, options: HorizonOptions
-) -> tuple[np.ndarray, np.ndarray]:
+def neighbours(space: Space, seed: int, options: HorizonOptions) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ and η of points, then of them with the first input changed, with the second, ….
 
     An input with several variables is changed along a random direction.
     """
     n, m = space.random_dimension, space.interval_dimension
+    points, change = options.points, options.change
     rng = np.random.default_rng(seed)
     normals = latin_hypercube_normals(points, n + m, seed)
     u, eta = normals[:, :n], 2 * ndtr(normals[:, n:]) - 1
@@ -178,19 +186,19 @@ def neighbours(
 
 
 def horizons(
-    runs: xr.DataArray, points: int, quantities: Quantities | None, options: HorizonOptions
+    runs: xr.DataArray, quantities: Quantities | None, options: HorizonOptions
 ) -> xr.Dataset:
     """Return what `predictability_horizon` does of runs at points and beside them."""
     axes, values = axes_of(runs), series(runs)
     times = _times(runs)
     varies = units_of(runs).varies(np.ptp(values, axis=(0, 2)), np.abs(values).max(axis=(0, 2)))
-    ends = np.full((points, values.shape[1]), np.inf)
+    ends = np.full((options.points, values.shape[1]), np.inf)
     for output, unit in enumerate(units_by_name(runs)):
         if varies[output]:
-            ends[:, output] = _ends(values[:, output], times, unit, points, options)
+            ends[:, output] = _ends(values[:, output], times, unit, options)
     low, median, high = options.scatter(ends)
     numbers = numbers_of(runs, quantities)
-    shares = _shares(numbers.values[..., None], points, options)[..., 0]
+    shares = _shares(numbers.values[..., None], options)[..., 0]
     size, spread = np.abs(numbers.values).max(axis=0), np.ptp(numbers.values, axis=0)
     shares[:, ~units_of(numbers, ["quantity"]).varies(spread, size)] = 0.0
     _, middle, most = options.scatter(shares)
@@ -219,9 +227,7 @@ def _times(runs: xr.DataArray) -> np.ndarray:
     return runs[axes.time].values.astype(float)
 
 
-def _ends(
-    values: np.ndarray, times: np.ndarray, unit: str, points: int, options: HorizonOptions
-) -> np.ndarray:
+def _ends(values: np.ndarray, times: np.ndarray, unit: str, options: HorizonOptions) -> np.ndarray:
     """Return when an output is no longer predictable at each point, (points,).
 
     Parameters
@@ -229,12 +235,12 @@ def _ends(
     values : shape (runs, times).
     """
     if unit == "s":
-        shares = _shares(values[:, -1:], points, options)[:, 0]
-        return np.where(shares >= options.limit, values[:points, -1], np.inf)
+        shares = _shares(values[:, -1:], options)[:, 0]
+        return np.where(shares >= options.limit, values[: options.points, -1], np.inf)
     if (np.diff(values, axis=1) < 0).any():
         for _ in range(_rates(unit)):
             values = cumulative_trapezoid(values, times, axis=1, initial=0)
-    grown = _shares(values, points, options) >= options.limit
+    grown = _shares(values, options) >= options.limit
     if len(times) > 1:
         grown[:, :-1] &= grown[:, 1:]
     moving = (values != values[:, :1]).any(axis=0)  # the window of a sensor begins later
@@ -250,11 +256,11 @@ def _rates(unit: str) -> int:
         return 0
 
 
-def _shares(values: np.ndarray, points: int, options: HorizonOptions) -> np.ndarray:
+def _shares(values: np.ndarray, options: HorizonOptions) -> np.ndarray:
     """Return the changes of runs (runs, times) in parts of the width so far, (points, times)."""
-    at, beside = values[:points], values[points:].reshape(-1, *values[:points].shape)
+    at, *others = values.reshape(-1, options.points, *values.shape[1:])
     width = np.maximum.accumulate(np.ptp(at, axis=0), axis=-1)
     width = np.maximum(width, options.least_width * width[..., -1:])
-    changes = np.abs(beside - at).max(axis=0)
+    changes = np.abs(np.array(others) - at).max(axis=0)
     none = np.where(changes > 0, math.inf, 0.0)
     return np.divide(changes, width, out=none, where=width > 0)

@@ -172,7 +172,6 @@ OWN = {
     ("sample_parts", "samples"): 4,
     ("sample_parts", "probabilities"): (0.5,),
     **{("sample_parts", name): 0.5 for name in ("confidence", "accuracy")},
-    ("sample_parts", "max_samples"): 4,
     ("derived", "probability"): 0.5,
     ("modal_response", "modes"): 1,
     ("modal_response", "nominal"): {},

@@ -171,6 +171,10 @@ class DynamicResponse(SensorResponse):
         elements = self.built(values).refined(self.element_parts).elements
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
+    def impacts(self, **values: Argument) -> bool:
+        """Return whether the mechanism has contacts."""
+        return bool(self.built(values).contact_laws)
+
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""

@@ -7,8 +7,7 @@ from scipy.stats import norm
 
 import flexband as fb
 from flexband.analysis import Final, Peak, ShareOfParts, sample_parts
-from flexband.analysis.parts.confidence import needed_samples, quantiles_of, share_of
-from flexband.analysis.parts.first_order import first_order
+from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.errors import InputError
 from tests.analysis.test_production import irwin_hall
 

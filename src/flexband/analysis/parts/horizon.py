@@ -9,7 +9,7 @@ Impacts are compared in order, the k-th with the k-th.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -42,10 +42,10 @@ LONG_NAMES = {
     "horizon": "time until a small change has grown, median over the points; inf if it does not",
     "horizon_low": "the same, exceeded by 90 % of the points",
     "horizon_high": "the same, exceeded by 10 % of the points",
-    "predictable": "whether it does not grow so much within the run at 90 % of the points",
-    "quantity_change": "change of a quantity in parts of its range, median over the points",
+    "predictable": "whether no change grows within the run at 90 % of the points",
+    "quantity_change": "change of a number in parts of its range, median over the points",
     "quantity_change_high": "the same, exceeded by 10 % of the points",
-    "quantity_predictable": "whether it is less than the limit at 90 % of the points",
+    "quantity_predictable": "whether the change is small at 90 % of the points",
 }
 
 
@@ -69,6 +69,10 @@ class HorizonOptions:
     least_width: float = 0.01
     deviations: float = 3.0
     tail: float = 0.1
+
+    def runs(self, space: Space) -> int:
+        """Return the number of runs: of the points, and of them with each input changed."""
+        return self.points * (1 + len(space.uncertain))
 
     def scatter(self, values: np.ndarray) -> np.ndarray:
         """Return the lower end, the median and the upper end of values (points, …), (3, …)."""
@@ -145,21 +149,11 @@ def predictability_horizon(
     if not 0 < part <= 0.01:
         raise InputError(f"change must be above 0 and at most 0.01; got {part:g}")
     with plain_runs(response, inputs, EvaluationOptions(batch, store, executor)) as plain:
-        count = points * (1 + len(plain.space.uncertain))
-        run = plain.run(counted(progress, count))
+        space, explored, runs_of = plain
         options = HorizonOptions(points, part)
-        result = horizon_of(run, plain.space, quantities, seed, options)
-    return result.assign_attrs(runs=count + plain.explored)
-
-
-def horizon_of(
-    run: Runs, space: Space, quantities: Quantities | None, seed: int, options: HorizonOptions
-) -> xr.Dataset:
-    """Return what `predictability_horizon` does; `run` returns runs at points of a space."""
-    made = run(neighbours(space, seed, options))
-    assert made.values is not None
-    result = horizons(made.values, quantities, options)
-    return result.assign_attrs(points=options.points, change=options.change, seed=seed)
+        count = options.runs(space)
+        result = horizon_of(runs_of(counted(progress, count)), space, quantities, seed, options)
+    return result.assign_attrs(runs=count + explored)
 
 
 def neighbours(space: Space, seed: int, options: HorizonOptions) -> tuple[np.ndarray, np.ndarray]:
@@ -185,12 +179,19 @@ def neighbours(space: Space, seed: int, options: HorizonOptions) -> tuple[np.nda
     return of_normals(np.concatenate(all_u), space.families), np.concatenate(all_eta)
 
 
-def horizons(
-    runs: xr.DataArray, quantities: Quantities | None, options: HorizonOptions
+def horizon_of(
+    run: Runs, space: Space, quantities: Quantities | None, seed: int, options: HorizonOptions
 ) -> xr.Dataset:
-    """Return what `predictability_horizon` does of runs at points and beside them."""
+    """Return what `predictability_horizon` does; `run` returns runs at points of a space."""
+    made = run(neighbours(space, seed, options))
+    assert made.values is not None
+    lost = np.isin(np.arange(len(made.values)), list(made.failed)).reshape(-1, options.points)
+    kept = ~lost.any(axis=0)  # points of which all runs succeeded
+    runs = made.values.isel(sample=np.tile(kept, len(lost)))
+    options = replace(options, points=check_integer("points without failed runs", kept.sum(), 2))
     axes, values = axes_of(runs), series(runs)
-    times = _times(runs)
+    labelled = axes.time in runs.coords
+    times = runs[axes.time].values.astype(float) if labelled else np.arange(float(axes.times))
     varies = units_of(runs).varies(np.ptp(values, axis=(0, 2)), np.abs(values).max(axis=(0, 2)))
     ends = np.full((options.points, values.shape[1]), np.inf)
     for output, unit in enumerate(units_by_name(runs)):
@@ -202,38 +203,27 @@ def horizons(
     size, spread = np.abs(numbers.values).max(axis=0), np.ptp(numbers.values, axis=0)
     shares[:, ~units_of(numbers, ["quantity"]).varies(spread, size)] = 0.0
     _, middle, most = options.scatter(shares)
-    data = {
-        "horizon": median, "horizon_low": low, "horizon_high": high,
-        "predictable": np.isinf(low),
-    }  # fmt: skip
+    data = {"horizon": median, "horizon_low": low, "horizon_high": high}
+    data["predictable"] = np.isinf(low)
     coords = {k: c for k, c in coordinates(runs).items() if set(c.dims) <= set(axes.dims)}
-    result = xr.Dataset({k: (axes.dims, v.reshape(axes.shape)) for k, v in data.items()}, coords)
+    coords.pop("unit", None)  # all are times, or shares
+    attrs = {"points": options.points, "change": options.change, "seed": seed}
+    result = xr.Dataset(
+        {k: (axes.dims, v.reshape(axes.shape)) for k, v in data.items()}, coords, attrs
+    )
     result = result.assign(
         quantity_change=("quantity", middle), quantity_change_high=("quantity", most),
         quantity_predictable=("quantity", most < options.limit),
     ).assign_coords(quantity=numbers["quantity"].values)  # fmt: skip
-    unit = str(runs[axes.time].attrs.get("units", "")) if axes.time in runs.coords else ""
+    unit = str(runs[axes.time].attrs.get("units", "")) if labelled else ""
     for name, words in LONG_NAMES.items():
         of_time = name.startswith("horizon") and unit
         result[name].attrs = {"long_name": words} | ({"units": unit} if of_time else {})
     return result
 
 
-def _times(runs: xr.DataArray) -> np.ndarray:
-    """Return the times of a response, or their numbers where they have no values; 0 without any."""
-    axes = axes_of(runs)
-    if axes.time is None or axes.time not in runs.coords:
-        return np.arange(float(axes.times))
-    return runs[axes.time].values.astype(float)
-
-
 def _ends(values: np.ndarray, times: np.ndarray, unit: str, options: HorizonOptions) -> np.ndarray:
-    """Return when an output is no longer predictable at each point, (points,).
-
-    Parameters
-    ----------
-    values : shape (runs, times).
-    """
+    """Return when an output (runs, times) is no longer predictable at each point, (points,)."""
     if unit == "s":
         shares = _shares(values[:, -1:], options)[:, 0]
         return np.where(shares >= options.limit, values[: options.points, -1], np.inf)

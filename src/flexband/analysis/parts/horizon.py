@@ -206,15 +206,13 @@ def horizon_of(
     data = {"horizon": median, "horizon_low": low, "horizon_high": high}
     data["predictable"] = np.isinf(low)
     coords = {k: c for k, c in coordinates(runs).items() if set(c.dims) <= set(axes.dims)}
-    coords.pop("unit", None)  # all are times, or shares
     attrs = {"points": options.points, "change": options.change, "seed": seed}
-    result = xr.Dataset(
-        {k: (axes.dims, v.reshape(axes.shape)) for k, v in data.items()}, coords, attrs
-    )
-    result = result.assign(
-        quantity_change=("quantity", middle), quantity_change_high=("quantity", most),
-        quantity_predictable=("quantity", most < options.limit),
-    ).assign_coords(quantity=numbers["quantity"].values)  # fmt: skip
+    variables = {k: (axes.dims, v.reshape(axes.shape)) for k, v in data.items()}
+    variables["quantity_change"] = ("quantity",), middle
+    variables["quantity_change_high"] = ("quantity",), most
+    variables["quantity_predictable"] = ("quantity",), most < options.limit
+    coords["quantity"] = numbers["quantity"].drop_vars("unit")
+    result = xr.Dataset(variables, coords, attrs).drop_vars("unit", errors="ignore")
     unit = str(runs[axes.time].attrs.get("units", "")) if labelled else ""
     for name, words in LONG_NAMES.items():
         of_time = name.startswith("horizon") and unit

@@ -7,6 +7,7 @@ import xarray as xr
 
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table
+from flexband.rounding import Units
 from flexband.words import number_of
 
 
@@ -25,18 +26,19 @@ def parts_line(parts: xr.Dataset) -> str:
 def parts_table(parts: xr.Dataset) -> Table:
     """Return quantiles of each number that varies, with their intervals, and what it depends on."""
     header = ["", "unit", *(f"{100 * p:g} % below" for p in parts["probability"].values)]
+    ends = np.concatenate([parts["quantile_low"].values, parts["quantile_high"].values])
+    size, spread = np.abs(parts["quantile"].values).max(axis=0), np.ptp(ends, axis=0)
     rows = []
-    for k, name in enumerate(parts["quantity"].values):
+    for k in np.flatnonzero(Units.along(parts, ["quantity"]).varies(spread, size)):
         of_number = parts.isel(quantity=k)
         values = [of_number[f"quantile{end}"].values for end in ("", "_low", "_high")]
-        if np.ptp(values[0]) == 0 and len(values[0]) > 1:
-            continue
         scale = float(np.abs(values[0]).max())
-        texts = ([number(v, 3, scale) for v in column] for column in values)
+        texts = ([number(v, 4, scale) for v in column] for column in values)
         cells = [f"{v} ({low} to {high})" for v, low, high in zip(*texts, strict=True)]
         shares = of_number["first_order"]
         best = shares.values.argmax()
         share, error = float(shares[best]), float(of_number["first_order_error"][best])
         cause = f"{shares['input'].values[best]} {100 * share:.0f} ± {100 * error:.0f} %"
-        rows.append([str(name), str(of_number["unit"].values), *cells, cause])
+        names = [str(of_number[name].values) for name in ("quantity", "unit")]
+        rows.append([*names, *cells, cause])
     return [*header, "most of the variance"], rows

@@ -1,4 +1,4 @@
-"""The distribution of numbers over sampled parts, and what it depends on."""
+"""The distribution of numbers over sampled parts, what it depends on, and their yield."""
 
 from __future__ import annotations
 
@@ -9,12 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of
+from flexband.analysis.parts.estimates import (
+    first_order,
+    needed_samples,
+    quantiles_of,
+    share_of,
+)
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.parts.yields import margins_of, yields
+from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.criteria import ShareOfParts
-from flexband.analysis.requirements.requirement import Requirement
+from flexband.analysis.requirements.production import with_yield
+from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
 
@@ -111,3 +117,30 @@ def distribution(
         result = result.assign(shares.variables).assign_attrs(shares.attrs)
     attrs = {"samples": len(numbers), "seed": seed, "scatter": parts.scatter}
     return result.assign_attrs(attrs | ({"runs_failed": lost} if lost else {}))
+
+
+def margins_of(
+    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray
+) -> np.ndarray:
+    """Return least margins of outputs, or of numbers by name, (requirements, samples)."""
+    as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
+    margins = []
+    for requirement in requirements:
+        values = as_outputs if requirement.output in names else response
+        inside = requirement.corridor(values).margin(values.values, values.values)
+        margins.append(inside.reshape(len(values), -1).min(axis=1))
+    return np.reshape(margins, (len(margins), len(numbers)))
+
+
+def yields(
+    requirements: Sequence[Requirement], margins: np.ndarray, confidence: float, lost: int
+) -> xr.Dataset:
+    """Return the variables of `production_yield` of samples, of which some are lost."""
+    names = list(by_name(requirements))
+    if len(names) > 1:
+        margins, names = np.vstack([margins, margins.min(axis=0)]), [*names, ANY]
+    count = margins.shape[1]
+    shares = [share_of(int(np.sum(row < 0)), count, confidence, lost) for row in margins]
+    ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
+    data = {name: ("limit", values) for name, values in ends.items()}
+    return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))

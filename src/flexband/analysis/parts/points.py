@@ -33,10 +33,7 @@ class Parts:
 
     @staticmethod
     def of(space: Space, scatter: Scatter) -> Parts:
-        """Return the parts of a space; a tolerance without a distribution is uniform.
-
-        Raise `InputError` as `production_yield` does.
-        """
+        """Return the parts of a space; a tolerance without a distribution is uniform."""
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
         groups = [given.members for given in scatter.values() if isinstance(given, Correlated)]
         given = set(scatter).union(*groups)

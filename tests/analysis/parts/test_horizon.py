@@ -173,6 +173,7 @@ def test_a_worn_pin_is_predictable_at_a_tenth_of_a_millimetre_and_not_at_half_of
         ({"quantities": {"y": 1.0}}, r"quantities\['y'\] must be a function"),
         ({"quantities": {"y": lambda F: F}}, r"quantities\['y'\] must return one number per"),
         ({"quantities": [Final()]}, "quantities must be"),
+        ({"quantities": {}}, "quantities must have one or more; got none"),
         ({"inputs": {"x": fb.Choice(1.0, 2.0)}}, "inputs must"),
     ],
 )

@@ -16,12 +16,15 @@ Quantities = Mapping[str, Quantity]
 
 
 def check_quantities(quantities: Quantities | None) -> None:
-    """Raise `InputError` if these are no functions by name."""
-    if quantities is not None:
-        check_instance("quantities", quantities, Mapping, '{"peak": fb.analysis.Peak("F")}')
-        for name, quantity in quantities.items():
-            check_instance("a name of quantities", name, str, "a text")
-            check_function(f"quantities[{name!r}]", quantity, ", such as Peak(), of a response")
+    """Raise `InputError` if these are no functions by name, or none at all."""
+    if quantities is None:
+        return
+    check_instance("quantities", quantities, Mapping, '{"peak": fb.analysis.Peak("F")}')
+    if not quantities:
+        raise InputError("quantities must have one or more; got none")
+    for name, quantity in quantities.items():
+        check_instance("a name of quantities", name, str, "a text")
+        check_function(f"quantities[{name!r}]", quantity, ", such as Peak(), of a response")
 
 
 def numbers_of(response: xr.DataArray, quantities: Quantities | None) -> xr.DataArray:

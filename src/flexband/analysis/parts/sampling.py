@@ -94,7 +94,8 @@ def sample_parts(
     check_quantities(quantities)
     seed, count = check_integer("seed", seed, 0), options.count(known)
     settings = EvaluationOptions(batch, store, executor, failed)
+    scatter = {} if scatter is None else scatter
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
-        parts, run = Parts.of(space, scatter or {}), runs_of(counted(progress, count))
+        parts, run = Parts.of(space, scatter), runs_of(counted(progress, count))
         result = distribution(run, parts, known, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)

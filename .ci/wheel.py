@@ -143,14 +143,15 @@ def main() -> None:
         found = {name: python for name in PYTHONS if (python := interpreter(name))}
         limits = [lowest(folder), *[None] * (len(found) - 1)]
         studies = [STUDY, *[FORMULA] * (len(found) - 2), STUDY]
-        with ThreadPoolExecutor(2) as pool:
+        with ThreadPoolExecutor(min(2, len(found))) as pool:
             jobs = [
                 pool.submit(check, name, found[name], wheel, folder, limit, study)
                 for name, limit, study in zip(found, limits, studies, strict=False)
             ]
             pythons = [job.result() for job in jobs]
-        check_objects(pythons[-1], wheel)
-        upgrade(pythons[0], folder)
+            last = pool.submit(check_objects, pythons[-1], wheel)
+            pool.submit(upgrade, pythons[0], folder).result()
+            last.result()
     print(f"{len(found) + 2} passed, 0 failed")
 
 

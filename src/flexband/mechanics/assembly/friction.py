@@ -61,6 +61,9 @@ class FrictionTable:
             diagonal=indices(places.slot(k, k) for k in multipliers),
             angular=indices(friction.angular for friction in self.frictions),
             one_way=indices(friction.one_way for friction in self.frictions),
+            follows=any(
+                state.sliding <= j < state.gap for term in self.normals.terms for j in term[1:3]
+            ),
             normals=self.normals.structure(places),
             of_components=indices(k for k, group in enumerate(self.normal_forces) for _ in group),
             orbit_term=indices(term for term, _ in self.orbits),

@@ -334,7 +334,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
             continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
-        unsettled = carry_reactions(structure, z, done, NEWTON.settled)
+        unsettled = less(filled(NEWTON.settled), carry_reactions(structure, values, z, done))
         done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1

@@ -17,8 +17,8 @@ solves a step and follows after the projection, until both agree. That converges
 µ |∂N/∂λ|, which is less than 1 unless friction jams.
 
 The travel of circles has a term |d| φ, where d is the vector between their centres and φ its angle
-against the second body. It is defined by its rate, |d| φ̇: while they stick, a step adds φ₁ − φ₀ times
-the mean of |d| at both ends of the step.
+against the second body. It is defined by its rate, |d| φ̇: while they stick, a step adds φ₁ − φ₀
+times the mean of |d| at both ends of the step.
 """
 
 from __future__ import annotations
@@ -155,20 +155,28 @@ def update_friction(structure, values, now, z, r):
 
 
 @compiled
-def carry_reactions(structure, z, chosen, settled):
-    """Let normal forces follow the reactions where `chosen` is true; return where these change.
+def carry_reactions(structure, values, z, chosen):
+    """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
 
-    That is by more than a share `settled` of the largest one.
+    That is relative to the largest one, or to a millionth of the largest so far if that is more.
     """
-    state, change, largest = structure.state, filled(0.0), filled(0.0)
+    friction, state, none = structure.friction, structure.state, filled(0.0)
+    count, change, largest = state.friction - state.multiplier, none, none
+    if not friction.follows:
+        return none
     first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
-    if state.angle > state.friction:
-        for k in range(state.friction - state.multiplier):
-            reaction, before = load(z, state.multiplier + k), load(z, first + k)
-            change = maximum(change, magnitude(reaction - before))
-            largest = maximum(largest, magnitude(reaction))
-            store(z, first + k, where(chosen, reaction, before))
-    return where(chosen, less(settled * largest, change), filled(0.0))
+    for i in range(1, state.coordinates + 1):
+        largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
+    for k in range(count):
+        reaction, before = load(z, state.multiplier + k), load(z, first + k)
+        change = maximum(change, magnitude(reaction - before))
+        largest = maximum(largest, magnitude(reaction))
+        store(z, first + k, where(chosen, reaction, before))
+    known = load(z, first + count)
+    store(z, first + count, where(chosen, maximum(known, largest), known))
+    largest = maximum(largest, 1e-6 * known)
+    ratio = where(less(none, largest), change / largest, none)
+    return where(chosen, ratio, none)
 
 
 @compiled

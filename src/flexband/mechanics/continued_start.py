@@ -241,6 +241,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
         labels["body", name, 0] = np.concatenate(places)
     entries = mechanism.entries.items()
     angles = [owner for owner, row in mechanism.constraints for _ in row.polar]
+    angles += [owner for owner, f in mechanism.frictions for _ in f.whole_travel.polar]
     angles += [owner for owner, s in mechanism.springs if s.torsion for _ in s.vectors]
     angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
     angles += [owner for owner, entry in entries for _ in entry.moments]
@@ -250,9 +251,9 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     states = [owner for owner, law in laws for _ in law.states]
     labels |= _numbered("law state", states, state.law_state, copies=4)
     if states:
-        labels["rule", "", 0] = np.arange(state.rule, state.gap)
+        labels["rule", "", 0] = np.arange(state.rule, state.sliding)
     gaps = [owner for owner, law in laws for _ in law.events]
-    return labels | _numbered("mode", gaps, state.gap + 2 * len(gaps))
+    return labels | _numbered("mode", gaps, state.gap + (state.extreme - state.gap) // 2)
 
 
 def _numbered(

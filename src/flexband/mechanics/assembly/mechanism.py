@@ -27,6 +27,7 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName, body_and_point
 from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.forms import (
@@ -225,13 +226,14 @@ class Mechanism:
     def state(self) -> State:
         """The rows of the state z."""
         coordinates = sum(body.size for body in self.bodies.values())
-        angles = sum(len(row.polar) for _, row in self.constraints)
+        angles = sum(len(row.polar) for row in self.rows_with_multipliers)
         angles += 2 * sum(spring.torsion for _, spring in self.springs)
         points = sum(len(law.points) for law in self.laws)
         angles += points + len(self.moments)
         return State.of(
-            coordinates, len(self.constraints), angles, len(self.springs), len(self.following),
-            points, sum(len(law.states) for law in self.laws),
+            coordinates, len(self.constraints), len(self.frictions), angles, len(self.springs),
+            len(self.following), points, sum(len(law.states) for law in self.laws),
+            sum(2 * friction.normals for _, friction in self.frictions),
             sum(len(law.events) for law in self.laws),
             sum(len(s.kinds(self)) for s in self.sensors.values() if isinstance(s, OverSteps)),
         )  # fmt: skip
@@ -312,10 +314,46 @@ class Mechanism:
         return rows
 
     @cached_property
+    def frictions(self) -> list[tuple[str, FrictionEntry]]:
+        """What sticks and slides as the engine numbers it, each with the name of its part."""
+        joints = self.joints.items()
+        entered = [(name, joint.frictions(self.frame)) for name, joint in joints]
+        entered += [(name, entries.frictions) for name, entries in self.entries.items()]
+        return [(name, friction) for name, group in entered for friction in group]
+
+    @property
+    def rows_with_multipliers(self) -> list[Form]:
+        """The rows of Φ, then the travels of frictions."""
+        rows = [row for _, row in self.constraints]
+        return rows + [friction.whole_travel for _, friction in self.frictions]
+
+    @cached_property
+    def _rows_of_variables(self) -> list[Form]:
+        """The same with variables of z in place of the angles."""
+        variables = itertools.count(self.state.angle)
+        return [row.with_variables(variables) for row in self.rows_with_multipliers]
+
+    @property
     def constraint_forms(self) -> list[Form]:
         """The rows of Φ with variables of z in place of the angles."""
-        variables = itertools.count(self.state.angle)
-        return [row.with_variables(variables) for _, row in self.constraints]
+        return self._rows_of_variables[: len(self.constraints)]
+
+    @property
+    def travel_forms(self) -> list[Form]:
+        """The travels of frictions with variables of z in place of the angles."""
+        return self._rows_of_variables[len(self.constraints) :]
+
+    @cached_property
+    def normal_forces(self) -> list[Sequence[Vector]]:
+        """Of each friction, the vectors whose lengths add up to its normal force."""
+        normals = []
+        for name, friction in self.frictions:
+            owners = [owner for owner, _ in self.contact_laws]
+            forces = [c.force for c in self.contacts(name)] if name in owners else []
+            if name in self.joints and not forces:
+                forces = self.joint(name)[1]
+            normals.append(friction.normal(forces))
+        return normals
 
     @cached_property
     def entries(self) -> dict[str, Entries]:
@@ -404,10 +442,16 @@ class Mechanism:
             return self.joints[name], self._contact_force(name)
         owners = [owner for owner, _ in self.constraints]
         rows = [k for k, owner in enumerate(owners) if owner == f"joint {name!r}"]
+        rows += [len(owners) + k for k, (part, _) in enumerate(self.frictions) if part == name]
         return self.joints[name], [Form.variable(self.state.multiplier + k) for k in rows]
 
     def _contact_force(self, part: str) -> list[Form]:
         """Return the force and the moment of contacts on the first body, with the sign of λ."""
+        if self.entries[part].frictions:
+            raise InputError(
+                f"the reaction of {part!r}, which has clearance and friction, is not known in global "
+                "axes; use fb.contact.ContactForce and fb.contact.FrictionForce"
+            )
         before = self._before(part, "laws")
         row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
         points = [2 * n for n in range(len(self.entries[part].laws))]
@@ -448,9 +492,8 @@ class Mechanism:
     def contacts(self, part: str) -> list[ContactRows]:
         """Return the contacts of a load or joint."""
         number, first = self.contact_count(part), self._before(part, "laws")
-        before, count = (
-            sum(len(law.events) for law in laws) for laws in (self.laws[:first], self.laws)
-        )
+        before = sum(len(law.events) for law in self.laws[:first])
+        count = (self.state.extreme - self.state.gap) // GAP_ROWS
         return [
             ContactRows(
                 *(Form.variable(self.state.gap + k * count + before + n) for k in range(GAP_ROWS)),
@@ -486,9 +529,14 @@ class Mechanism:
             owners = (owner for owner, _ in self.constraints)
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
                     if o == f"joint {part!r}"]  # fmt: skip
+            rows += [travel for _, travel in self._travels(part)]
             force = constraint_force(rows, multipliers)
             return [(form, Form.variable(j)) for j, form in force.items()]
         pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
+        for k, travel in self._travels(part):
+            multiplier = Form.variable(self.state.friction + k)
+            force = constraint_force([travel], [multiplier])
+            pairs += [(form, Form.variable(j)) for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)
@@ -502,6 +550,22 @@ class Mechanism:
             row = self.state.law + 3 * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
         return pairs
+
+    def _travels(self, part: str) -> list[tuple[int, Form]]:
+        """Return the number and the travel of each friction of a part.
+
+        Raises
+        ------
+        InputError
+            If it is between circles, whose travel is not a form.
+        """
+        travels = []
+        for k, (owner, friction) in enumerate(self.frictions):
+            if owner == part and friction.sliding.orbit:
+                raise InputError(f"{part!r} has friction between circles, whose work is not known")
+            if owner == part:
+                travels.append((k, self.travel_forms[k]))
+        return travels
 
     # --- inertia ----------------------------------------------------------------------------
 

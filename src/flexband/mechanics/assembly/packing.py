@@ -47,6 +47,8 @@ class Packed:
         values: Values = mapped(lambda rows: rows(number), self._blocks)
         rest = _writable(values.springs.rest)  # the engine writes it when it knows the start
         values = values._replace(springs=values.springs._replace(rest=rest))
+        travels = _writable(values.friction.terms)  # and these while circles slide on each other
+        values = values._replace(friction=values.friction._replace(terms=travels))
         if not len(values.polynomials):
             return values
         return values._replace(functions=_writable(values.functions), rates=_writable(values.rates))

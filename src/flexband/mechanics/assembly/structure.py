@@ -111,6 +111,21 @@ class Products(NamedTuple):
     f: np.ndarray
 
 
+class Friction(NamedTuple):
+    """What sticks or slides, see `kernels.friction`."""
+
+    terms: ConstraintProducts  # of the travels
+    slot: np.ndarray  # places of their derivatives in the matrix
+    of_slot: np.ndarray  # place -> friction
+    diagonal: np.ndarray  # friction -> place of its pivot
+    angular: np.ndarray  # friction -> whether its travel is an angle
+    normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
+    of_components: np.ndarray  # vector -> friction
+    orbit_term: np.ndarray  # terms whose coefficient has the distance of two centres as a factor
+    of_orbit: np.ndarray  # such a term -> friction
+    centres: np.ndarray  # such a term -> vector between the centres
+
+
 class WatchedForms(NamedTuple):
     """Products of the forms whose extremes and integrals are wanted, and what of each."""
 
@@ -136,6 +151,7 @@ class Structure(NamedTuple):
     springs: Springs
     laws: Laws
     terms: ConstraintProducts
+    friction: Friction
     forces: Products  # rows as [1, q]
     sensors: Products
     extremes: WatchedForms
@@ -176,6 +192,19 @@ class SpringValues(NamedTuple):
     pull: np.ndarray
 
 
+class FrictionValues(NamedTuple):
+    """Numbers of the frictions."""
+
+    terms: np.ndarray  # coefficients of the travels; the engine writes those of orbits
+    orbits: np.ndarray  # their coefficients without the distance of the centres
+    normals: np.ndarray  # coefficients
+    static: np.ndarray  # µs
+    kinetic: np.ndarray  # µk
+    rise: np.ndarray  # µs − µk while it slides
+    viscous: np.ndarray  # c
+    inverse_square: np.ndarray  # 1/v²
+
+
 class Values(NamedTuple):
     """The numbers of all samples, (rows, samples or 1), or of one block of lanes, (rows, WIDTH)."""
 
@@ -202,6 +231,7 @@ class Values(NamedTuple):
     laws: np.ndarray  # parameters
     law_states: np.ndarray  # at the start, or `laws.states.MARK.steady`
     terms: np.ndarray  # coefficients
+    friction: FrictionValues
     forces: np.ndarray  # coefficients
     sensors: np.ndarray  # coefficients
     extremes: np.ndarray  # coefficients

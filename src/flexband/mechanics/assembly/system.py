@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, named, returned
 from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
+from flexband.mechanics.assembly.friction import FrictionTable
 from flexband.mechanics.assembly.inertia import Inertia
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.parts import naming
-from flexband.mechanics.assembly.stacking import count_samples, leaves, stack
+from flexband.mechanics.assembly.stacking import count_samples, indices, leaves, stack
 from flexband.mechanics.assembly.structure import Structure, Values
 from flexband.mechanics.assembly.tables import (
     ExtremeTable,
@@ -127,6 +128,7 @@ def assemble(mechanism: Mechanism) -> System:
         "terms": TermTable(
             mechanism.constraint_forms, state.multiplier, state.angle, _turning(mechanism)
         ),
+        "friction": FrictionTable(mechanism, vectors),
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
@@ -137,9 +139,13 @@ def assemble(mechanism: Mechanism) -> System:
     couples = set(chain.from_iterable(table.couples() for table in tables.values()))
     angle = state.angle
     among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
-    pattern, slots = analyse(_pairs(state, owners), state.coordinates, among)
+    frictions = [f"friction {k}" for k in range(len(mechanism.frictions))]
+    pairs = _pairs(state, [*owners, *frictions])
+    pattern, slots = analyse(pairs, state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
+    pivots = [places.slot(k, k) for k in range(state.friction, state.angle)]  # of what slides
+    pattern = pattern._replace(filled_up=indices([*pattern.filled_up, *pivots]))
     forms = [*sensor_rows, *(form for form, *_ in watched)]
     read = {i for row in forms for key in row.terms for i in key[:2]}
     structure = Structure(
@@ -185,10 +191,11 @@ def assemble(mechanism: Mechanism) -> System:
 
 
 def _turning(mechanism: Mechanism) -> set[int]:
-    """Return the coordinates that the angles in constraints depend on."""
-    vectors = [polar.vector for _, row in mechanism.constraints for polar in row.polar]
+    """Return the coordinates that angles in constraints, and the travels of friction, depend on."""
+    vectors = [polar.vector for row in mechanism.rows_with_multipliers for polar in row.polar]
     keys = [key for vector in vectors for form in vector for key in form.terms]
-    return {j for _, j, _ in keys if j > 0}
+    keys += [key for travel in mechanism.travel_forms for key in travel.terms if key[0] > 0]
+    return {n for i, j, _ in keys for n in (i, j) if n > 0}
 
 
 def _sensors(mechanism: Mechanism):

@@ -19,7 +19,7 @@ from flexband.mechanics.assembly.structure import (
 )
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import TimeFunction, Vector
-from flexband.mechanics.kernels.laws.forces import AXES
+from flexband.mechanics.kernels.laws.forces import AXES, GAP
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.compiled_laws import compiled_law
@@ -149,6 +149,7 @@ class LawTable:
     laws : the entries.
     angle, position : numbers of the vectors of the first point, its normal and its position.
     groups : the rows of z that each vector depends on.
+    margins : number of frictions, whose margins are gaps as well.
     """
 
     def __init__(
@@ -157,7 +158,9 @@ class LawTable:
         angle: int,
         position: int,
         groups: Sequence[Sequence[int]],
+        margins: int,
     ):
+        self.margins = margins
         self.compiled = [compiled_law(entry.law, entry.shape) for entry in laws]
         self.laws, self.angle, self.position = laws, angle, position
         self.parameters = [parameter for law in laws for parameter in law.parameters]
@@ -187,7 +190,10 @@ class LawTable:
             point_start=starts([law.points for law in self.laws]),
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
-            gap_kind=indices(law.gap_kind for law in self.laws for _ in law.events),
+            gap_kind=indices(
+                [*(law.gap_kind for law in self.laws for _ in law.events),
+                 *[GAP.margin] * self.margins]
+            ),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -224,18 +230,20 @@ class VectorTables(NamedTuple):
     vectors: VectorTable
     springs: SpringTable
     laws: LawTable
+    centres: int  # number of the first vector between centres of circles that have friction
 
     @staticmethod
     def of(mechanism: Mechanism) -> VectorTables:
         """Return the tables of a mechanism.
 
-        Vectors with angles come first: those of constraints, of torsion springs, of points of laws
-        and of moments. Those of translational springs, the positions of points of laws, the
-        directions of following forces and what turns with bodies and rods come after them.
+        Vectors with angles come first: those of constraints and of friction, of torsion springs, of
+        points of laws and of moments. Those of translational springs, the positions of points of
+        laws, the directions of following forces, those between centres of circles that have
+        friction, and what turns with bodies and rods come after them.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
-            for k, (_, row) in enumerate(mechanism.constraints)
+            for k, row in enumerate(mechanism.rows_with_multipliers)
             for polar in row.polar
         ]
         springs = [spring for _, spring in mechanism.springs]
@@ -248,9 +256,12 @@ class VectorTables(NamedTuple):
             [vector for spring in springs if not spring.torsion for vector in spring.vectors],
             [frame.position for frame in points],
             [force.direction for force in mechanism.following],
+            [f.sliding.centres for _, f in mechanism.frictions if f.sliding.centres],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, turning, _ = starts(parts).tolist()
+        _, torsion, normal, _, straight, position, direction, centres, turning, _ = (
+            starts(parts).tolist()
+        )
         vectors = VectorTable(
             [v for part in parts for v in part],
             straight,
@@ -264,5 +275,6 @@ class VectorTables(NamedTuple):
         return VectorTables(
             vectors,
             SpringTable(springs, elongations, vectors.groups),
-            LawTable(mechanism.laws, normal, position, vectors.groups),
+            LawTable(mechanism.laws, normal, position, vectors.groups, len(mechanism.frictions)),
+            centres,
         )

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite, check_instance
+from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.kernels.lanes import (
     any_true,
@@ -42,19 +43,24 @@ class PairContact(NamedTuple):
     law : of the memory of all lanes; `loads.compiled_laws` compiles it.
     parameters : of the normal law, then of the geometry.
     kind : what the gap is of, see `kernels.laws.forces`.
+    friction : along the surfaces, if there is any.
     """
 
     law: Callable[..., None]
     parameters: Sequence[ArrayLike]
     kind: int = GAP.length
+    friction: FrictionEntry | None = None
 
 
 def touching(
-    kernel: Callable[..., tuple], normal_law: NormalLaw, *parameters: ArrayLike
+    kernel: Callable[..., tuple],
+    normal_law: NormalLaw,
+    *parameters: ArrayLike,
+    friction: FrictionEntry | None = None,
 ) -> PairContact:
     """Return a contact with the kernel of a `Geometry` and its parameters."""
     numbers = (*normal_law.parameters, *parameters)
-    return PairContact(_law_of(kernel, len(numbers)), numbers)
+    return PairContact(_law_of(kernel, len(numbers)), numbers, friction=friction)
 
 
 def turning(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact:

@@ -94,6 +94,9 @@ def raise_failures(
             "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
             f"{part[sample]:.3g} (m, or rad of an angle)",
+            FAILURE.jammed: f"friction of {_rough(system)} jams: with it no motion is consistent "
+            "(Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
+            "avoids that; or let what is pressed together be elastic",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
@@ -120,6 +123,11 @@ def _massless(system: System) -> str:
         if np.any((rows - first[name] >= 0) & (rows - first[name] < body.size))
     ]
     return f"a body without mass or inertia ({', '.join(map(repr, names))})"
+
+
+def _rough(system: System) -> str:
+    """Return the parts that have friction."""
+    return " or ".join(dict.fromkeys(repr(name) for name, _ in system.mechanism.frictions))
 
 
 def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
@@ -168,7 +176,8 @@ def blame_overlaps(
         return
     kinds = system.structure.laws.gap_kind
     gaps, _, modes, _ = np.split(z[system.structure.state.gap : system.structure.state.extreme], 4)
-    depths, modes = -gaps[kinds != GAP.event], modes[kinds != GAP.event]
+    contact = np.isin(kinds, (GAP.length, GAP.angle))
+    depths, modes = -gaps[contact], modes[contact]
     sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]

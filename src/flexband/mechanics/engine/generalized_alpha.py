@@ -30,7 +30,6 @@ from flexband.mechanics.engine.projection import (
 )
 from flexband.mechanics.kernels.angles import angle_rate
 from flexband.mechanics.kernels.equations import (
-    clear,
     residual,
     sense,
     tangent,
@@ -43,6 +42,7 @@ from flexband.mechanics.kernels.factorization import backward, factorize, forwar
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    clear,
     compiled,
     filled,
     less,
@@ -74,8 +74,8 @@ class NewtonOptions(NamedTuple):
 
     Attributes
     ----------
-    factorizations, iterations
-        The most per step, and the most iterations with each.
+    factorizations, iterations, rough_iterations
+        The most per step, and the most iterations with each, without friction and with it.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -88,6 +88,7 @@ class NewtonOptions(NamedTuple):
 
     factorizations: int = 6
     iterations: int = 5
+    rough_iterations: int = 40
     damped_iterations: int = 100
     max_correction: float = 0.1
     initial_rate: float = 0.1
@@ -294,7 +295,9 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     active, pending, solved, redundant, previous, moved = alive, alive, none, none, none, none
     lost = none
     matrices, age, first = 0, 0, True  # age: iterations since the last factorization
-    most = 1 if damped else NEWTON.iterations
+    rough = structure.state.angle > structure.state.friction
+    iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
+    most = 1 if damped else iterations
     for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)

@@ -14,18 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.engine import projection
-from flexband.mechanics.kernels.angles import (
-    add_angle_tangent,
-    pass_on_moments,
-    update_angles,
-)
+from flexband.mechanics.kernels.angles import pass_on_moments, update_angles
+from flexband.mechanics.kernels.constraints import add_constraint_tangent, add_constraints
 from flexband.mechanics.kernels.elements.elastic import add_elastic_forces, add_elastic_tangent
 from flexband.mechanics.kernels.equations import (
-    add_constraint_tangent,
-    add_constraints,
     add_mass,
     add_mass_product,
-    clear,
     clear_matrix,
     to_right_side,
     violated_constraint,
@@ -34,6 +28,7 @@ from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    clear,
     compiled,
     filled,
     less,
@@ -89,12 +84,8 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
     add_mass(structure.mass, mass, matrix)
     add_elastic_tangent(structure, values, z, s, filled(0.0), matrix, blocks)
     add_constraint_tangent(
-        structure.terms, values.terms, values.functions, np.int64(0), z, filled(0.0), matrix
+        structure, values, structure.terms, values.terms, np.int64(0), z, filled(0.0), matrix
     )
-    add_angle_tangent(
-        structure.vectors, values.vectors, structure.terms, values.terms, state,
-        values.functions, np.int64(0), z, filled(0.0), matrix,
-    )  # fmt: skip
     return factorize(structure.pattern, matrix, smallest, work.r)
 
 

@@ -143,7 +143,7 @@ def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarr
     _update_angles(system, values, z)
     terms, state = system.structure.terms, system.structure.state
     c = values.terms * values.functions[terms.f]
-    Phi = np.zeros((state.angle - state.multiplier, z.shape[1]))
+    Phi = np.zeros((state.friction - state.multiplier, z.shape[1]))
     np.add.at(Phi, terms.k - state.multiplier, c * z[terms.i] * z[terms.j])
     return Phi
 

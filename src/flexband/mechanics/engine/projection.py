@@ -5,37 +5,33 @@ onto the derivatives of the constraints by the least change in the metric of the
 matrix [M + K/β', Φ_qᵀ; Φ_q, 0], whose factors are at hand. In this metric a stiff member moves as
 a rigid one; it differs from M by O(h²). The multipliers are those of the projected accelerations.
 
-The derivatives of Φ(q, t) = 0 are Φ_q v + Φ_t = 0 and Φ_q q̈ + γ = 0 with
-γ = (Φ_q v)_q v + 2 Φ_qt v + Φ_tt.
+The derivatives of Φ(q, t) = 0 are those of `kernels.constraints`.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.angles import (
-    add_angle_tangent,
-    angle_drift,
-    pass_on_moments,
-    polar_rate,
-)
-from flexband.mechanics.kernels.equations import (
-    add_constraint_tangent,
-    add_constraints,
-    add_mass,
-    clear,
-    clear_matrix,
-    residual,
-    tangent,
-)
+import numpy as np
+
+from flexband.mechanics.kernels.angles import pass_on_moments
+from flexband.mechanics.kernels.constraints import add_constraints
+from flexband.mechanics.kernels.equations import add_mass, clear_matrix, residual, tangent
 from flexband.mechanics.kernels.factorization import (
     factorize,
     soften,
     solve,
 )
+from flexband.mechanics.kernels.friction import (
+    add_friction,
+    add_jacobian,
+    subtract_rate_errors,
+    subtract_speed_errors,
+    sticks,
+)
 from flexband.mechanics.kernels.lanes import (
-    add_to,
     any_true,
+    clear,
     compiled,
     filled,
     less,
@@ -89,6 +85,9 @@ class ProjectionOptions(NamedTuple):
         would make, from which on it has a force that is missed.
     solutions
         The most for accelerations at the start: rounding errors matter where bodies are light.
+    rough_solutions, jammed
+        The same with friction, and the last change of a multiplier, relative to the largest one,
+        from which on friction jams.
     """
 
     max_error: float = 1e-12
@@ -107,64 +106,11 @@ class ProjectionOptions(NamedTuple):
     unshared: float = 1e-3
     released: float = 1e-3
     solutions: int = 6
+    rough_solutions: int = 100
+    jammed: float = 1e-6
 
 
 PROJECTION = ProjectionOptions()
-
-
-@compiled
-def subtract_velocity_errors(structure, values, now, z, r):
-    """Subtract Φ_q v + Φ_t from the multipliers' rows of r."""
-    state, terms = structure.state, structure.terms
-    velocity = state.velocity
-    for t in range(terms.steady):
-        i, j, f = terms.i[t], terms.j[t], terms.f[t]
-        zi, zj = load(z, i), load(z, j)
-        moved = load(z, velocity + i) * zj + zi * load(z, velocity + j)
-        rate = load(values.functions, now + f) * moved
-        rate += load(values.rates, 2 * now + f) * zi * zj
-        add_to(r, terms.k[t], -load(values.terms, t) * rate)
-    for t in range(terms.steady, terms.polynomials):
-        add_to(r, terms.k[t], -load(values.terms, t) * load(z, velocity + terms.j[t]))
-    for t in range(terms.polynomials, len(terms.k)):
-        angle, f = terms.j[t], terms.f[t]
-        rate = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle - state.angle)
-        rate = load(values.functions, now + f) * rate
-        rate += load(values.rates, 2 * now + f) * load(z, angle)
-        add_to(r, terms.k[t], -load(values.terms, t) * rate)
-
-
-@compiled
-def subtract_acceleration_errors(structure, values, now, z, a, r, s):
-    """Subtract Φ_q q̈ + γ from the multipliers' rows of r, and Φ_q a + γ from those of s."""
-    state, terms, functions = structure.state, structure.terms, structure.functions
-    velocity, acceleration = state.velocity, state.acceleration
-    for t in range(terms.steady):
-        k, i, j, f = terms.k[t], terms.i[t], terms.j[t], terms.f[t]
-        zi, zj, vi, vj = load(z, i), load(z, j), load(z, velocity + i), load(z, velocity + j)
-        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
-        drift = load(values.rates, 2 * now + functions + f) * zi * zj
-        drift += 2.0 * (rate * (vi * zj + zi * vj) + value * vi * vj)
-        c = load(values.terms, t)
-        moved = load(z, acceleration + i) * zj + zi * load(z, acceleration + j)
-        add_to(r, k, -c * (drift + value * moved))
-        add_to(s, k, -c * (drift + value * (load(a, i) * zj + zi * load(a, j))))
-    for t in range(terms.steady, terms.polynomials):
-        k, j, c = terms.k[t], terms.j[t], load(values.terms, t)
-        add_to(r, k, -c * load(z, acceleration + j))
-        add_to(s, k, -c * load(a, j))
-    for t in range(terms.polynomials, len(terms.k)):
-        k, f, angle = terms.k[t], terms.f[t], terms.j[t] - state.angle
-        value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
-        drift = load(values.rates, 2 * now + functions + f) * load(z, terms.j[t])
-        turning = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle)
-        drift += 2.0 * rate * turning
-        drift += value * angle_drift(structure.vectors, values.vectors, state, z, angle)
-        c = load(values.terms, t)
-        moved = polar_rate(structure.vectors, values.vectors, z, z, acceleration, angle)
-        add_to(r, k, -c * (drift + value * moved))
-        moved = polar_rate(structure.vectors, values.vectors, z, a, 0, angle)
-        add_to(s, k, -c * (drift + value * moved))
 
 
 @compiled
@@ -232,7 +178,7 @@ def project(structure, method, values, now, work, solved, moved):
     pattern, matrix = structure.pattern, work.matrix
     velocity, acceleration, none = state.velocity, state.acceleration, filled(0.0)
     clear(r, velocity)
-    subtract_velocity_errors(structure, values, now, z, r)
+    subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
     refine(structure, values, work, r)
     largest = none
@@ -245,7 +191,7 @@ def project(structure, method, values, now, work, solved, moved):
         store(z, velocity + i, load(z, velocity + i) + where(mask, load(r, i), none))
     clear(r, velocity)
     clear(s, velocity)
-    subtract_acceleration_errors(structure, values, now, z, a, r, s)
+    subtract_rate_errors(structure, values, now, z, a, r, s)
     solve(pattern, pattern.reached, matrix, (r, s))
     refine(structure, values, work, r)
     refine(structure, values, work, s)
@@ -263,28 +209,25 @@ def mass_matrix(structure, values, mass, now, z, matrix):
     none = filled(0.0)
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
-    add_constraint_tangent(structure.terms, values.terms, values.functions, now, z, none, matrix)
-    add_angle_tangent(
-        structure.vectors, values.vectors, structure.terms, values.terms, structure.state,
-        values.functions, now, z, none, matrix,
-    )  # fmt: skip
+    add_jacobian(structure, values, now, z, none, matrix)
 
 
 @compiled
 def accelerate(structure, values, now, work, chosen):
     """Set q̈ and λ of the `chosen` lanes from M q̈ + Φ_qᵀλ = Q − F and Φ_q q̈ + γ = 0.
 
-    Returns how many multipliers were left out.
+    Returns how many multipliers were left out. The forces of friction depend on λ, which takes more
+    solutions. Where they do not settle, q̈ and λ are not finite: friction jams.
     """
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
-    pending = chosen
-    for count in range(PROJECTION.solutions):
+    pending, jammed, rough = chosen, none, state.angle > state.friction
+    for count in range(PROJECTION.rough_solutions if rough else PROJECTION.solutions):
         residual(structure, values, now, z, r, work.blocks)
         for i in range(1, state.angle):
             store(r, i, -load(r, i) if i <= state.coordinates else none)
-        subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+        subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         refine(structure, values, work, r)
         change, largest = none, none
@@ -293,6 +236,7 @@ def accelerate(structure, values, now, work, chosen):
             largest = maximum(largest, magnitude(load(z, k)))
         if count > 0:
             pending = where(less(PROJECTION.settled * largest, change), pending, none)
+            jammed = where(less(PROJECTION.jammed * largest, change), pending, none)
             if not any_true(pending):
                 break
         for i in range(1, state.coordinates + 1):
@@ -300,6 +244,10 @@ def accelerate(structure, values, now, work, chosen):
             store(z, row, load(z, row) + where(pending, load(r, i), none))
         for k in range(state.multiplier, state.angle):
             store(z, k, load(z, k) + where(pending, load(r, k), none))
+    if rough:
+        for i in range(1, state.coordinates + 1):
+            row = state.acceleration + i
+            store(z, row, where(jammed, filled(np.nan), load(z, row)))
     return where(chosen, left_out, none)
 
 
@@ -318,7 +266,7 @@ def strike(structure, method, values, now, work, struck):
     )  # fmt: skip
     factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
     clear(r, state.velocity)
-    subtract_velocity_errors(structure, values, now, z, r)
+    subtract_speed_errors(structure, values, now, z, r)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
@@ -353,7 +301,7 @@ def released(structure, values, now, work, chosen):
     residual(structure, values, now, z, r, work.blocks)
     for i in range(1, state.angle):
         store(r, i, -load(r, i) if i <= state.coordinates else none)
-    subtract_acceleration_errors(structure, values, now, z, work.a, r, work.s)
+    subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     change, largest = none, none
     for i in range(1, state.coordinates + 1):
@@ -376,6 +324,11 @@ def share(structure, values, now, work, shared):
     change, largest = none, none
     for k in range(state.multiplier, state.angle):
         store(least, k, none)
+    for k in range(state.angle - state.friction):  # what slides is not shared
+        row = state.friction + k
+        given = where(sticks(state, z, k), none, where(shared, load(z, row), none))
+        store(least, row, given)
+        store(z, row, load(z, row) - given)
     for part in (PROJECTION.softening, PROJECTION.small_softening):
         mass_matrix(structure, values, values.sharing_mass, now, z, matrix)
         soften(structure.pattern, matrix, part)
@@ -383,6 +336,7 @@ def share(structure, values, now, work, shared):
         for count in range(PROJECTION.max_passes):  # z holds what is left to carry
             clear(r, state.velocity)
             add_constraints(structure.terms, values.terms, values.functions, now, z, r)
+            add_friction(structure, values, now, z, r)
             pass_on_moments(structure.vectors, values.vectors, state, z, r)
             for k in range(state.multiplier, state.angle):
                 store(r, k, none)

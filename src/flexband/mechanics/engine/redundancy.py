@@ -106,7 +106,7 @@ def derivatives(
     """Return Φ_q from the coefficients of terms and vectors; all have a last axis of samples."""
     terms, state, vectors = system.structure.terms, system.structure.state, system.structure.vectors
     count = state.coordinates
-    dense = np.zeros((state.angle, 1 + count, z.shape[-1]))
+    dense = np.zeros((state.friction, 1 + count, z.shape[-1]))
     plain = slice(terms.polynomials)
     k, i, j = terms.k[plain], terms.i[plain], terms.j[plain]
     np.add.at(dense, (k, i), c[plain] * z[j])

@@ -15,6 +15,7 @@ import numpy as np
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.contact.contact_law import PairContact
+from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.kernels.forms import Form, Frame, Vector
 
 PointName = str | Point
@@ -62,6 +63,10 @@ class Joint(ABC):
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return contacts between the two points that hold them in place of constraints."""
+        return []
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return what slides, against forces that depend on the joint's multipliers."""
         return []
 
     def rods(self, frame: Resolve) -> list[Vector]:

@@ -17,8 +17,19 @@ from flexband.errors import (
     check_positive,
 )
 from flexband.mechanics.contact.contact_law import PairContact, check_law, touching
-from flexband.mechanics.contact.geometry.circle_on_line import gap_above_line, line_parameters
-from flexband.mechanics.contact.geometry.circles import gap_in_circle
+from flexband.mechanics.contact.friction import (
+    Friction,
+    FrictionEntry,
+    Travel,
+    as_coulomb,
+    rubbing,
+)
+from flexband.mechanics.contact.geometry.circle_on_line import (
+    gap_above_line,
+    line_parameters,
+    travel_on_line,
+)
+from flexband.mechanics.contact.geometry.circles import gap_in_circle, travel_on_circle
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
@@ -34,6 +45,8 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     Vector,
+    add,
+    angle,
     cross,
     dot,
     scale,
@@ -59,6 +72,7 @@ class LineJoint(PairJoint):
     """A joint whose first point stays on a straight line through the second one."""
 
     axis: tuple[float, float]
+    friction: Friction | None
 
     def _normal(self, line: Frame) -> Vector:
         return along(line, (-self.axis[1], self.axis[0]))
@@ -72,6 +86,18 @@ class LineJoint(PairJoint):
         """Return −λ n."""
         return scale(-multipliers[0], self._normal(frame(self.second)))
 
+    def _travel(self, frame: Resolve) -> Travel:
+        """Return the travel along the line."""
+        x, y = self.axis
+        return travel_on_line(frame(self.first), frame(self.second), (-y, x))
+
+    def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
+        force = LineJoint.force(self, frame, multipliers)
+        if self.friction is None:
+            return force
+        return add(force, scale(-multipliers[-1], along(frame(self.second), self.axis)))
+
 
 @frozen()
 class Revolute(PairJoint):
@@ -82,12 +108,15 @@ class Revolute(PairJoint):
     first, second : the points, with clearance the centres of the pin and of the hole.
     clearance : radius of the hole less that of the pin [m], or None if there is none.
     law : the normal law of the contact of pin and hole, see `contact`.
-    radius : of the pin [m], for drawings: without friction it does not matter.
+    radius : of the pin [m]: without friction it matters for drawings alone.
+    friction : `contact.Coulomb` or µ, or None for none. Without clearance, the moment of friction
+        is r R sin(arctan µ) with the radius r and the resultant R of the reaction.
 
     Raises
     ------
     InputError
-        If the clearance or the radius is not positive, or there is one of clearance and law only.
+        If the clearance or the radius is not positive, there is one of clearance and law only, or
+        friction without a radius.
     """
 
     first: PointName
@@ -95,16 +124,41 @@ class Revolute(PairJoint):
     clearance: ArrayLike | None = None
     law: NormalLaw | None = None
     radius: ArrayLike = 0.0
+    friction: Friction | None = None
 
     def __post_init__(self) -> None:
         _check_clearance("Revolute", self.clearance, self.law)
         check_non_negative("Revolute radius [m]", self.radius)
+        if self.friction is not None:
+            as_coulomb("Revolute friction", self.friction)
+            check_positive("Revolute radius [m], with friction,", self.radius)
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return the contact of the pin in the hole."""
         if self.clearance is None or self.law is None:
             return []
-        return [touching(gap_in_circle, self.law, self.clearance, self.radius)]
+        friction = None
+        if self.friction is not None:
+            radius = np.asarray(self.radius, dtype=float)
+            travel = travel_on_circle(frame(self.first), frame(self.second), -radius)
+            friction = rubbing(as_coulomb("Revolute friction", self.friction), travel)
+        return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return that of the pin without clearance."""
+        if self.friction is None or self.clearance is not None:
+            return []
+        turn = angle(frame(self.first).normal) - angle(frame(self.second).normal)
+        return [
+            FrictionEntry(
+                Travel(turn),
+                as_coulomb("Revolute friction", self.friction),
+                lambda multipliers: [(multipliers[0], multipliers[1])],
+                lever=self.radius,
+                factor=lambda mu: np.sin(np.arctan(mu)),
+                angular=True,
+            )
+        ]
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r_first − r_second, nothing with clearance."""
@@ -115,6 +169,10 @@ class Revolute(PairJoint):
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
         return -multipliers[0], -multipliers[1]
+
+    def moment(self, multipliers: Sequence[Form]) -> Form | None:
+        """Return −λ of the friction."""
+        return None if self.friction is None else -multipliers[2]
 
 
 def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | None) -> None:
@@ -196,14 +254,18 @@ class Prismatic(LineJoint, AlignedJoint):
     clearance : on each side of a slider between two walls [m], or None if there is none. The
         corners of the slider then meet the walls, and it may rotate until they do.
     length, height : of the slider [m] along the line and across it, its middle being the first
-        point. With clearance the length must be given.
+        point. With clearance or friction the length must be given.
     law : the normal law of the contacts, see `contact`.
+    friction : `contact.Coulomb` or µ, or None for none. Without clearance the normal forces are
+        |N/2 ± M/ℓ| at the ends of the slider, with the force N across the line, the moment M and
+        the length ℓ.
 
     Raises
     ------
     InputError
-        If the axis has no length, a number is out of its range or there are not both of clearance
-        and law and, when the mechanism is made, if the line is on a flexible member.
+        If the axis has no length, a number is out of its range, there are not both of clearance and
+        law, or no length where it is needed and, when the mechanism is made, if the line or a
+        slider with friction is on a flexible member.
     """
 
     first: PointName
@@ -214,6 +276,7 @@ class Prismatic(LineJoint, AlignedJoint):
     length: ArrayLike | None = None
     height: ArrayLike = 0.0
     law: NormalLaw | None = None
+    friction: Friction | None = None
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
@@ -222,8 +285,12 @@ class Prismatic(LineJoint, AlignedJoint):
         check_non_negative("Prismatic height [m]", self.height)
         if self.length is not None:
             check_positive("Prismatic length [m]", self.length)
-        if (self.length is None) != (self.clearance is None):
-            raise InputError("Prismatic needs both of clearance and length, or none of them")
+        if self.friction is not None:
+            as_coulomb("Prismatic friction", self.friction)
+        if (self.length is None) != (self.clearance is None and self.friction is None):
+            raise InputError(
+                "Prismatic needs a length with clearance or friction, and without them none"
+            )
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return those of the corners, two with each wall."""
@@ -245,8 +312,28 @@ class Prismatic(LineJoint, AlignedJoint):
                     centre=(corner_x, corner_y),
                     height=-(side + np.asarray(self.clearance)),
                 )
-                contacts.append(touching(gap_above_line, self.law, *numbers))
+                friction = None
+                if self.friction is not None:
+                    corner = frame(self.first).moved(corner_x, corner_y)
+                    travel = travel_on_line(corner, frame(self.second), (wall * y, -wall * x))
+                    friction = rubbing(as_coulomb("Prismatic friction", self.friction), travel)
+                contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return that of the slider without clearance."""
+        if self.friction is None or self.clearance is not None or self.length is None:
+            return []
+        if not frame(self.first).rigid:
+            raise InputError("Prismatic with friction must guide a rigid body")
+        inverse = 1.0 / np.asarray(self.length, dtype=float)
+
+        def ends(multipliers: Sequence[Form]) -> list[Vector]:
+            half, couple = multipliers[0] * 0.5, multipliers[1] * inverse
+            return [(half + couple, Form({})), (half - couple, Form({}))]
+
+        law = as_coulomb("Prismatic friction", self.friction)
+        return [FrictionEntry(self._travel(frame), law, ends, normals=2)]
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections, nothing with clearance."""
@@ -262,10 +349,10 @@ class Prismatic(LineJoint, AlignedJoint):
         return [*super().constraints(frame), cross(*self._normals(frame))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n, or the sum of the forces of the contacts."""
+        """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
         if self.clearance is not None:
             return -multipliers[0], -multipliers[1]
-        return super().force(frame, multipliers)
+        return self._rubbed(frame, multipliers)
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ of the angle, times the length of the slider's normal."""
@@ -284,20 +371,35 @@ class Slot(LineJoint):
     first : the pin.
     second : a point of the slot's line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
+    friction : `contact.Coulomb` or µ against the reaction, or None for none.
 
     Raises
     ------
     InputError
-        If the axis has no length and, when the mechanism is made, if the line is on a flexible
-        member.
+        If the axis has no length, friction is negative and, when the mechanism is made, if the line
+        is on a flexible member.
     """
 
     first: PointName
     second: PointName
     axis: tuple[float, float] = (1.0, 0.0)
+    friction: Friction | None = None
 
     def __post_init__(self) -> None:
         check_axis("Slot axis", self.axis)
+        if self.friction is not None:
+            as_coulomb("Slot friction", self.friction)
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return that of the pin."""
+        if self.friction is None:
+            return []
+        law = as_coulomb("Slot friction", self.friction)
+        return [FrictionEntry(self._travel(frame), law, lambda m: [(m[0], Form({}))])]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ n and friction along the line."""
+        return self._rubbed(frame, multipliers)
 
 
 @frozen()

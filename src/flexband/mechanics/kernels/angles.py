@@ -33,6 +33,12 @@ def vector(vectors, values, z, first, a):
 
 
 @compiled
+def _square(x, y):
+    """Return x² + y², which is not zero: a vector without length has an angle that stays."""
+    return x * x + y * y + 1e-100
+
+
+@compiled
 def update_angles(vectors, values, state, z):
     """Set the angles, each on the turn nearest to its present value, lengths and unit vectors."""
     for a in range(state.velocity - state.angle):
@@ -55,13 +61,13 @@ def angle_rate(vectors, values, state, z, a):
     """Return θ̇."""
     x, y = vector(vectors, values, z, 0, a)
     u, v = vector(vectors, values, z, state.velocity, a)
-    return (x * v - y * u) / (x * x + y * y)
+    return (x * v - y * u) / _square(x, y)
 
 
 @compiled
 def angle_gradient(values, p, x, y):
     """Return ∂θ/∂q for entry p of the vector (x, y)."""
-    return (x * load(values.y, p) - y * load(values.x, p)) / (x * x + y * y)
+    return (x * load(values.y, p) - y * load(values.x, p)) / _square(x, y)
 
 
 @compiled
@@ -72,7 +78,7 @@ def polar_rate(vectors, values, z, rates, first, a):
     """
     x, y = vector(vectors, values, z, 0, a)
     u, v = vector(vectors, values, rates, first, a)
-    square = x * x + y * y
+    square = _square(x, y)
     if vectors.length[a]:
         return (x * u + y * v) / sqrt(square)
     return (x * v - y * u) / square
@@ -82,7 +88,7 @@ def polar_rate(vectors, values, z, rates, first, a):
 def _gradient(vectors, values, a, p, x, y):
     """Return ∂θ/∂q, or ∂|n|/∂q if the variable is a length, for entry p of the vector (x, y)."""
     if vectors.length[a]:
-        return (x * load(values.x, p) + y * load(values.y, p)) / sqrt(x * x + y * y)
+        return (x * load(values.x, p) + y * load(values.y, p)) / sqrt(_square(x, y))
     return angle_gradient(values, p, x, y)
 
 
@@ -98,20 +104,21 @@ def pass_on_moments(vectors, values, state, z, r):
 
 
 @compiled
-def add_angle_tangent(
-    vectors, values, terms, coefficient, state, functions, now, z, weight, matrix
-):
-    """Add the angles' part of Φ_q, and `weight` times moment × θ_qq."""
-    for t in range(terms.polynomials, len(terms.k)):
-        a, row = terms.j[t] - state.angle, t - terms.polynomials
-        x, y = vector(vectors, values, z, 0, a)
-        c = load(coefficient, t) * load(functions, now + terms.f[t])
-        for p in range(vectors.start[a], vectors.start[a + 1]):
-            entry = c * _gradient(vectors, values, a, p, x, y)
-            add_to(matrix, vectors.multiplier_slot[row, p - vectors.start[a]], entry)
+def add_angle_gradients(vectors, values, z, a, factor, matrix):
+    """Add `factor` times ∂θ/∂q to the row of the constraint that variable `a` belongs to."""
+    x, y = vector(vectors, values, z, 0, a)
+    first = vectors.start[a]
+    for p in range(first, vectors.start[a + 1]):
+        entry = factor * _gradient(vectors, values, a, p, x, y)
+        add_to(matrix, vectors.multiplier_slot[a, p - first], entry)
+
+
+@compiled
+def add_angle_tangent(vectors, values, state, z, weight, matrix):
+    """Add `weight` times moment × θ_qq of all angles and lengths."""
     for a in range(state.velocity - state.angle):
         x, y = vector(vectors, values, z, 0, a)
-        square = x * x + y * y
+        square = _square(x, y)
         factor = weight * load(z, state.moment + a) / (square * square)
         xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
         first, same = vectors.start[a], 0.0 * factor
@@ -132,7 +139,7 @@ def angle_drift(vectors, values, state, z, a):
     """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)², or the same of a length."""
     x, y = vector(vectors, values, z, 0, a)
     u, v = vector(vectors, values, z, state.velocity, a)
-    square, turning = x * x + y * y, x * v - y * u
+    square, turning = _square(x, y), x * v - y * u
     if vectors.length[a]:
         return turning * turning / (square * sqrt(square))
     return -2.0 * (x * u + y * v) * turning / (square * square)

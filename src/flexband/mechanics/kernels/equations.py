@@ -1,24 +1,22 @@
 """The equations of motion, Eq. (26), on lanes: residual and tangent, assembled from the parts.
 
-With z = [1, q, λ] the constraints enter through the potential Σ c f(t) z_k z_i z_j, where z_k is
-the multiplier of the row: its derivative by z_k is the constraint Φ_k, by z_i and z_j the
-constraint force Φ_qᵀλ, and its second derivatives are Φ_q and Σ λ Φ_qq. One loop serves every
-joint.
-
 `state.State` describes all rows of z, which are rows of lanes.
 """
 
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments, update_angles
+from flexband.mechanics.kernels.constraints import add_constraints, add_products
 from flexband.mechanics.kernels.elements.elastic import (
     add_elastic_forces,
     add_elastic_tangent,
     elastic_energy,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
+from flexband.mechanics.kernels.friction import add_friction, add_jacobian, update_friction
 from flexband.mechanics.kernels.lanes import (
     add_to,
+    clear,
     compiled,
     filled,
     less,
@@ -40,47 +38,6 @@ from flexband.mechanics.kernels.springs import (
     spring_energy,
     update_springs,
 )
-
-
-@compiled
-def add_constraints(terms, coefficient, functions, now, z, r):
-    """Add Φ to the multipliers' rows and Φ_qᵀλ to the coordinates'."""
-    for t in range(terms.products):
-        k, i, j = terms.k[t], terms.i[t], terms.j[t]
-        c = load(coefficient, t) * load(functions, now + terms.f[t])
-        zi, zj, zk = load(z, i), load(z, j), c * load(z, k)
-        add_to(r, k, c * zi * zj)
-        add_to(r, j, zk * zi)
-        add_to(r, i, zk * zj)
-    for t in range(terms.products, len(terms.k)):
-        k, j, c = terms.k[t], terms.j[t], load(coefficient, t)
-        if terms.f[t] != 0:
-            c = c * load(functions, now + terms.f[t])
-        add_to(r, k, c * load(z, j))
-        add_to(r, j, c * load(z, k))
-
-
-@compiled
-def add_constraint_tangent(terms, coefficient, functions, now, z, weight, matrix):
-    """Add Φ_q, and `weight` times Σ λ Φ_qq, of all terms without angles."""
-    for t in range(terms.products):
-        i, j, slot = terms.i[t], terms.j[t], terms.slot[t]
-        c = load(coefficient, t) * load(functions, now + terms.f[t])
-        add_to(matrix, slot[1], c * load(z, i))
-        add_to(matrix, slot[0], c * load(z, j))
-        curvature = weight * c * load(z, terms.k[t])
-        add_to(matrix, slot[2], curvature if i != j else curvature + curvature)
-    for t in range(terms.products, terms.polynomials):
-        c = load(coefficient, t) * load(functions, now + terms.f[t])
-        add_to(matrix, terms.slot[t, 1], c)
-
-
-@compiled
-def add_products(products, coefficient, functions, now, z, rows, sign):
-    """Add `sign` c f(t) z_i z_j to each product's row."""
-    for t in range(len(products.row)):
-        c = sign * load(coefficient, t) * load(functions, now + products.f[t])
-        add_to(rows, products.row[t], c * load(z, products.i[t]) * load(z, products.j[t]))
 
 
 @compiled
@@ -121,13 +78,6 @@ def add_mass(mass, values, matrix):
     """Add M, or what the matrices have in its place."""
     for p in range(len(mass.slot)):
         add_to(matrix, mass.slot[p], load(values, p))
-
-
-@compiled
-def clear(array, rows):
-    """Set the first `rows` rows to zero."""
-    for row in range(rows):
-        store(array, row, filled(0.0))
 
 
 @compiled
@@ -178,7 +128,9 @@ def residual(structure, values, now, z, r, memory):
     add_elastic_forces(structure, values, z, r)
     add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
     add_loads(structure, values, now, z, r, memory)
+    update_friction(structure, values, now, z, r)
     add_constraints(structure.terms, values.terms, functions, now, z, r)
+    add_friction(structure, values, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
@@ -223,11 +175,8 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
         structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z,
         weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
     )  # fmt: skip
-    add_constraint_tangent(structure.terms, values.terms, functions, now, z, weight, matrix)
-    add_angle_tangent(
-        structure.vectors, values.vectors, structure.terms, values.terms, state, functions, now, z,
-        weight, matrix,
-    )  # fmt: skip
+    add_jacobian(structure, values, now, z, weight, matrix)
+    add_angle_tangent(structure.vectors, values.vectors, state, z, weight, matrix)
 
 
 @compiled

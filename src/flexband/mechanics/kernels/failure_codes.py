@@ -40,6 +40,8 @@ class FailureCodes(NamedTuple):
         No periodic motion to start from was found.
     not_met
         A joint is open where a motion goes on.
+    jammed
+        Friction has no consistent motion.
     """
 
     not_assembled: float = 1.0
@@ -57,6 +59,7 @@ class FailureCodes(NamedTuple):
     unstable: float = 13.0
     not_periodic: float = 14.0
     not_met: float = 15.0
+    jammed: float = 16.0
 
 
 FAILURE = FailureCodes()

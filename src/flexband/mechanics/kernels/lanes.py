@@ -147,6 +147,13 @@ def add_to(array, row, value):
 
 
 @compiled
+def clear(array, rows):
+    """Set the first `rows` rows to zero."""
+    for row in range(rows):
+        store(array, row, filled(0.0))
+
+
+@compiled
 def add_block(matrix, slot, i, j, factor, block):
     """Add `factor` times a block (xx, xy, yx, yy) to the entries i, i + 1 by j, j + 1 of a matrix.
 

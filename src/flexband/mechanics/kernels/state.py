@@ -1,15 +1,16 @@
 """The state z of a mechanism: which of its rows holds what.
 
-    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | g | x]
+    z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | f | g | x]
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
-coordinates, λ the Lagrange multipliers and θ the angles and lengths of vectors, which follow from
+coordinates, λ the Lagrange multipliers, those of friction last, and θ the angles and lengths of vectors, which follow from
 q; v and a are the velocities and accelerations of q. U is the elastic energy, M what acts on each
 angle or length, T the tension of each spring and s its elongation: the length of a translational
 spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
 F the forces and moments of force laws, which are set where a sensor reads them. y are the
-first-order states of force laws and what integrates them, see `kernels.laws.states`. g are the gaps
-of force laws whose zeros are events, then their rates, their modes and the forces of contacts, see
+first-order states of force laws and what integrates them, see `kernels.laws.states`. f is what
+friction depends on, see `kernels.friction`. g are the gaps of force laws whose zeros are events,
+and the margins of friction, then their rates, their modes and the forces of contacts, see
 `kernels.laws.gaps`. x are extremes and integrals over the steps of a run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
@@ -22,6 +23,9 @@ from typing import NamedTuple
 GAP_ROWS = 4
 """Rows of a gap: its value, rate, mode and force."""
 
+FRICTION_ROWS = 4
+"""Rows of a friction: its mode, anchor, sliding speed and normal force."""
+
 
 class State(NamedTuple):
     """The number of coordinates, and the row of z where each part starts.
@@ -32,6 +36,7 @@ class State(NamedTuple):
 
     coordinates: int
     multiplier: int
+    friction: int  # first multiplier of friction
     angle: int
     velocity: int
     acceleration: int
@@ -43,6 +48,7 @@ class State(NamedTuple):
     law: int
     law_state: int
     rule: int
+    sliding: int
     gap: int
     extreme: int
     rows: int
@@ -51,21 +57,24 @@ class State(NamedTuple):
     def of(
         coordinates: int,
         multipliers: int,
+        frictions: int,
         angles: int,
         springs: int,
         directions: int,
         points: int,
         law_states: int,
+        components: int,
         gaps: int,
         extremes: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
         `points` is the number of points of force laws, `law_states` and `gaps` those of
-        their states and gaps.
+        their states and gaps, and `components` that of components of the normal forces of friction.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
-        parts = (each, multipliers, angles, each, each, 1, angles, springs, springs)
+        parts = (each, multipliers, frictions, angles, each, each, 1, angles, springs, springs)
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
-        parts = (*parts, GAP_ROWS * gaps, 2 * extremes)
+        parts = (*parts, FRICTION_ROWS * frictions + components)
+        parts = (*parts, GAP_ROWS * (gaps + frictions), 2 * extremes)
         return State(coordinates, *accumulate(parts))

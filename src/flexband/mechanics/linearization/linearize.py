@@ -114,7 +114,7 @@ class Equations:
         self.q = slice(1, 1 + self.state.coordinates)
         self.v = slice(self.state.velocity + 1, self.state.acceleration)
         self.a = slice(self.state.acceleration + 1, self.state.energy)
-        self.multipliers = slice(self.state.multiplier, self.state.angle)
+        self.multipliers = slice(self.state.multiplier, self.state.friction)
         starts = self.state.law_state + self.state_count * np.arange(5)
         self.y, self.y0, _, self.rates = (slice(*pair) for pair in pairwise(starts.tolist()))
         self.size = 1.0 / self.values.inverse_scale[self.q, 0]
@@ -128,7 +128,7 @@ class Equations:
         """Return the state with the states of force laws as they are, whatever their rates."""
         z = z.copy()
         z[self.y0] = z[self.y]
-        z[self.state.rule : self.state.gap] = 0.0
+        z[self.state.rule : self.state.sliding] = 0.0
         return z
 
     def switched(self, z: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ class Equations:
         """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
         state, kinds = system.structure.state, system.structure.laws.gap_kind
         z[state.gap : state.extreme][2 * len(kinds) : 3 * len(kinds)][
-            kinds != GAP.event
+            np.isin(kinds, (GAP.length, GAP.angle))
         ] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from numpy.typing import ArrayLike
 
@@ -15,23 +16,30 @@ from flexband.mechanics.contact.contact_law import (
     touching,
     turning,
 )
+from flexband.mechanics.contact.friction import Friction, as_coulomb, rubbing
 from flexband.mechanics.contact.geometry.circle_on_line import (
     CircleOnLine,
     gap_above_line,
     line_parameters,
+    travel_on_line,
 )
 from flexband.mechanics.contact.geometry.geometry import Geometry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import PointName, body_and_point, check_axis, straight
-from flexband.mechanics.kernels.forms import Frame
+from flexband.mechanics.kernels.forms import Form, Frame, Vector
 from flexband.mechanics.loads.load import Entries, LawEntry, LoadModel, PairLoad
 
 
 def contact_entries(
     contacts: Sequence[PairContact], first: Frame, second: Frame, *, closed_at_start: bool
 ) -> Entries:
-    """Return the entries of contacts between two points."""
+    """Return the entries of contacts between two points, with friction where they have it."""
     return Entries(
+        frictions=[
+            contact.friction._replace(normal=partial(_force_of, n))
+            for n, contact in enumerate(contacts)
+            if contact.friction
+        ],
         laws=[
             LawEntry(
                 (first, second), contact.law, contact.parameters, events=("gap",),
@@ -40,6 +48,11 @@ def contact_entries(
             for contact in contacts
         ]
     )  # fmt: skip
+
+
+def _force_of(number: int, forces: Sequence[Form]) -> list[Vector]:
+    """Return the force of the contact with this number as a vector."""
+    return [(forces[number], Form({}))]
 
 
 class ContactLoad(PairLoad):
@@ -60,19 +73,20 @@ class ContactLoad(PairLoad):
                 f"{shown(self.first)} and {shown(self.second)} are both {owner}"
             )
 
-    def contacts(self) -> list[PairContact]:
-        """Return the contacts, each with a law of its own."""
+    def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
+        """Return the contacts between two frames, each with a law of its own."""
         raise NotImplementedError
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the laws of the contacts."""
         first, second = model.frame(self.first), model.frame(self.second)
-        return contact_entries(self.contacts(), first, second, closed_at_start=self.closed_at_start)
+        contacts = self.contacts(first, second)
+        return contact_entries(contacts, first, second, closed_at_start=self.closed_at_start)
 
 
 @frozen()
 class Contact(ContactLoad):
-    """A contact of two bodies without friction.
+    """A contact of two bodies.
 
     In a mechanism with contacts every sample chooses its steps, see `GeneralizedAlpha`, and steps
     end where contacts close and open.
@@ -82,13 +96,15 @@ class Contact(ContactLoad):
     first, second : the points where `geometry` has the shapes of both bodies.
     geometry : `CircleOnLine`, `CircleOnCircle` or `CircleInCircle`.
     law : the normal law.
+    friction : of the surfaces, `Coulomb` or µ, or None for none.
     closed_at_start : whether the contact may be closed at the start. Otherwise a simulation of
         bodies that overlap there is refused. Its δ̇₀ is then the speed at the start.
 
     Raises
     ------
     InputError
-        If both points are of one body, or the geometry or the law is none.
+        If both points are of one body, the geometry or the law is none, or friction is asked for on
+        a line with ends.
     """
 
     first: PointName
@@ -96,15 +112,23 @@ class Contact(ContactLoad):
     geometry: Geometry
     law: NormalLaw
     closed_at_start: bool = False
+    friction: Friction | None = None
 
     def __post_init__(self) -> None:
         ContactLoad.__post_init__(self)
         check_instance(
             "Contact geometry", self.geometry, Geometry, "a geometry, such as CircleOnLine"
         )
+        if self.friction is not None:
+            as_coulomb("Contact friction", self.friction)
 
-    def contacts(self) -> list[PairContact]:
-        return [touching(type(self.geometry).kernel, self.law, *self.geometry.parameters)]
+    def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
+        friction = None
+        if self.friction is not None:
+            law = as_coulomb("Contact friction", self.friction)
+            friction = rubbing(law, self.geometry.travel(first, second))
+        kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
+        return [touching(kernel, self.law, *parameters, friction=friction)]
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the law of the contact."""
@@ -124,7 +148,7 @@ class Stop(ContactLoad):
     law : the normal law, stiffness in N/mⁿ.
     lower, upper : limits of the travel [m], one of which may be None.
     axis : direction of the line in the axes of the second body; any length but zero.
-    closed_at_start : as in `Contact`.
+    closed_at_start, friction : as in `Contact`.
 
     Raises
     ------
@@ -153,19 +177,26 @@ class Stop(ContactLoad):
     upper: ArrayLike | None = None
     axis: tuple[float, float] = (1.0, 0.0)
     closed_at_start: bool = False
+    friction: Friction | None = None
 
     def __post_init__(self) -> None:
         ContactLoad.__post_init__(self)
         check_axis("Stop axis", self.axis)
         checked_limits("Stop", self.lower, self.upper)
+        if self.friction is not None:
+            as_coulomb("Stop friction", self.friction)
 
-    def contacts(self) -> list[PairContact]:
-        x, y = self.axis
+    def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
+        (x, y), friction = self.axis, None
+        if self.friction is not None:
+            law = as_coulomb("Stop friction", self.friction)
+            friction = rubbing(law, travel_on_line(first, second, self.axis))
         return [
             touching(
                 gap_above_line,
                 self.law,
                 *line_parameters((-sign * x, -sign * y), height=-limit),
+                friction=friction,
             )
             for sign, limit in checked_limits("Stop", self.lower, self.upper)
         ]
@@ -205,6 +236,6 @@ class AngularStop(ContactLoad):
         ContactLoad.__post_init__(self)
         checked_limits("AngularStop", self.lower, self.upper)
 
-    def contacts(self) -> list[PairContact]:
+    def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
         limits = checked_limits("AngularStop", self.lower, self.upper)
         return [turning(self.law, sign, limit) for sign, limit in limits]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite
 from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import GAP
@@ -116,7 +117,7 @@ class Entries:
     ----------
     forces : generalized forces that are forms of the state.
     potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
-    springs, laws : entries of the engine's springs and force laws.
+    springs, laws, frictions : entries of the engine's springs, force laws and friction.
     moments, following : moments and following forces at points of flexible members.
     """
 
@@ -124,6 +125,7 @@ class Entries:
     potential: Form = field(default_factory=lambda: Form({}))
     springs: Sequence[SpringEntry] = ()
     laws: Sequence[LawEntry] = ()
+    frictions: Sequence[FrictionEntry] = ()
     moments: Sequence[MomentEntry] = ()
     following: Sequence[FollowingEntry] = ()
 

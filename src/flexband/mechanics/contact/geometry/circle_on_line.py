@@ -16,7 +16,9 @@ from flexband.errors import (
     check_numbers,
     check_pair,
 )
+from flexband.mechanics.contact.friction import Travel
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.kernels.forms import Frame, angle, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,
     cosine,
@@ -89,9 +91,30 @@ class CircleOnLine(Geometry):
             if np.any(begin >= end):
                 raise InputError(f"CircleOnLine ends [m] must increase; got {self.ends}")
 
+    def travel(self, first: Frame, second: Frame) -> Travel:
+        """Return the travel along an endless line; `InputError` if it has ends."""
+        if self.ends is not None:
+            raise InputError(
+                "CircleOnLine ends [m] must be None with friction, which acts along an endless "
+                f"line only; got {self.ends}"
+            )
+        return travel_on_line(first, second, self.normal, self.radius)
+
     @property
     def parameters(self) -> Sequence[ArrayLike]:
         return line_parameters(self.normal, radius=self.radius, ends=self.ends)
+
+
+def travel_on_line(
+    first: Frame, second: Frame, normal: tuple[float, float], radius: ArrayLike = 0.0
+) -> Travel:
+    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), with t the normal of the line turned by −90°."""
+    x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+    along = dot(second.direction(y, -x), subtract(first.position, second.position))
+    if not np.any(radius):
+        return Travel(along)
+    turn = angle(first.normal) - angle(second.normal)
+    return Travel(along + turn * np.asarray(radius, dtype=float))
 
 
 def line_parameters(

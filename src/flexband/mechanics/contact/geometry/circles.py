@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
+from flexband.mechanics.contact.friction import Travel
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.kernels.forms import Frame, angle, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 
 
@@ -55,6 +57,9 @@ class CircleOnCircle(Geometry):
         if np.any(np.add(*both) == 0):
             raise InputError(f"CircleOnCircle radii [m] must not both be 0; got {self.radii}")
 
+    def travel(self, first: Frame, second: Frame) -> Travel:
+        return travel_on_circle(first, second, np.asarray(self.radii[0], dtype=float))
+
     @property
     def parameters(self) -> Sequence[ArrayLike]:
         return self.radii
@@ -85,10 +90,24 @@ class CircleInCircle(Geometry):
                 f"{self.radii}"
             )
 
+    def travel(self, first: Frame, second: Frame) -> Travel:
+        return travel_on_circle(first, second, -np.asarray(self.radii[0], dtype=float))
+
     @property
     def parameters(self) -> Sequence[ArrayLike]:
         circle, hole = np.asarray(self.radii[0], float), np.asarray(self.radii[1], float)
         return hole - circle, circle
+
+
+def travel_on_circle(first: Frame, second: Frame, radius: np.ndarray) -> Travel:
+    """Return |d| (φ − θ₂) − r (θ₁ − θ₂), with φ the angle of d = r₁ − r₂; r < 0 in a hole.
+
+    It is the travel of the first circle where it meets the second body: its rate is
+    |d| φ̇ − r θ̇₁ − (|d| − r) θ̇₂, the difference of the speeds of both bodies there.
+    """
+    centres, below = subtract(first.position, second.position), angle(second.normal)
+    turn = (angle(first.normal) - below) * -radius
+    return Travel(turn, orbit=angle(centres) - below, centres=centres)
 
 
 def check_radii(name: str, radii: object, check) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,10 @@ from typing import ClassVar
 
 from numpy.typing import ArrayLike
 
+from flexband.errors import InputError
+from flexband.mechanics.contact.friction import Travel
+from flexband.mechanics.kernels.forms import Frame
+
 
 class Geometry(ABC):
     """How two bodies meet, each at one of its points.
@@ -20,6 +24,16 @@ class Geometry(ABC):
     (X, Y, θ), and of the parameters, all of them lanes. It returns (gap, n_X, n_Y, X₁, Y₁, X₂, Y₂):
     the gap [m], the unit normal along which the contact pushes the first body, and the material
     points of both bodies that meet."""
+
+    def travel(self, first: Frame, second: Frame) -> Travel:
+        """Return how the surfaces slide, which friction needs.
+
+        Raises
+        ------
+        InputError
+            If friction is not possible.
+        """
+        raise InputError(f"{type(self).__name__} has no `travel`, so there cannot be friction")
 
     @property
     @abstractmethod

@@ -7,6 +7,7 @@ Over a step, g is the cubic with the values and rates at both ends.
 from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.control import CONTROL
+from flexband.mechanics.kernels.friction import sticks
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -34,7 +35,7 @@ def _cubic(start, slope, c2, c3, u):
 def _tolerance(structure, values, limits, k):
     """Return by how much a step may pass the zero of a gap, infinity where its unit is unknown."""
     kind = structure.laws.gap_kind[k]
-    if kind == GAP.event:
+    if kind in (GAP.event, GAP.margin):
         return filled(1e300)
     size = 1.0 / load(values.inverse_scale, 1)
     return limits.tolerance * (size if kind == GAP.length else filled(1.0))
@@ -55,6 +56,10 @@ def crossing(structure, values, limits, before, z, step):
         start, end = sign * load(before, state.gap + k), sign * load(z, state.gap + k)
         slope = sign * step * load(before, state.gap + count + k)
         last = sign * step * load(z, state.gap + count + k)
+        if structure.laws.gap_kind[k] == GAP.margin:
+            friction = k - (count - (state.angle - state.friction))
+            held = sticks(state, z, friction)  # the rate of a margin of forces is not known
+            slope, last = where(held, end - start, slope), where(held, end - start, last)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
         square = c2 * c2 - 3.0 * c3 * slope
         lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
@@ -93,7 +98,7 @@ def longest_in_contact(structure, values, limits, z):
     state, longest = structure.state, filled(1e300)
     count = (state.extreme - state.gap) // GAP_ROWS
     for k in range(count):
-        if structure.laws.gap_kind[k] != GAP.event:
+        if structure.laws.gap_kind[k] in (GAP.length, GAP.angle):
             rate = load(z, state.gap + count + k)
             part = where(
                 less(rate, filled(0.0)), filled(CONTROL.depths - 1.0),
@@ -120,11 +125,12 @@ def size_modes(state, z):
 
 
 @compiled
-def switch_modes(state, z, chosen):
+def switch_modes(structure, z, chosen):
     """Set the modes to those of the gaps; return where the sign of one changes.
 
-    A gap that is zero has the sign that it is about to have.
+    A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
+    state = structure.state
     count = (state.extreme - state.gap) // GAP_ROWS
     changed = filled(0.0)
     for k in range(count):
@@ -134,6 +140,7 @@ def switch_modes(state, z, chosen):
         opposite = where(chosen, less(load(z, row) * heading, filled(0.0)), filled(0.0))
         changed = where(opposite, filled(1.0), changed)
         speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
-        mode = where(less(filled(0.0), load(z, row)), -speed, speed)
-        store(z, row, where(opposite, mode, load(z, row)))
+        if structure.laws.gap_kind[k] != GAP.margin:
+            mode = where(less(filled(0.0), load(z, row)), -speed, speed)
+            store(z, row, where(opposite, mode, load(z, row)))
     return changed

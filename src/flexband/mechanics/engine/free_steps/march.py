@@ -39,13 +39,15 @@ from flexband.mechanics.engine.generalized_alpha import (
     restart,
     share_forces,
 )
-from flexband.mechanics.engine.projection import accelerate, share
-from flexband.mechanics.kernels.equations import clear, sense, watch
+from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
+from flexband.mechanics.engine.projection import share
+from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import begin_extremes, minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.lanes import (
     any_true,
+    clear,
     compiled,
     filled,
     first_true,
@@ -88,14 +90,15 @@ def set_functions(count, values, polynomials, place, length):
 def switch(structure, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
-    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed.
+    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
+    and where friction jams.
     """
-    state, now = structure.state, np.int64(0)
-    changed = switch_modes(state, work.z, chosen)
+    state, now, jammed = structure.state, np.int64(0), filled(0.0)
+    changed = switch_modes(structure, work.z, chosen)
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)
-        left_out = accelerate(structure, values, now, work, changed)
+        left_out, jammed = settle_modes(structure, values, now, work, limits, step, changed)
         if any_true(left_out):
             share(structure, values, now, work, left_out)
         largest = filled(0.0)
@@ -104,11 +107,26 @@ def switch(structure, values, work, step, time, limits, chosen):
             jump = magnitude(load(work.z, row) - load(work.before, row))
             largest = maximum(largest, jump * load(values.inverse_scale, i))
         smooth = less(step * step * largest, filled(1e-3 * limits.tolerance))
+        smooth = filled(0.0) if state.angle > state.friction else smooth
         restart(structure, work, where(smooth, filled(0.0), changed))
         update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
+        update_margins(structure, values, now, work, limits, step)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
         watch(structure, values, now, work, time, time, changed)
-    return changed
+    return changed, jammed
+
+
+@compiled
+def begin_friction(structure, values, work, limits, failure):
+    """Find what sticks and what slides at the start."""
+    step, everywhere, now = load(work.steps, 0), filled(1.0), np.int64(0)
+    left_out, jammed = settle_modes(structure, values, now, work, limits, step, everywhere)
+    if any_true(left_out):
+        share(structure, values, now, work, left_out)
+    restart(structure, work, everywhere)
+    update_margins(structure, values, now, work, limits, step)
+    known = load(failure, 0)
+    store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
 
 
 @compiled
@@ -183,7 +201,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     scaled = of_part(method, step / method.step)
     in_flight = 1.0
     for k in range(len(structure.laws.gap_kind)):
-        in_flight = CONTROL.in_flight if structure.laws.gap_kind[k] != GAP.event else in_flight
+        contact = structure.laws.gap_kind[k] in (GAP.length, GAP.angle)
+        in_flight = CONTROL.in_flight if contact else in_flight
     allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(in_flight))
     newton = minimum(CONTROL.newton * allowed, filled(tolerance))
     predict(structure, scaled, values, z, a)
@@ -194,6 +213,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     )
     update_law_states(structure, values, now, z, work.blocks)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
+    update_margins(structure, values, now, work, limits, step)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
     good = where(failed, none, less(error, filled(1.0)))
     early, event = crossing(structure, values, limits, work.before, z, step)
@@ -218,7 +238,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
-    changed = switch(structure, values, work, step, time + step, limits, accepted)
+    changed, jammed = switch(structure, values, work, step, time + step, limits, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
     long = less(filled(CONTROL.long_step * limits.smallest), step)
     events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
@@ -226,7 +246,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     endless = less(filled(CONTROL.events_in_a_row), events)
     shortest = less(step, filled(1.0001 * limits.smallest))
     lost = where(stepping, where(shortest, where(accepted, endless, shortest), none), none)
+    lost = maximum(lost, jammed)
     blame(work.trial, number, failed, failure, lost)
+    store(failure, 0, where(jammed, filled(FAILURE.jammed), load(failure, 0)))
     store(work.counts, 0, load(work.counts, 0) + accepted)
     arrived = where(less(step, ahead), none, accepted)
     return where(lost, none, arrived), lost
@@ -250,6 +272,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
+        update_margins(structure, values, now, work, limits, load(work.steps, 0))
         restarted = where(less(part, filled(-0.5)), still, none)
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
@@ -280,6 +303,8 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
     size_modes(structure.state, z)
+    if structure.state.angle > structure.state.friction:
+        begin_friction(structure, values, work, limits, failure)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

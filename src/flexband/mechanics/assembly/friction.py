@@ -1,0 +1,87 @@
+"""The table of what sticks or slides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.stacking import indices, stack
+from flexband.mechanics.assembly.structure import Friction, FrictionValues
+from flexband.mechanics.assembly.tables import Couples, Places, ProductTable, TermTable
+from flexband.mechanics.assembly.vectors import VectorTables
+from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.mechanics.kernels.state import FRICTION_ROWS
+
+
+class FrictionTable:
+    """What sticks or slides.
+
+    Parameters
+    ----------
+    vectors : the tables of the mechanism's vectors.
+    """
+
+    def __init__(self, mechanism: Mechanism, vectors: VectorTables):
+        state = mechanism.state
+        self.frictions = [friction for _, friction in mechanism.frictions]
+        self.groups, self.centres = vectors.vectors.groups, vectors.centres
+        travels = mechanism.travel_forms
+        self.terms = TermTable(travels, state.friction, state.angle, set())
+        components = [form for group in mechanism.normal_forces for v in group for form in v]
+        first = state.sliding + FRICTION_ROWS * len(self.frictions)
+        self.normals = ProductTable(components, first)
+        self.normal_forces = mechanism.normal_forces
+        self.orbits = []  # of each, its term and its friction
+        for k, (friction, travel) in enumerate(zip(self.frictions, travels, strict=True)):
+            last = len(friction.sliding.orbit.polar) if friction.sliding.orbit else 0
+            variables = sorted(j for _, j, _ in travel.terms if j >= state.angle)
+            for j in variables[len(variables) - last :]:
+                (term,) = (t for t, p in enumerate(self.terms.terms) if p.j == j)
+                self.orbits.append((term, k))
+
+    @property
+    def functions(self) -> list[TimeFunction | None]:
+        return [*self.terms.functions, *self.normals.functions]
+
+    def couples(self) -> Couples:
+        return self.terms.couples()
+
+    def structure(self, places: Places) -> Friction:
+        state, slots = places.state, {}
+        for term in self.terms.terms:
+            rows: Sequence[int] = (term.i, term.j)
+            if term.j >= state.angle:
+                rows = self.groups[term.j - state.angle]
+            slots |= {places.slot(term.row, i): term.row - state.friction for i in rows if i > 0}
+        slots.pop(places.nowhere, None)
+        multipliers = range(state.friction, state.angle)
+        with_orbit = [k for k, friction in enumerate(self.frictions) if friction.sliding.orbit]
+        return Friction(
+            terms=self.terms.structure(places),
+            slot=indices(slots),
+            of_slot=indices(slots.values()),
+            diagonal=indices(places.slot(k, k) for k in multipliers),
+            angular=indices(friction.angular for friction in self.frictions),
+            normals=self.normals.structure(places),
+            of_components=indices(k for k, group in enumerate(self.normal_forces) for _ in group),
+            orbit_term=indices(term for term, _ in self.orbits),
+            of_orbit=indices(k for _, k in self.orbits),
+            centres=indices(self.centres + with_orbit.index(k) for _, k in self.orbits),
+        )
+
+    def values(self) -> FrictionValues:
+        numbers = [friction.numbers for friction in self.frictions]
+        static, kinetic, rise, viscous, inverse_square = (
+            stack([row[n] for row in numbers]) for n in range(5)
+        )
+        coefficients = self.terms.terms
+        return FrictionValues(
+            terms=self.terms.values(),
+            orbits=stack([coefficients[term].c for term, _ in self.orbits]),
+            normals=self.normals.values(),
+            static=static,
+            kinetic=kinetic,
+            rise=rise,
+            viscous=viscous,
+            inverse_square=inverse_square,
+        )

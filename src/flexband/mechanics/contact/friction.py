@@ -1,0 +1,140 @@
+"""Dry friction: Coulomb's law, and what it enters in the equations of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.arguments import frozen
+from flexband.errors import (
+    InputError,
+    check_non_negative,
+    check_positive,
+    check_same_samples,
+)
+from flexband.mechanics.kernels.forms import Form, Vector
+
+
+@frozen(kw_only=True)
+class Coulomb:
+    """Dry friction: the force µ(u) N + c u against the sliding speed u, up to µs N at rest.
+
+    While it slides, µ(u) = µk + (µs − µk) exp(−(u/v)²) with the Stribeck speed v, or µk without
+    one. Where friction is asked for, a number stands for ``Coulomb(kinetic=number)``.
+
+    Parameters
+    ----------
+    kinetic : µk, 0 or more.
+    static : µs, at least µk, or None for µk.
+    stribeck_speed : v [m/s], or None for a force that falls at once when sliding begins.
+    viscous : c [N s/m], which acts while the parts touch.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> fb.contact.Coulomb(kinetic=0.2, static=0.3, stribeck_speed=0.01)
+    Coulomb(kinetic=0.2, static=0.3, stribeck_speed=0.01, viscous=0.0)
+    """
+
+    kinetic: ArrayLike
+    static: ArrayLike | None = None
+    stribeck_speed: ArrayLike | None = None
+    viscous: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        kinetic = check_non_negative("Coulomb kinetic", self.kinetic)
+        check_non_negative("Coulomb viscous [N s/m]", self.viscous)
+        given = [self.kinetic, self.viscous]
+        if self.static is not None:
+            static = check_non_negative("Coulomb static", self.static)
+            check_same_samples("Coulomb", self.kinetic, self.static)
+            if np.any(static < kinetic):
+                raise InputError(
+                    f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"
+                )
+            given.append(self.static)
+        if self.stribeck_speed is not None:
+            check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed)
+            given.append(self.stribeck_speed)
+        check_same_samples("Coulomb", *given)
+
+
+Friction = Coulomb | ArrayLike
+"""A law, or µ."""
+
+
+def as_coulomb(name: str, friction: Friction) -> Coulomb:
+    """Return the law; raise `InputError` if µ is not a number, 0 or more."""
+    if isinstance(friction, Coulomb):
+        return friction
+    return Coulomb(kinetic=check_non_negative(name, friction))
+
+
+class Travel(NamedTuple):
+    """How two surfaces slide: along s, whose rate is the sliding speed.
+
+    Attributes
+    ----------
+    travel : s, a form of the coordinates and of angles.
+    orbit, centres : an angle φ and a vector d, of which |d| φ is added to s.
+    """
+
+    travel: Form
+    orbit: Form | None = None
+    centres: Vector | None = None
+
+
+class FrictionEntry(NamedTuple):
+    """What sticks or slides, see `kernels.friction`.
+
+    Attributes
+    ----------
+    sliding : the travel s.
+    law : of the friction, for the travel of the surfaces.
+    normal : returns vectors whose lengths add up to the normal force, from the multipliers of a
+        joint or the forces of the contacts of its part.
+    normals : number of these vectors.
+    lever : travel of the surfaces over s, a radius [m] where s is an angle.
+    factor : returns the ratio of the forces from µ, which are not the same in a pin.
+    angular : whether s is an angle.
+    """
+
+    sliding: Travel
+    law: Coulomb
+    normal: Callable[[Sequence[Form]], Sequence[Vector]]
+    normals: int = 1
+    lever: ArrayLike = 1.0
+    factor: Callable[[np.ndarray], np.ndarray] = np.asarray
+    angular: bool = False
+
+    @property
+    def whole_travel(self) -> Form:
+        """The travel, with the orbit for a distance of 1."""
+        travel, orbit, _ = self.sliding
+        return travel + orbit if orbit else travel
+
+    @property
+    def numbers(self) -> tuple[ArrayLike, ...]:
+        """µs, µk, µs − µk while it slides, c and 1/v² for s."""
+        law, lever = self.law, np.asarray(self.lever, dtype=float)
+        kinetic, static = (
+            lever * self.factor(np.asarray(law.kinetic if mu is None else mu, dtype=float))
+            for mu in (law.kinetic, law.static)
+        )
+        viscous = np.asarray(law.viscous, dtype=float) * lever**2
+        if law.stribeck_speed is None:
+            return static, kinetic, 0.0, viscous, 0.0
+        inverse = lever / np.asarray(law.stribeck_speed, dtype=float)
+        return static, kinetic, static - kinetic, viscous, inverse**2
+
+
+def rubbing(friction: Coulomb | None, sliding: Travel) -> FrictionEntry | None:
+    """Return the friction of a contact along a travel; `contact_entries` sets its normal force."""
+    return None if friction is None else FrictionEntry(sliding, friction, lambda forces: [])

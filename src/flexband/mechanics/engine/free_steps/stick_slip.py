@@ -1,0 +1,191 @@
+"""What sticks and what slides at an instant, on lanes, and how far it is from changing.
+
+The margin of what sticks is µs N − |λ|, and that of what slides is u in its sense, so each is
+positive until an event. At an event all that is at rest sticks at first. What asks for more than
+µs N then slides in the sense in which it is pulled, and what would slide back sticks again, until
+nothing changes. Where that does not come to an end no motion is consistent, as in the paradox of
+Painlevé.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.engine.projection import accelerate, mass_matrix, refine
+from flexband.mechanics.kernels.constraints import add_constraints, subtract_acceleration_errors
+from flexband.mechanics.kernels.equations import update_dependent
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.friction import (
+    MODE,
+    friction_rows,
+    sticks,
+    subtract_speed_errors,
+    update_friction,
+)
+from flexband.mechanics.kernels.lanes import (
+    any_true,
+    clear,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    store,
+    where,
+)
+
+
+class StickOptions(NamedTuple):
+    """How sticking and sliding are told from each other.
+
+    Attributes
+    ----------
+    speed
+        Sliding speed that counts as rest, in tolerances of the step per step.
+    force
+        Force by which µs N must be exceeded, relative to it.
+    changes
+        The most changes of modes at an event for each friction.
+    """
+
+    speed: float = 1e-3
+    force: float = 1e-9
+    changes: int = 4
+
+
+STICK = StickOptions()
+
+
+@compiled
+def rest_speed(structure, values, limits, step, k):
+    """Return the sliding speed of friction k that counts as rest."""
+    unit = filled(1.0)
+    if not structure.friction.angular[k]:
+        unit = 1.0 / load(values.inverse_scale, 1)
+    return STICK.speed * limits.tolerance * unit / step
+
+
+@compiled
+def sliding_rates(structure, values, now, work):
+    """Set the rows of friction in `work.r` to −u̇."""
+    clear(work.r, structure.state.velocity)
+    clear(work.s, structure.state.velocity)
+    subtract_acceleration_errors(
+        structure, values, structure.friction.terms, values.friction.terms, now, work.z, work.a,
+        work.r, work.s,
+    )  # fmt: skip
+
+
+@compiled
+def update_margins(structure, values, now, work, limits, step):
+    """Set the margins and their rates; the contacts' forces are up to date."""
+    state, z, none = structure.state, work.z, filled(0.0)
+    count, mode, _, speed, normal = friction_rows(state)
+    if count > 0:
+        gaps = (state.extreme - state.gap) // 4
+        first = state.gap + gaps - count
+        update_dependent(structure, values, now, z)
+        clear(work.r, state.velocity)
+        update_friction(structure, values, now, z, work.r)
+        sliding_rates(structure, values, now, work)
+        for k in range(count):
+            N, sense, held = load(z, normal + k), load(z, mode + k), sticks(state, z, k)
+            idle = where(held, none, where(less(none, N), none, filled(1.0)))
+            limit = load(values.friction.static, k) * N
+            margin = limit - magnitude(load(z, state.friction + k)) + STICK.force * limit
+            slid = sense * load(z, speed + k)
+            slid = slid + rest_speed(structure, values, limits, step, k)
+            margin = where(held, margin, slid)
+            rate = where(held, none, -sense * load(work.r, state.friction + k))
+            store(z, first + k, where(idle, filled(1.0), margin))
+            store(z, first + gaps + k, where(idle, none, rate))
+            store(z, first + 2 * gaps + k, filled(1.0))
+            store(z, first + 3 * gaps + k, N)
+
+
+@compiled
+def bring_to_rest(structure, values, now, work, limits, step, chosen):
+    """Let all that is at rest stick where it is, and project its velocities."""
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    count, mode, anchor, speed, normal = friction_rows(state)
+    update_dependent(structure, values, now, z)
+    clear(r, state.velocity)
+    update_friction(structure, values, now, z, r)
+    add_constraints(
+        structure.friction.terms, values.friction.terms, values.functions, now, z, r
+    )
+    for k in range(count):
+        held, u = sticks(state, z, k), load(z, speed + k)
+        sense = where(less(u, none), filled(-1.0), filled(1.0))
+        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
+        back = less(u * load(z, mode + k), none)  # beyond the event at which it comes to rest
+        rest = where(less(none, load(z, normal + k)), maximum(slow, where(held, none, back)), none)
+        new = where(held, load(z, mode + k), where(rest, filled(MODE.sticks), sense))
+        stopped = where(chosen, where(held, none, rest), none)
+        travel = load(r, state.friction + k)
+        store(z, anchor + k, where(stopped, travel, load(z, anchor + k)))
+        store(z, mode + k, where(chosen, new, load(z, mode + k)))
+        store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+    mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
+    factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
+    clear(r, state.velocity)
+    subtract_speed_errors(structure, values, now, z, r)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+    refine(structure, values, work, r)
+    for i in range(1, state.coordinates + 1):
+        row = state.velocity + i
+        store(z, row, load(z, row) + where(chosen, load(r, i), none))
+
+
+@compiled
+def change_modes(structure, values, now, work, limits, step, chosen):
+    """Let slide what asks for too much force, and stick what slides back; return where any does.
+
+    q̈ and λ are those of the present modes.
+    """
+    state, z, none = structure.state, work.z, filled(0.0)
+    count, mode, anchor, speed, normal = friction_rows(state)
+    sliding_rates(structure, values, now, work)
+    changed = none
+    for k in range(count):
+        held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
+        N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
+        limit = load(values.friction.static, k) * N
+        loose = where(less((1.0 + STICK.force) * limit, magnitude(force)), held, none)
+        pulled = where(less(force, none), filled(-1.0), filled(1.0))
+        back = less(-sense * load(work.r, state.friction + k) * step, -slow)
+        at_rest = less(magnitude(load(z, speed + k)), slow)
+        back = where(held, none, where(at_rest, back, none))
+        back = where(less(none, N), back, none)
+        new = where(loose, pulled, where(back, filled(MODE.sticks), sense))
+        change = where(chosen, maximum(loose, back), none)
+        store(z, mode + k, where(change, new, sense))
+        changed = maximum(changed, change)
+    return changed
+
+
+@compiled
+def settle_modes(structure, values, now, work, limits, step, chosen):
+    """Set the modes of friction at an event, and q̈ and λ with them, in the `chosen` lanes.
+
+    Returns the number of multipliers left out, and the mask of lanes without consistent modes.
+    """
+    state, pending, none = structure.state, chosen, filled(0.0)
+    left_out = none
+    count = state.angle - state.friction
+    if count > 0:
+        bring_to_rest(structure, values, now, work, limits, step, chosen)
+    for _ in range(1 + STICK.changes * count):
+        more = accelerate(structure, values, now, work, pending)
+        left_out = where(pending, more, left_out)
+        pending = change_modes(structure, values, now, work, limits, step, pending)
+        if not any_true(pending):
+            break
+    jammed = where(chosen, pending, none)
+    for k in range(1, state.coordinates + 1):
+        finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
+        jammed = where(finite, jammed, chosen)
+    return left_out, jammed

@@ -1,0 +1,159 @@
+"""Dry friction, on lanes: rows of the matrix that either stick or slide.
+
+Each friction has a travel s(q), whose rate u = ṡ is the sliding speed, a normal force N and a
+multiplier λ, the last ones of a mechanism. Sticking is a constraint like any other, s(q) = s₀ with
+the anchor s₀. Where it slides, the same row has the pivot 1 and no other entries, and its
+multiplier is given,
+
+    λ = ±µ(u) N + c u,   µ(u) = µk + (µs − µk) exp(−(u/v)²),
+
+with the sign of u. The mode is held while a step is taken: `MODE.sticks`, or the sign of u, or
+`MODE.free`, without a force. N is a sum of lengths of vectors in the state. The derivatives of λ by
+the state are not in the matrix, which remains symmetric. So Newton's method converges by the ratio
+µ |∂N/∂λ|, which is less than 1 unless friction jams.
+
+The travel of circles has a term |d| φ, where d is the vector between their centres and φ its angle
+against the second body. |d| is constant while they stick.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flexband.mechanics.kernels.angles import vector
+from flexband.mechanics.kernels.constraints import (
+    add_constraint_tangent,
+    add_constraints,
+    add_products,
+    subtract_acceleration_errors,
+    subtract_velocity_errors,
+)
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    compiled,
+    filled,
+    less,
+    load,
+    power,
+    sqrt,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.state import FRICTION_ROWS
+
+
+class Modes(NamedTuple):
+    """Modes of friction that are not the sign of a sliding speed."""
+
+    free: float = 0.0
+    sticks: float = 2.0
+
+
+MODE = Modes()
+
+
+@compiled
+def friction_rows(state):
+    """Return the number of frictions, and the first row of modes, anchors, speeds and forces."""
+    count, first = state.angle - state.friction, state.sliding
+    return count, first, first + count, first + 2 * count, first + 3 * count
+
+
+@compiled
+def sticks(state, z, k):
+    """Return the mask of the lanes in which friction k sticks."""
+    return less(filled(0.5 * (1.0 + MODE.sticks)), load(z, state.sliding + k))
+
+
+@compiled
+def update_friction(structure, values, now, z, r):
+    """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
+    friction, numbers, state = structure.friction, values.friction, structure.state
+    count, mode, _, speed, normal = friction_rows(state)
+    for row in range(normal, state.gap):
+        store(z, row, filled(0.0))
+    add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
+    for n in range(len(friction.of_components)):
+        row = state.sliding + FRICTION_ROWS * count + 2 * n
+        x, y = load(z, row), load(z, row + 1)
+        add_to(z, normal + friction.of_components[n], sqrt(x * x + y * y))
+    for n in range(len(friction.orbit_term)):
+        t, held = friction.orbit_term[n], sticks(state, z, friction.of_orbit[n])
+        x, y = vector(structure.vectors, values.vectors, z, 0, friction.centres[n])
+        distance = load(numbers.orbits, n) * sqrt(x * x + y * y)
+        store(numbers.terms, t, where(held, load(numbers.terms, t), distance))
+    subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
+    for k in range(count):
+        row = state.friction + k
+        u, N, sign = -load(r, row), load(z, normal + k), load(z, mode + k)
+        store(r, row, filled(0.0))
+        store(z, speed + k, u)
+        decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
+        mu = load(numbers.kinetic, k) + load(numbers.rise, k) * decay
+        force = sign * mu * N + load(numbers.viscous, k) * u
+        force = where(sign, where(less(filled(0.0), N), force, filled(0.0)), filled(0.0))
+        store(z, row, where(sticks(state, z, k), load(z, row), force))
+
+
+@compiled
+def keep_sticking(state, z, r):
+    """Clear the rows of what does not stick."""
+    for k in range(state.angle - state.friction):
+        row = state.friction + k
+        store(r, row, where(sticks(state, z, k), load(r, row), filled(0.0)))
+
+
+@compiled
+def add_friction(structure, values, now, z, r):
+    """Add Φ_qᵀλ of friction to the coordinates' rows, and s − s₀ to the rows of what sticks."""
+    state = structure.state
+    count, _, anchor, _, _ = friction_rows(state)
+    add_constraints(
+        structure.friction.terms, values.friction.terms, values.functions, now, z, r
+    )
+    for k in range(count):
+        add_to(r, state.friction + k, -load(z, anchor + k))
+    keep_sticking(state, z, r)
+
+
+@compiled
+def add_jacobian(structure, values, now, z, weight, matrix):
+    """Add Φ_q, and `weight` times Σ λ Φ_qq without angles, of joints and of what sticks."""
+    friction, state = structure.friction, structure.state
+    add_constraint_tangent(
+        structure, values, structure.terms, values.terms, now, z, weight, matrix
+    )
+    add_constraint_tangent(
+        structure, values, friction.terms, values.friction.terms, now, z, weight, matrix
+    )
+    for n in range(len(friction.slot)):
+        held = sticks(state, z, friction.of_slot[n])
+        entry = load(matrix, friction.slot[n])
+        store(matrix, friction.slot[n], where(held, entry, filled(0.0)))
+    for k in range(len(friction.diagonal)):
+        held = sticks(state, z, k)
+        store(matrix, friction.diagonal[k], where(held, filled(0.0), filled(1.0)))
+
+
+@compiled
+def subtract_speed_errors(structure, values, now, z, r):
+    """Subtract Φ_q v + Φ_t of joints, and of what sticks, from the multipliers' rows of r."""
+    friction, numbers = structure.friction, values.friction
+    subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
+    subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
+    keep_sticking(structure.state, z, r)
+
+
+@compiled
+def subtract_rate_errors(structure, values, now, z, a, r, s):
+    """Subtract Φ_q q̈ + γ of joints, and of what sticks, from r, and Φ_q a + γ from s."""
+    friction, numbers, state = structure.friction, values.friction, structure.state
+    subtract_acceleration_errors(
+        structure, values, structure.terms, values.terms, now, z, a, r, s
+    )
+    subtract_acceleration_errors(
+        structure, values, friction.terms, numbers.terms, now, z, a, r, s
+    )
+    keep_sticking(state, z, r)
+    keep_sticking(state, z, s)

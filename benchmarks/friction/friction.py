@@ -3,11 +3,11 @@
 Blocks on inclines and belts, chains with rough pins, sliders that cranks drive in rough guides,
 discs that slide and roll on lines and circles, wheels with brakes, and rough stops. Until ten
 events, of contacts that close and of friction that sticks, slides or turns, the motion is compared
-with the `Reference` of friction_draws.py as in contacts.py: instants at which contacts close, places,
+with the `Reference` as in benchmarks/numerics/contacts.py: places, instants of contacts that close,
 and whether friction sticks at the times of the result; the instants of sticking and sliding show in
 the places. Grazing are events that a change of a thousandth would undo.
 
-    python -m benchmarks.numerics.friction --seed 1 --samples 40
+    python -m benchmarks.friction.friction --seed 1 --samples 40
 """
 
 from __future__ import annotations
@@ -21,7 +21,25 @@ import numpy as np
 from xarray import DataArray
 
 import flexband as fb
-from benchmarks.numerics.contact_draws import EVENTS, GROUND, Part, Place, TooLongError, Touch
+from benchmarks.friction.draws import (
+    Brake,
+    Coulomb,
+    Draw,
+    Drive,
+    Link,
+    RoughTouch,
+    mechanism,
+)
+from benchmarks.friction.reference import JammedError, Motion, Reference
+from benchmarks.numerics.contact_draws import (
+    EVENTS,
+    GRAVITY,
+    GROUND,
+    Part,
+    Place,
+    TooLongError,
+    Touch,
+)
 from benchmarks.numerics.contacts import (
     PLACE,
     allowed,
@@ -34,19 +52,6 @@ from benchmarks.numerics.contacts import (
     moving,
     place_error,
     tabulate,
-)
-from benchmarks.numerics.friction_draws import (
-    GRAVITY,
-    Brake,
-    Coulomb,
-    Draw,
-    Drive,
-    JammedError,
-    Link,
-    Motion,
-    Reference,
-    RoughTouch,
-    mechanism,
 )
 
 MECHANISMS = 40
@@ -186,7 +191,7 @@ def soft(rng: np.random.Generator) -> tuple[float, float, float]:
 
 
 def rolling(rng: np.random.Generator) -> Draw:
-    """Return a disc that slides and rolls on a slope, a hump or in a hollow, closed from the start."""
+    """Return a disc that slides and rolls on a slope, a hump or in a hollow."""
     radius, where = float(rng.uniform(0.03, 0.1)), str(rng.choice(["line", "circles", "hole"]))
     K, e, n = soft(rng)
     angle = math.pi / 2 + float(rng.uniform(-0.3, 0.3))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from flexband.namespaces import lazy_names
 
 if TYPE_CHECKING:
+    from flexband.mechanics.contact.friction import Coulomb as Coulomb
     from flexband.mechanics.contact.geometry.circle_on_line import CircleOnLine as CircleOnLine
     from flexband.mechanics.contact.geometry.circles import (
         CircleInCircle as CircleInCircle,
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
         NormalLaw as NormalLaw,
         hertz_stiffness as hertz_stiffness,
     )
+    from flexband.mechanics.loads.brakes import (
+        Brake as Brake,
+        Clutch as Clutch,
+        OneWayClutch as OneWayClutch,
+    )
     from flexband.mechanics.loads.contacts import (
         AngularStop as AngularStop,
         Contact as Contact,
@@ -27,6 +33,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.sensors.contacts import (
         ContactForce as ContactForce,
         Contacts as Contacts,
+        FrictionForce as FrictionForce,
         Gap as Gap,
     )
 else:

@@ -125,6 +125,13 @@ def equilibrium(
         },
         attrs=report(system, corrections(system, firsts, np.arange(system.samples))),
     )
+    rough = list(dict.fromkeys(name for name, _ in mechanism.frictions))
+    if rough:
+        result.attrs["without_friction"] = rough
+        warn(
+            f"friction of {' and '.join(map(repr, rough))} is left out of the equilibrium: what "
+            "sticks can carry any force up to its limit, so there are many equilibria"
+        )
     if redundant:
         sample = min(redundant)
         _, joints = dependent(system, redundant[sample], sample)

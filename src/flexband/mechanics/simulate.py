@@ -31,7 +31,12 @@ from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
-from flexband.mechanics.engine.redundancy import sharing, warn_of_shared, warn_of_unresolved
+from flexband.mechanics.engine.redundancy import (
+    refuse_shared_friction,
+    sharing,
+    warn_of_shared,
+    warn_of_unresolved,
+)
 from flexband.mechanics.engine.step_check import (
     remark_on_few_steps,
     warn_of_large_steps,
@@ -275,6 +280,7 @@ def simulated(
     if batch.starts:
         sample = min(batch.starts)
         joints = sharing(system, batch.starts[sample], sample)
+        refuse_shared_friction(system, joints)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0), system
 

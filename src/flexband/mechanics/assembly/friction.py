@@ -62,6 +62,7 @@ class FrictionTable:
             of_slot=indices(slots.values()),
             diagonal=indices(places.slot(k, k) for k in multipliers),
             angular=indices(friction.angular for friction in self.frictions),
+            one_way=indices(friction.one_way for friction in self.frictions),
             normals=self.normals.structure(places),
             of_components=indices(k for k, group in enumerate(self.normal_forces) for _ in group),
             orbit_term=indices(term for term, _ in self.orbits),

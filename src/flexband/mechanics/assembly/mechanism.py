@@ -52,7 +52,7 @@ from flexband.mechanics.loads.load import (
     SpringEntry,
 )
 from flexband.mechanics.sensors.extremes import OverSteps
-from flexband.mechanics.sensors.motion import ContactRows, Sensor
+from flexband.mechanics.sensors.motion import ContactRows, FrictionRows, Sensor
 from flexband.words import number_of, with_article
 
 
@@ -500,6 +500,21 @@ class Mechanism:
                 angular=self.laws[first + n].gap_kind == GAP.angle,
             )
             for n in range(number)
+        ]
+
+    def frictions_of(self, part: str) -> list[FrictionRows]:
+        """Return what sticks and slides of a joint or load."""
+        owners = [name for name, _ in self.frictions]
+        _within("part with friction", part, dict.fromkeys(owners))
+        speeds = self.state.sliding + 2 * len(owners)
+        return [
+            FrictionRows(
+                Form.variable(self.state.friction + k),
+                Form.variable(speeds + k),
+                friction.angular,
+            )
+            for k, (owner, friction) in enumerate(self.frictions)
+            if owner == part
         ]
 
     @cached_property

@@ -119,6 +119,7 @@ class Friction(NamedTuple):
     of_slot: np.ndarray  # place -> friction
     diagonal: np.ndarray  # friction -> place of its pivot
     angular: np.ndarray  # friction -> whether its travel is an angle
+    one_way: np.ndarray  # friction -> whether it is free one way, and holds any force the other
     normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
     of_components: np.ndarray  # vector -> friction
     orbit_term: np.ndarray  # terms whose coefficient has the distance of two centres as a factor

@@ -104,6 +104,7 @@ class FrictionEntry(NamedTuple):
     lever : travel of the surfaces over s, a radius [m] where s is an angle.
     factor : returns the ratio of the forces from µ, which are not the same in a pin.
     angular : whether s is an angle.
+    one_way : whether s is free to increase and does not decrease; N is then 1.
     """
 
     sliding: Travel
@@ -113,6 +114,7 @@ class FrictionEntry(NamedTuple):
     lever: ArrayLike = 1.0
     factor: Callable[[np.ndarray], np.ndarray] = np.asarray
     angular: bool = False
+    one_way: bool = False
 
     @property
     def whole_travel(self) -> Form:

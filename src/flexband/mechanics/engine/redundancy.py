@@ -164,6 +164,18 @@ def warn_of_shared(system: System, joints: list[str]) -> list[str]:
     return joints
 
 
+def refuse_shared_friction(system: System, joints: list[str]) -> None:
+    """Raise `InputError` if the friction of a joint depends on a reaction that is not unique."""
+    rough = [f"joint {name!r}" for name, _ in system.mechanism.frictions]
+    shared = [joint for joint in joints if joint in rough]
+    if shared:
+        raise InputError(
+            f"the friction of {' and '.join(shared)} depends on a reaction that is not unique, "
+            f"since {' and '.join(joints)} are redundant; leave out what is redundant, or let a "
+            "body between them be flexible"
+        )
+
+
 def warn_of_unresolved(system: System, unresolved: np.ndarray, times: np.ndarray) -> None:
     """Warn of sensors of forces of joints if the motion passes where more constraints depend.
 

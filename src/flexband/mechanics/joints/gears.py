@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite
+from flexband.errors import InputError, check_finite, check_positive
+from flexband.mechanics.contact.friction import Coulomb, FrictionEntry, Travel
 from flexband.mechanics.joints.joint import (
     PairJoint,
     PointName,
@@ -39,11 +40,13 @@ class Gear(PairJoint):
     first, second : the centres of the gears, points of the bodies that turn.
     first_radius, second_radius : of the pitch circles [m]; negative for a ring gear, whose teeth
         are inside.
+    efficiency : power that leaves the mesh over that which enters it, whichever gear drives.
 
     Raises
     ------
     InputError
-        If a radius is zero, or if their sum is: such gears turn together.
+        If a radius is zero, or if their sum is: such gears turn together. If the efficiency is not
+        more than 0 and at most 1.
 
     Examples
     --------
@@ -68,6 +71,7 @@ class Gear(PairJoint):
     second: PointName
     first_radius: ArrayLike
     second_radius: ArrayLike
+    efficiency: ArrayLike = 1.0
 
     holds_start = True
 
@@ -81,6 +85,7 @@ class Gear(PairJoint):
                 "Gear radii must not be zero, nor their sum; "
                 f"got {self.first_radius} and {self.second_radius}"
             )
+        check_efficiency("Gear", self.efficiency)
 
     @property
     def radii(self) -> tuple[np.ndarray, np.ndarray]:
@@ -93,6 +98,13 @@ class Gear(PairJoint):
         (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
         centres = subtract(second.position, first.position)
         return [angle(first.normal) * r1 + angle(second.normal) * r2 - angle(centres) * (r1 + r2)]
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return the loss of the mesh, on the mean of both travels along the pitch line."""
+        (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
+        turn = angle(first.normal) * r1 - angle(second.normal) * r2
+        centres = angle(subtract(second.position, first.position)) * (r1 - r2)
+        return mesh_loss(self.efficiency, turn - centres)
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ along the tangent, the line of centres turned by 90°."""
@@ -119,18 +131,20 @@ class Rack(PairJoint):
     second : a point of the rack, on a rigid body or the ground.
     radius : of the pitch circle [m]; negative for a rack to the left of the axis.
     axis : along the rack, in the axes of its body; any length but zero.
+    efficiency : as in `Gear`.
 
     Raises
     ------
     InputError
-        If the radius is zero or the axis has no length and, when the mechanism is made, if the rack
-        is on a flexible member.
+        If the radius is zero, the axis has no length or the efficiency is out of its range and,
+        when the mechanism is made, if the rack is on a flexible member.
     """
 
     first: PointName
     second: PointName
     radius: ArrayLike
     axis: tuple[float, float] = (1.0, 0.0)
+    efficiency: ArrayLike = 1.0
 
     holds_start = True
 
@@ -138,13 +152,24 @@ class Rack(PairJoint):
         if np.any(check_finite("Rack radius [m]", self.radius) == 0):
             raise InputError(f"Rack radius [m] must not be zero; got {self.radius}")
         check_axis("Rack axis", self.axis)
+        check_efficiency("Rack", self.efficiency)
+
+    def _travels(self, frame: Resolve) -> tuple[Form, Form]:
+        """Return x and r θ."""
+        pinion, rack = frame(self.first), straight("Rack", frame(self.second))
+        turn = angle(pinion.normal) - angle(rack.normal)
+        travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
+        return travel, turn * np.asarray(self.radius, dtype=float)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return x + r θ."""
-        pinion, rack = frame(self.first), straight("Rack", frame(self.second))
-        r = np.asarray(self.radius, dtype=float)
-        travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
-        return [travel + angle(pinion.normal) * r - angle(rack.normal) * r]
+        travel, turn = self._travels(frame)
+        return [travel + turn]
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return the loss of the mesh, on the mean of x and −r θ."""
+        travel, turn = self._travels(frame)
+        return mesh_loss(self.efficiency, travel - turn)
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ along the axis."""
@@ -153,3 +178,23 @@ class Rack(PairJoint):
     def moment(self, multipliers: Sequence[Form]) -> Form:
         """Return −λ r about the pinion's centre."""
         return -multipliers[0] * np.asarray(self.radius, dtype=float)
+
+
+def check_efficiency(name: str, efficiency: ArrayLike) -> None:
+    """Raise `InputError` if an efficiency is not more than 0 and at most 1."""
+    numbers = check_positive(f"{name} efficiency", efficiency)
+    if np.any(numbers > 1):
+        raise InputError(f"{name} efficiency must be at most 1; got {np.max(numbers):g}")
+
+
+def mesh_loss(efficiency: ArrayLike, twice: Form) -> list[FrictionEntry]:
+    """Return the friction of a mesh along half of a travel, none if the efficiency is 1.
+
+    With the force λ of the teeth it is κ |λ|, half of it on each side, where the efficiency is
+    (1 − κ/2)/(1 + κ/2).
+    """
+    numbers = np.asarray(efficiency, dtype=float)
+    if np.all(numbers == 1.0):
+        return []
+    law = Coulomb(kinetic=2.0 * (1.0 - numbers) / (1.0 + numbers))
+    return [FrictionEntry(Travel(twice * 0.5), law, lambda m: [(m[0], Form({}))])]

@@ -132,3 +132,49 @@ class Contacts(OverSteps):
         instants = contacts[:, 1:-2].reshape(-1, *rows.shape[1:])
         instants = np.sort(instants, axis=0)[: self.first]  # NaN are last
         return np.stack([number, *instants, np.fmax.reduce(contacts[:, -2]), energy])
+
+
+@frozen()
+class FrictionForce(Sensor):
+    """The friction on the first body of a part [N], and its sliding speed "_speed" [m/s].
+
+    Parameters
+    ----------
+    part : name of the contact, brake or clutch, or of the joint with friction.
+    angular : whether it acts against a rotation, as in a brake or in a pin without clearance. It is
+        then a moment [N m], and the speed is in rad/s.
+    number : which of its frictions it is, from 0 on, if the part has several.
+
+    Raises
+    ------
+    InputError
+        If the part has no such friction, or `angular` does not fit it.
+    """
+
+    part: str
+    angular: bool = False
+    number: int = 0
+
+    def __post_init__(self) -> None:
+        check_flag("FrictionForce angular", self.angular)
+        check_integer("FrictionForce number", self.number, 0)
+
+    def outputs(self) -> list[tuple[str, str]]:
+        force, speed = ("N m", "rad/s") if self.angular else ("N", "m/s")
+        return [("", force), ("_speed", speed)]
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        frictions = model.frictions_of(self.part)
+        if self.number >= len(frictions):
+            raise InputError(
+                f"FrictionForce number must be below {len(frictions)} for {self.part!r}; got "
+                f"{self.number}"
+            )
+        friction = frictions[self.number]
+        if friction.angular != self.angular:
+            kind = "a rotation" if friction.angular else "no rotation"
+            raise InputError(
+                f"{self.part!r} has friction against {kind}; give FrictionForce "
+                f"angular={friction.angular}"
+            )
+        return [-friction.multiplier, friction.speed]

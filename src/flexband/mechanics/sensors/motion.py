@@ -31,6 +31,14 @@ class ContactRows(NamedTuple):
     angular: bool
 
 
+class FrictionRows(NamedTuple):
+    """The multiplier of a friction, its sliding speed, and whether it is against a rotation."""
+
+    multiplier: Form
+    speed: Form
+    angular: bool
+
+
 class SensorModel(Protocol):
     """The members of `Mechanism` that sensors use; they are documented there."""
 
@@ -51,6 +59,7 @@ class SensorModel(Protocol):
     def law_state(self, load: str, name: str) -> Form: ...
     def contact_count(self, part: str) -> int: ...
     def contacts(self, part: str) -> list[ContactRows]: ...
+    def frictions_of(self, part: str) -> list[FrictionRows]: ...
     def over_steps(self, sensor: Any) -> list[Form]: ...
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]: ...
 

@@ -43,6 +43,8 @@ class StepControl(NamedTuple):
         tolerance.
     located
         Part of a step in which an event is located at its end.
+    stuck
+        Both parts for sticking and sliding, where forces jump without a depth that bounds the error.
     difference
         Part of a step over which the rates of gaps are differences.
     least_speed
@@ -68,6 +70,7 @@ class StepControl(NamedTuple):
     first: float = 0.05
     overshoot: float = 2e-4
     located: float = 1e-3
+    stuck: float = 1e-6
     difference: float = 1e-3
     least_speed: float = 1e-30
     in_flight: float = 0.1

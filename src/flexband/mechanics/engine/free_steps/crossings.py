@@ -77,11 +77,13 @@ def crossing(structure, values, limits, before, z, step):
             middle = 0.5 * (low + high)
             open_ = less(filled(0.0), _cubic(start, slope, c2, c3, middle))
             low, high = where(open_, middle, low), where(open_, high, middle)
-        deep = less(tolerance, depth)
-        early = where(less(high, filled(1.0 - CONTROL.located)), filled(1.0), deep)
+        deep, located, overshoot = less(tolerance, depth), CONTROL.located, CONTROL.overshoot
+        if structure.laws.gap_kind[k] == GAP.margin:
+            located, overshoot = CONTROL.stuck, CONTROL.stuck
+        early = where(less(high, filled(1.0 - located)), filled(1.0), deep)
         early = where(closed, early, filled(0.0))
         speed = magnitude(slope + high * (2.0 * c2 + 3.0 * high * c3))
-        beyond = CONTROL.overshoot * high
+        beyond = overshoot * high
         beyond = where(less(tolerance, 2.0 * beyond * speed), 0.5 * tolerance / speed, beyond)
         target = where(early, high + beyond, filled(1.0))
         late = maximum(late, early)

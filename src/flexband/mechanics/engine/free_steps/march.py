@@ -87,7 +87,7 @@ def set_functions(count, values, polynomials, place, length):
 
 
 @compiled
-def switch(structure, values, work, step, time, limits, chosen):
+def switch(structure, method, values, work, step, time, limits, chosen):
     """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
 
     Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
@@ -98,7 +98,9 @@ def switch(structure, values, work, step, time, limits, chosen):
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)
-        left_out, jammed = settle_modes(structure, values, now, work, limits, step, changed)
+        left_out, jammed = settle_modes(
+            structure, values, now, work, limits, method.step, changed
+        )
         if any_true(left_out):
             share(structure, values, now, work, left_out)
         largest = filled(0.0)
@@ -110,16 +112,16 @@ def switch(structure, values, work, step, time, limits, chosen):
         smooth = filled(0.0) if state.angle > state.friction else smooth
         restart(structure, work, where(smooth, filled(0.0), changed))
         update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
-        update_margins(structure, values, now, work, limits, step)
+        update_margins(structure, values, now, work, limits, method.step)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
         watch(structure, values, now, work, time, time, changed)
     return changed, jammed
 
 
 @compiled
-def begin_friction(structure, values, work, limits, failure):
+def begin_friction(structure, method, values, work, limits, failure):
     """Find what sticks and what slides at the start."""
-    step, everywhere, now = load(work.steps, 0), filled(1.0), np.int64(0)
+    step, everywhere, now = method.step, filled(1.0), np.int64(0)
     left_out, jammed = settle_modes(structure, values, now, work, limits, step, everywhere)
     if any_true(left_out):
         share(structure, values, now, work, left_out)
@@ -213,7 +215,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     )
     update_law_states(structure, values, now, z, work.blocks)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
-    update_margins(structure, values, now, work, limits, step)
+    update_margins(structure, values, now, work, limits, method.step)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
     good = where(failed, none, less(error, filled(1.0)))
     early, event = crossing(structure, values, limits, work.before, z, step)
@@ -238,7 +240,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
-    changed, jammed = switch(structure, values, work, step, time + step, limits, accepted)
+    changed, jammed = switch(
+        structure, method, values, work, step, time + step, limits, accepted
+    )
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
     long = less(filled(CONTROL.long_step * limits.smallest), step)
     events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
@@ -248,6 +252,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     lost = where(stepping, where(shortest, where(accepted, endless, shortest), none), none)
     lost = maximum(lost, jammed)
     blame(work.trial, number, failed, failure, lost)
+    if state.angle > state.friction:  # its part in Newton's method diverges where it jams
+        jammed = maximum(jammed, where(lost, failed, none))
     store(failure, 0, where(jammed, filled(FAILURE.jammed), load(failure, 0)))
     store(work.counts, 0, load(work.counts, 0) + accepted)
     arrived = where(less(step, ahead), none, accepted)
@@ -272,11 +278,11 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
-        update_margins(structure, values, now, work, limits, load(work.steps, 0))
+        update_margins(structure, values, now, work, limits, method.step)
         restarted = where(less(part, filled(-0.5)), still, none)
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
-        switch(structure, values, work, load(work.steps, 0), moment, limits, still)
+        switch(structure, method, values, work, load(work.steps, 0), moment, limits, still)
     sensed, rows = outputs[rounds + 1], outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
     for row in range(outputs.shape[1]):
@@ -304,7 +310,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     update_gap_rates(structure, values, now, z, span, work.blocks)
     size_modes(structure.state, z)
     if structure.state.angle > structure.state.friction:
-        begin_friction(structure, values, work, limits, failure)
+        begin_friction(structure, method, values, work, limits, failure)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

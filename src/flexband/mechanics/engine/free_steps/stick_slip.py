@@ -44,9 +44,9 @@ class StickOptions(NamedTuple):
     Attributes
     ----------
     speed
-        Sliding speed that counts as rest, in tolerances of the step per step.
+        Sliding speed that counts as rest, in tolerances of a step per step of the output.
     force
-        Force by which µs N must be exceeded, relative to it.
+        Force by which µs N must be exceeded, relative to N.
     changes
         The most changes of modes at an event for each friction.
     """
@@ -61,11 +61,26 @@ STICK = StickOptions()
 
 @compiled
 def rest_speed(structure, values, limits, step, k):
-    """Return the sliding speed of friction k that counts as rest."""
+    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
     unit = filled(1.0)
     if not structure.friction.angular[k]:
         unit = 1.0 / load(values.inverse_scale, 1)
     return STICK.speed * limits.tolerance * unit / step
+
+
+@compiled
+def excess(structure, values, z, k):
+    """Return by how much friction k, if it sticks, asks for more than it can hold.
+
+    What is one way holds any force against sliding back, and none against sliding on.
+    """
+    state = structure.state
+    _, _, _, _, normal = friction_rows(state)
+    limit = load(values.friction.static, k) * load(z, normal + k)
+    force = load(z, state.friction + k)
+    if not structure.friction.one_way[k]:
+        force = magnitude(force)
+    return force - limit - STICK.force * load(z, normal + k)
 
 
 @compiled
@@ -94,11 +109,9 @@ def update_margins(structure, values, now, work, limits, step):
         for k in range(count):
             N, sense, held = load(z, normal + k), load(z, mode + k), sticks(state, z, k)
             idle = where(held, none, where(less(none, N), none, filled(1.0)))
-            limit = load(values.friction.static, k) * N
-            margin = limit - magnitude(load(z, state.friction + k)) + STICK.force * limit
             slid = sense * load(z, speed + k)
             slid = slid + rest_speed(structure, values, limits, step, k)
-            margin = where(held, margin, slid)
+            margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             store(z, first + k, where(idle, filled(1.0), margin))
             store(z, first + gaps + k, where(idle, none, rate))
@@ -120,8 +133,10 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
     for k in range(count):
         held, u = sticks(state, z, k), load(z, speed + k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
-        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         back = less(u * load(z, mode + k), none)  # beyond the event at which it comes to rest
+        if structure.friction.one_way[k]:
+            sense, back = filled(1.0), less(u, none)
+        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         rest = where(less(none, load(z, normal + k)), maximum(slow, where(held, none, back)), none)
         new = where(held, load(z, mode + k), where(rest, filled(MODE.sticks), sense))
         stopped = where(chosen, where(held, none, rest), none)
@@ -153,8 +168,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     for k in range(count):
         held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
         N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
-        limit = load(values.friction.static, k) * N
-        loose = where(less((1.0 + STICK.force) * limit, magnitude(force)), held, none)
+        loose = where(less(none, excess(structure, values, z, k)), held, none)
         pulled = where(less(force, none), filled(-1.0), filled(1.0))
         back = less(-sense * load(work.r, state.friction + k) * step, -slow)
         at_rest = less(magnitude(load(z, speed + k)), slow)

@@ -104,7 +104,7 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     for k, link in enumerate(draw.links):
         joints[f"J{k}"] = joint(link, at)
         if link.friction:
-            sensors[f"friction J{k}"] = fb.sensors.Friction(f"J{k}")
+            sensors[f"friction J{k}"] = fb.contact.FrictionForce(f"J{k}", angular=link.kind == "pin")
     for k, (first, second, stiffness, rest) in enumerate(draw.springs):
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
     for k, (touch, friction, closed) in enumerate(draw.touches):
@@ -112,13 +112,13 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
         options = {"friction": friction.made(), "closed_at_start": closed}
         loads[name] = contact(touch, at, options)
         sensors[name] = fb.contact.Contacts(name, first=EVENTS + 1)
-        sensors[f"friction {name}"] = fb.sensors.Friction(name)
+        sensors[f"friction {name}"] = fb.contact.FrictionForce(name)
     for k, brake in enumerate(draw.brakes):
         loads[f"B{k}"] = fb.contact.Brake(
             at(brake.first), at(brake.second), friction=brake.friction.made(),
             radius=brake.radius, force=np.vectorize(brake.force, otypes=[float]),
         )  # fmt: skip
-        sensors[f"friction B{k}"] = fb.sensors.Friction(f"B{k}")
+        sensors[f"friction B{k}"] = fb.contact.FrictionForce(f"B{k}", angular=True)
     bodies = rigid_bodies(draw.parts, velocities, at)
     for name in bodies:
         sensors[f"place {name}"], sensors[f"angle {name}"] = fb.Position(name), fb.Angle(name)

@@ -250,7 +250,7 @@ OBJECTS = [
 ]  # fmt: skip
 FOREIGN = {
     "Dask", "FMU", "Surrogate", "UMBridgeModel", "UMBridgeServer", "load_ipython_extension",
-    "load_surrogate", "open_runs", "serve", "Gap", "ContactForce", "Contacts",
+    "load_surrogate", "open_runs", "serve", "Gap", "ContactForce", "Contacts", "FrictionForce",
 }  # fmt: skip
 """What takes a file, a server, another program's object, the parts of a surrogate, or a contact."""
 

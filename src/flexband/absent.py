@@ -31,10 +31,9 @@ ABSENT = (
         "docs/how-to/models.md.",
     ),
     Absent(
-        "dry friction",
-        "CoulombFriction DryFriction Friction LuGre Stribeck StickSlip Brake Clutch",
-        "Friction that sticks is not a part. ForceLaw takes a smooth law of the sliding speed, "
-        "such as µN tanh(v/v₀), which creeps where it should stick.",
+        "friction with presliding",
+        "LuGre Dahl Bristle BristleFriction",
+        "Coulomb friction sticks without moving. Write bristles as a ForceLaw with `states`.",
     ),
     Absent(
         "belts and chains",

@@ -7,6 +7,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import null_space
 
 from flexband.errors import InputError
 from flexband.mechanics.assembly.structure import Values
@@ -115,18 +116,19 @@ class ModeSolver:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
             linear = linear._replace(M=balance.equations.mass)
-            modes = self._lowest(linear, balance, sample, z)
+            basis = _without_sliding(balance, z) if system.mechanism.frictions else balance.basis
+            modes = self._lowest(linear, basis, sample, z)
             if spins is not None and spins[lane].rate:
                 check_rotation(system, sample, balance, modes, spins[lane])
             shapes = self._shapes(balance.equations, z, modes)
             results.append(SampleModes(modes, shapes, linear.M @ modes.vectors))
         return BlockModes(failure, results, unbalanced, moving)
 
-    def _lowest(self, linear: Linear, balance: Balance, sample: int, z: np.ndarray) -> Eigenmodes:
+    def _lowest(self, linear: Linear, basis: np.ndarray, sample: int, z: np.ndarray) -> Eigenmodes:
         """Return the modes of lowest frequency, with those of thickness or without."""
         share, asked = partial(self.sections.share, sample, z), self.count
         while True:
-            candidates = eigenmodes(linear, balance.basis, asked)
+            candidates = eigenmodes(linear, basis, asked)
             across = share(candidates.vectors) > 0.5
             candidates = candidates._replace(thickness=across)
             listed = np.flatnonzero(self.thickness | ~across)
@@ -154,3 +156,18 @@ class ModeSolver:
             parts = [(outputs[:, k] - outputs[:, k + 1]) / (2 * size) for k in (0, 2)]
             shapes.append(parts[0] + 1j * parts[1] if np.iscomplexobj(vectors) else parts[0])
         return np.stack(shapes)
+
+
+def _without_sliding(balance: Balance, z: np.ndarray) -> np.ndarray:
+    """Return the basis of the motions in which all that has friction sticks.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    basis = balance.basis
+    basis = basis @ null_space(balance.equations.sticking(z) @ basis)
+    if not basis.shape[1]:
+        raise InputError("friction holds all that can move, so there are no modes")
+    return basis

@@ -157,8 +157,9 @@ class ContinuedStart(Start):
         q, velocity = slice(1, state.coordinates + 1), state.velocity
         second, laws = (
             slice(state.acceleration + 1, state.energy),
-            slice(state.law_state, state.gap),
+            slice(state.law_state, state.sliding),
         )
+        stuck = slice(state.sliding, state.sliding + 2 * (state.angle - state.friction))
         keeps_rule = self.known[laws].all()
         springs, places = system.structure.springs, [*accumulate(_sizes(system))]
         new = ~self.known[places[1] : places[2]][springs.translational :]
@@ -184,6 +185,7 @@ class ContinuedStart(Start):
             if keeps_rule:
                 unchanged = smooth & (np.abs(ratio - 1.0) < 1e-9)
                 work.z[laws] = np.where(unchanged, z[laws], work.z[laws])
+            work.z[stuck] = z[stuck]  # and where; what is new is free until the run begins
             samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
             lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
             self.lost_energy[samples] = lost[: len(samples)]
@@ -249,6 +251,8 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     labels |= _numbered("spring", [owner for owner, _ in mechanism.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]
     states = [owner for owner, law in laws for _ in law.states]
+    rough = [owner for owner, _ in mechanism.frictions]
+    labels |= _numbered("friction", rough, state.sliding, copies=2)
     labels |= _numbered("law state", states, state.law_state, copies=4)
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)

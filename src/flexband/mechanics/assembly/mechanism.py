@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -449,8 +449,8 @@ class Mechanism:
         """Return the force and the moment of contacts on the first body, with the sign of λ."""
         if self.entries[part].frictions:
             raise InputError(
-                f"the reaction of {part!r}, which has clearance and friction, is not known in global "
-                "axes; use fb.contact.ContactForce and fb.contact.FrictionForce"
+                f"the reaction of {part!r}, which has clearance and friction, is not known in "
+                "global axes; use fb.contact.ContactForce and fb.contact.FrictionForce"
             )
         before = self._before(part, "laws")
         row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
@@ -531,6 +531,10 @@ class Mechanism:
         """Return what the engine makes of the outputs of a sensor over its steps."""
         rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
+
+    def measured(self, sensor: Sensor) -> Form:
+        """Return what a sensor measures first."""
+        return sensor.rows(self)[0]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.

@@ -191,8 +191,10 @@ class LawTable:
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
             gap_kind=indices(
-                [*(law.gap_kind for law in self.laws for _ in law.events),
-                 *[GAP.margin] * self.margins]
+                [
+                    *(law.gap_kind for law in self.laws for _ in law.events),
+                    *[GAP.margin] * self.margins,
+                ]
             ),
             angle=self.angle,
             position=self.position,
@@ -259,9 +261,9 @@ class VectorTables(NamedTuple):
             [f.sliding.centres for _, f in mechanism.frictions if f.sliding.centres],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, centres, turning, _ = (
-            starts(parts).tolist()
-        )
+        _, torsion, normal, _, straight, position, direction, centres, turning, _ = starts(
+            parts
+        ).tolist()
         vectors = VectorTable(
             [v for part in parts for v in part],
             straight,

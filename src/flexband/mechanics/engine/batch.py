@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
@@ -133,7 +134,7 @@ def run_samples(
     )
     chosen = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
-    schedule, rounds = packed.schedule, len(packed.schedule.parts)
+    schedule, rounds = checked_schedule(system, packed.schedule), len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
         attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
     )
@@ -212,6 +213,19 @@ def _run_blocks(
     pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
     in_parallel(simulate, blocks, samples, threads, progress, pace)
     pace.end()
+
+
+def checked_schedule(system: System, schedule: Schedule) -> Schedule:
+    """Return a schedule; raise `InputError` if it has impulses in a mechanism with friction."""
+    struck = np.argwhere(schedule.parts == IMPULSE)
+    if len(struck) and system.mechanism.frictions:
+        time = float(schedule.times[tuple(struck[0])])
+        raise InputError(
+            f"the speed of a drive jumps at {time:g} s, and friction of "
+            f"{system.mechanism.frictions[0][0]!r} has no law for such an impulse; let the drive "
+            "change its speed over a time, as fb.ramp does"
+        )
+    return schedule
 
 
 def _impulses(

@@ -79,7 +79,7 @@ def elastic_matrix(structure, values, mass, s, work, smallest):
 
     `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
     """
-    state, z, matrix, blocks = structure.state, work.z, work.matrix, work.blocks
+    z, matrix, blocks = work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
     add_elastic_tangent(structure, values, z, s, filled(0.0), matrix, blocks)

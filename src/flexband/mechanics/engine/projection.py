@@ -25,9 +25,9 @@ from flexband.mechanics.kernels.factorization import (
 from flexband.mechanics.kernels.friction import (
     add_friction,
     add_jacobian,
+    sticks,
     subtract_rate_errors,
     subtract_speed_errors,
-    sticks,
 )
 from flexband.mechanics.kernels.lanes import (
     any_true,

@@ -109,9 +109,7 @@ def add_friction(structure, values, now, z, r):
     """Add Φ_qᵀλ of friction to the coordinates' rows, and s − s₀ to the rows of what sticks."""
     state = structure.state
     count, _, anchor, _, _ = friction_rows(state)
-    add_constraints(
-        structure.friction.terms, values.friction.terms, values.functions, now, z, r
-    )
+    add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(count):
         add_to(r, state.friction + k, -load(z, anchor + k))
     keep_sticking(state, z, r)
@@ -121,9 +119,7 @@ def add_friction(structure, values, now, z, r):
 def add_jacobian(structure, values, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq without angles, of joints and of what sticks."""
     friction, state = structure.friction, structure.state
-    add_constraint_tangent(
-        structure, values, structure.terms, values.terms, now, z, weight, matrix
-    )
+    add_constraint_tangent(structure, values, structure.terms, values.terms, now, z, weight, matrix)
     add_constraint_tangent(
         structure, values, friction.terms, values.friction.terms, now, z, weight, matrix
     )
@@ -149,11 +145,7 @@ def subtract_speed_errors(structure, values, now, z, r):
 def subtract_rate_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ of joints, and of what sticks, from r, and Φ_q a + γ from s."""
     friction, numbers, state = structure.friction, values.friction, structure.state
-    subtract_acceleration_errors(
-        structure, values, structure.terms, values.terms, now, z, a, r, s
-    )
-    subtract_acceleration_errors(
-        structure, values, friction.terms, numbers.terms, now, z, a, r, s
-    )
+    subtract_acceleration_errors(structure, values, structure.terms, values.terms, now, z, a, r, s)
+    subtract_acceleration_errors(structure, values, friction.terms, numbers.terms, now, z, a, r, s)
     keep_sticking(state, z, r)
     keep_sticking(state, z, s)

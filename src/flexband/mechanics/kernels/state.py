@@ -3,15 +3,16 @@
     z = [1, q, λ, θ | 0, v | 0, a | U | M | T | s | e | F | y | f | g | x]
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
-coordinates, λ the Lagrange multipliers, those of friction last, and θ the angles and lengths of vectors, which follow from
-q; v and a are the velocities and accelerations of q. U is the elastic energy, M what acts on each
-angle or length, T the tension of each spring and s its elongation: the length of a translational
-spring, the angle of a torsion spring. e are the unit vectors along which following forces act, and
-F the forces and moments of force laws, which are set where a sensor reads them. y are the
-first-order states of force laws and what integrates them, see `kernels.laws.states`. f is what
-friction depends on, see `kernels.friction`. g are the gaps of force laws whose zeros are events,
-and the margins of friction, then their rates, their modes and the forces of contacts, see
-`kernels.laws.gaps`. x are extremes and integrals over the steps of a run, see `kernels.extremes`.
+coordinates, λ the Lagrange multipliers, those of friction last, and θ the angles and lengths of
+vectors, which follow from q; v and a are the velocities and accelerations of q. U is the elastic
+energy, M what acts on each angle or length, T the tension of each spring and s its elongation: the
+length of a translational spring, the angle of a torsion spring. e are the unit vectors along which
+following forces act, and F the forces and moments of force laws, which are set where a sensor reads
+them. y are the first-order states of force laws and what integrates them, see
+`kernels.laws.states`. f is what friction depends on, see `kernels.friction`. g are the gaps of
+force laws whose zeros are events, and the margins of friction, then their rates, their modes and
+the forces of contacts, see `kernels.laws.gaps`. x are extremes and integrals over the steps of a
+run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
 

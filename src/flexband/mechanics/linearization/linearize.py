@@ -25,6 +25,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
+from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
@@ -199,7 +200,15 @@ class Equations:
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Return Φ_q."""
-        return self._matrix(z, 0.0)[self.state.coordinates :, : self.state.coordinates]
+        n, last = self.state.coordinates, self.state.friction - 1
+        return self._matrix(z, 0.0)[n:last, :n]
+
+    def sticking(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the travels of friction, shape (frictions, coordinates)."""
+        z, state = z.copy(), self.state
+        self.residual(z)  # which sets the distance of circles, as long as they do not stick
+        z[state.sliding : state.sliding + state.angle - state.friction] = MODE.sticks
+        return self._matrix(z, 0.0)[state.friction - 1 :, : state.coordinates]
 
     def given(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the constant forces, and those of products and force laws."""
@@ -271,7 +280,7 @@ class Equations:
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state, in axes that turn with `spin`."""
         n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
-        K, Phi = matrix[:n, :n], matrix[n:, :n]
+        K, Phi = matrix[:n, :n], matrix[n : self.state.friction - 1, :n]
         D = (self._matrix(z, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
         by_place, by_rate = (part[:n] for part in self._load_derivatives(z, spin))
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)

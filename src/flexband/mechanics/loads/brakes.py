@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_positive
-from flexband.mechanics.contact.friction import Friction, FrictionEntry, Travel, as_coulomb, Coulomb
+from flexband.mechanics.contact.friction import Coulomb, Friction, FrictionEntry, Travel, as_coulomb
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, angle
+from flexband.mechanics.kernels.forms import Form, Vector, angle
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, in_time
 from flexband.mechanics.sensors.motion import Sensor
 
@@ -25,7 +27,7 @@ class Brake(PairLoad):
     friction : `Coulomb` or µ.
     radius : r at which friction acts [m], times the number of pairs of faces.
     force : F that presses the faces together [N]: 0 or more, a function of the time [s], of which
-        the magnitude counts, or a sensor of one force, such as ``fb.SpringForce("spring")``.
+        the magnitude counts, or a sensor that measures it first, such as ``fb.SpringForce("pad")``.
 
     Raises
     ------
@@ -61,9 +63,9 @@ class Brake(PairLoad):
         """Return the friction."""
         law = as_coulomb(f"{type(self).__name__} friction", self.friction)
 
-        def pressure(forces: list[Form]) -> list[tuple[Form, Form]]:
+        def pressure(forces: Sequence[Form]) -> list[Vector]:
             if isinstance(self.force, Sensor):
-                return [(form, Form({})) for form in self.force.rows(model)]
+                return [(model.measured(self.force), Form({}))]
             return [(in_time("Brake force [N]", self.force), Form({}))]
 
         turn = turning_of(model, self.first, self.second)

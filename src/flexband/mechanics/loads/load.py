@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
@@ -26,6 +26,7 @@ class LoadModel(Protocol):
 
     def frame(self, point: PointName) -> Frame: ...
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce: ...
+    def measured(self, sensor: Any) -> Form: ...
     def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce: ...
 
 

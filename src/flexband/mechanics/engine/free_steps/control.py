@@ -44,7 +44,7 @@ class StepControl(NamedTuple):
     located
         Part of a step in which an event is located at its end.
     stuck
-        Both parts for sticking and sliding, where forces jump without a depth that bounds the error.
+        Both parts for sticking and sliding: forces jump, and no depth bounds the error.
     difference
         Part of a step over which the rates of gaps are differences.
     least_speed

@@ -23,6 +23,7 @@ from flexband.mechanics.engine.free_steps.crossings import (
     size_modes,
     switch_modes,
 )
+from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
     add_turns,
@@ -39,7 +40,6 @@ from flexband.mechanics.engine.generalized_alpha import (
     restart,
     share_forces,
 )
-from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
 from flexband.mechanics.engine.projection import share
 from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import begin_extremes, minimum
@@ -98,9 +98,7 @@ def switch(structure, method, values, work, step, time, limits, chosen):
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)
-        left_out, jammed = settle_modes(
-            structure, values, now, work, limits, method.step, changed
-        )
+        left_out, jammed = settle_modes(structure, values, now, work, limits, method.step, changed)
         if any_true(left_out):
             share(structure, values, now, work, left_out)
         largest = filled(0.0)
@@ -119,13 +117,13 @@ def switch(structure, method, values, work, step, time, limits, chosen):
 
 
 @compiled
-def begin_friction(structure, method, values, work, limits, failure):
-    """Find what sticks and what slides at the start."""
+def begin_friction(structure, method, values, work, limits, failure, fresh):
+    """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
     step, everywhere, now = method.step, filled(1.0), np.int64(0)
     left_out, jammed = settle_modes(structure, values, now, work, limits, step, everywhere)
     if any_true(left_out):
         share(structure, values, now, work, left_out)
-    restart(structure, work, everywhere)
+    restart(structure, work, fresh)
     update_margins(structure, values, now, work, limits, step)
     known = load(failure, 0)
     store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
@@ -240,9 +238,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
-    changed, jammed = switch(
-        structure, method, values, work, step, time + step, limits, accepted
-    )
+    changed, jammed = switch(structure, method, values, work, step, time + step, limits, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
     long = less(filled(CONTROL.long_step * limits.smallest), step)
     events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
@@ -301,6 +297,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     """Simulate one block of samples from the state that `start` has filled, see `entries`."""
     z, none, now = work.z, filled(0.0), np.int64(0)
     begin_steps(structure, work)
+    anew = less(load(work.steps, 1), filled(SHORTEST_STEP))
     for row in range(2):
         first = filled(CONTROL.first) * method.step
         fresh = less(load(work.steps, row), filled(SHORTEST_STEP))
@@ -310,7 +307,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     update_gap_rates(structure, values, now, z, span, work.blocks)
     size_modes(structure.state, z)
     if structure.state.angle > structure.state.friction:
-        begin_friction(structure, method, values, work, limits, failure)
+        begin_friction(structure, method, values, work, limits, failure, anew)
     begin_extremes(structure.extremes, structure.state, z)
     moment = load(values.moments, 0)
     watch(structure, values, now, work, moment, moment, filled(1.0))

@@ -127,9 +127,7 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
-    add_constraints(
-        structure.friction.terms, values.friction.terms, values.functions, now, z, r
-    )
+    add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(count):
         held, u = sticks(state, z, k), load(z, speed + k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
@@ -162,7 +160,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     q̈ and λ are those of the present modes.
     """
     state, z, none = structure.state, work.z, filled(0.0)
-    count, mode, anchor, speed, normal = friction_rows(state)
+    count, mode, _, speed, normal = friction_rows(state)
     sliding_rates(structure, values, now, work)
     changed = none
     for k in range(count):

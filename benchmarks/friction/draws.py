@@ -104,7 +104,9 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
     for k, link in enumerate(draw.links):
         joints[f"J{k}"] = joint(link, at)
         if link.friction:
-            sensors[f"friction J{k}"] = fb.contact.FrictionForce(f"J{k}", angular=link.kind == "pin")
+            sensors[f"friction J{k}"] = fb.contact.FrictionForce(
+                f"J{k}", angular=link.kind == "pin"
+            )
     for k, (first, second, stiffness, rest) in enumerate(draw.springs):
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
     for k, (touch, friction, closed) in enumerate(draw.touches):

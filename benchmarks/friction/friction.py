@@ -348,7 +348,8 @@ def modes(motion: DataArray, exact: Motion, inside: np.ndarray) -> int:
         if exact.names.count(name) > 1:  # a stop with two sides
             continue
         speed = np.abs(motion.sel(output=f"friction {name}_speed").values)
-        known = inside & ~np.isnan(exact.modes[:, k])
+        slow = (exact.modes[:, k] != 0) & (np.abs(exact.speed[:, k]) < 10 * STILL)
+        known = inside & ~np.isnan(exact.modes[:, k]) & ~slow
         differ += int(((exact.modes[:, k] == 0) != (speed < STILL))[known].sum())
     return differ
 

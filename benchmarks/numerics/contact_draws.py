@@ -71,22 +71,67 @@ class Draw:
     @property
     def size(self) -> float:
         """The largest distance between two bodies [m]."""
-        places = np.array([part.place[:2] for part in self.parts])
-        return max(float(np.hypot(*np.ptp(places, axis=0))), 0.1)
+        return size_of(self.parts)
 
 
-def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
-    """Return the model with these velocities of all bodies, rows of (v_X, v_Y, ω)."""
-    points: list[dict[str, tuple[float, float]]] = [{} for _ in draw.parts]
+def size_of(parts: list[Part]) -> float:
+    """Return the largest distance between two bodies [m]."""
+    places = np.array([part.place[:2] for part in parts])
+    return max(float(np.hypot(*np.ptp(places, axis=0))), 0.1)
 
-    def at(place: Place) -> Any:
+
+class PointNames:
+    """Names of the points of bodies, given as they are asked for."""
+
+    def __init__(self, count: int):
+        self.points: list[dict[str, tuple[float, float]]] = [{} for _ in range(count)]
+
+    def __call__(self, place: Place) -> Any:
+        """Return the name of a point, or the coordinates of one of the ground."""
         if place.body == GROUND:
             return place.x, place.y
-        known = points[place.body]
+        known = self.points[place.body]
         known.setdefault(f"p{len(known)}", (place.x, place.y))
         name = next(name for name, xy in known.items() if xy == (place.x, place.y))
         return f"b{place.body}.{name}"
 
+
+def rigid_bodies(
+    parts: list[Part], velocities: np.ndarray, at: PointNames
+) -> dict[str, fb.RigidBody]:
+    """Return the bodies with these velocities, rows of (v_X, v_Y, ω), and the named points."""
+    return {
+        f"b{k}": fb.RigidBody(
+            mass=part.mass, inertia=part.inertia, position=part.place[:2], angle=part.place[2],
+            velocity=tuple(velocities[k, :2]), rate=velocities[k, 2], points=at.points[k],
+        )
+        for k, part in enumerate(parts)
+    }  # fmt: skip
+
+
+def contact(touch: Touch, at: PointNames, options: dict[str, Any]) -> Any:
+    """Return a contact as a load, with further options."""
+    kind, first, second, numbers, (K, e, n) = touch
+    law = fb.contact.KeepsRestitution(stiffness=K, restitution=e, exponent=n, **LAW)
+    a, b = at(first), at(second)
+    if kind == "stop":
+        return fb.contact.Stop(a, b, law, lower=numbers[0], upper=numbers[1], **options)
+    if kind == "turn":
+        return fb.contact.AngularStop(a, b, law, lower=numbers[0], upper=numbers[1], **options)
+    if kind == "line":
+        radius, angle = numbers
+        normal = math.cos(angle), math.sin(angle)
+        shape = fb.contact.CircleOnLine(radius=radius, normal=normal)
+    elif kind == "hole":
+        shape = fb.contact.CircleInCircle(radii=numbers)
+    else:
+        shape = fb.contact.CircleOnCircle(radii=numbers)
+    return fb.contact.Contact(a, b, shape, law, **options)
+
+
+def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
+    """Return the model with these velocities of all bodies, rows of (v_X, v_Y, ω)."""
+    at = PointNames(len(draw.parts))
     joints, loads, sensors = {}, {"gravity": fb.Gravity(y=-GRAVITY)}, {}
     for k, (kind, first, second, *numbers) in enumerate(draw.joints):
         if kind == "motor":
@@ -99,36 +144,18 @@ def mechanism(draw: Draw, velocities: np.ndarray) -> fb.Mechanism:
             joints[f"J{k}"] = make(at(first), at(second), *numbers)
     for k, (first, second, stiffness, rest) in enumerate(draw.springs):
         loads[f"spring {k}"] = fb.Spring(at(first), at(second), stiffness, rest)
-    for k, (kind, first, second, numbers, (K, e, n)) in enumerate(draw.touches):
+    for k, touch in enumerate(draw.touches):
+        kind, first, second, numbers, (K, e, n) = touch
         name = f"T{k}"
-        law = fb.contact.KeepsRestitution(stiffness=K, restitution=e, exponent=n, **LAW)
-        a, b = at(first), at(second)
-        if kind == "pin":
-            joints[name] = fb.Revolute(a, b, clearance=numbers[0], law=law)
-        elif kind == "guide":
-            play, length, height = numbers
-            joints[name] = fb.Prismatic(a, b, clearance=play, length=length, height=height, law=law)
-        elif kind == "stop":
-            loads[name] = fb.contact.Stop(a, b, law, lower=numbers[0], upper=numbers[1])
-        elif kind == "turn":
-            loads[name] = fb.contact.AngularStop(a, b, law, lower=numbers[0], upper=numbers[1])
-        elif kind == "line":
-            radius, angle = numbers
-            normal = math.cos(angle), math.sin(angle)
-            line = fb.contact.CircleOnLine(radius=radius, normal=normal)
-            loads[name] = fb.contact.Contact(a, b, line, law)
+        if kind in ("pin", "guide"):
+            law = fb.contact.KeepsRestitution(stiffness=K, restitution=e, exponent=n, **LAW)
+            make = fb.Revolute if kind == "pin" else fb.Prismatic
+            sizes = dict(zip(("clearance", "length", "height"), numbers, strict=False))
+            joints[name] = make(at(first), at(second), law=law, **sizes)
         else:
-            loads[name] = fb.contact.Contact(
-                a, b, fb.contact.CircleOnCircle(radii=(numbers[0], numbers[1])), law
-            )
+            loads[name] = contact(touch, at, {})
         sensors[name] = fb.contact.Contacts(name, first=EVENTS + 1, angular=kind == "turn")
-    bodies = {
-        f"b{k}": fb.RigidBody(
-            mass=part.mass, inertia=part.inertia, position=part.place[:2], angle=part.place[2],
-            velocity=tuple(velocities[k, :2]), rate=velocities[k, 2], points=points[k],
-        )
-        for k, part in enumerate(draw.parts)
-    }  # fmt: skip
+    bodies = rigid_bodies(draw.parts, velocities, at)
     for name in bodies:
         sensors[f"place {name}"], sensors[f"angle {name}"] = fb.Position(name), fb.Angle(name)
     return fb.Mechanism(bodies=bodies, joints=joints, loads=loads, sensors=sensors)

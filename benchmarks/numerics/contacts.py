@@ -156,8 +156,8 @@ def drawn(seed: int) -> Draw:
     return FAMILIES[seed % len(FAMILIES)](np.random.default_rng(seed))
 
 
-def comparable(fine: list[Event], rough: list[Event]) -> tuple[int, str]:
-    """Return how many contacts can be compared, and why no more of them."""
+def comparable(fine: list, rough: list) -> tuple[int, str]:
+    """Return how many events can be compared, and why no more of them."""
     for k, event in enumerate(fine[:EVENTS]):
         if event.share < GRAZING:
             return k, "grazing"
@@ -166,8 +166,8 @@ def comparable(fine: list[Event], rough: list[Event]) -> tuple[int, str]:
     return min(len(fine), EVENTS), ""
 
 
-def allowed(events: list[Event], k: int) -> float:
-    """Return by how much the instant of a contact may be off [s]."""
+def allowed(events: list, k: int) -> float:
+    """Return by how much the instant of an event may be off [s]."""
     before = events[k - 1].time if k else 0.0
     return max(INSTANT, SHARE * (events[k].time - before))
 
@@ -218,38 +218,65 @@ def errors(
 
     Places are compared until the last of the contacts that count, or to the end if all do.
     """
-    off = apart = 0.0
+    off = 0.0
     for touch in range(len(draw.touches)):
-        ours = [
-            float(motion.sel(output=f"T{touch}_t{k + 1}").values[-1]) for k in range(EVENTS + 1)
-        ]
         exact = [(k, e.time) for k, e in enumerate(events[:count]) if e.touch == touch]
-        missed = [abs(ours[n] - t) / allowed(events, k) for n, (k, t) in enumerate(exact)]
-        off = max([off, *(1e9 if np.isnan(error) else error for error in missed)])
-    times = motion["time"].values
-    until = events[count - 1].time if count else 0.0
-    until = times[-1] if len(events) <= count and not ended else until
-    inside = times <= until
-    for k in range(len(draw.parts)):
+        off = max(off, closing_error(motion, f"T{touch}", exact, events))
+    until = last_time(motion, events, count, ended)
+    inside = motion["time"].values <= until
+    return off, place_error(motion, places, inside, draw.size)
+
+
+def last_time(motion: DataArray, events: list, count: int, ended: bool) -> float:
+    """Return the instant of the last event that counts, or the end if all of them do."""
+    if len(events) <= count and not ended:
+        return float(motion["time"].values[-1])
+    return events[count - 1].time if count else 0.0
+
+
+def closing_error(
+    motion: DataArray, name: str, exact: list[tuple[int, float]], events: list
+) -> float:
+    """Return the largest error of instants at which a contact closes, over what is allowed.
+
+    `exact` are the instants, each with its number among all events.
+    """
+    missed = 0.0
+    for n, (k, instant) in enumerate(exact):
+        ours = float(motion.sel(output=f"{name}_t{n + 1}").values[-1])
+        missed = max(missed, 1e9 if np.isnan(ours) else abs(ours - instant) / allowed(events, k))
+    return missed
+
+
+def place_error(motion: DataArray, places: np.ndarray, inside: np.ndarray, size: float) -> float:
+    """Return the largest error of x and y, over the size, and of φ [rad] at some times."""
+    apart = 0.0
+    for k in range(places.shape[1] // 3):
         names = f"place b{k}_X", f"place b{k}_Y", f"angle b{k}"
         for i, name in enumerate(names):
             values = motion.sel(output=name).values[inside]
-            size = 1.0 if i == 2 else draw.size
-            apart = max(apart, float(np.abs(values - places[inside, 3 * k + i]).max()) / size)
-    return off, apart
+            difference = np.abs(values - places[inside, 3 * k + i]).max(initial=0.0)
+            apart = max(apart, float(difference) / (1.0 if i == 2 else size))
+    return apart
 
 
-def main() -> None:
+def tabulate(
+    name: str,
+    description: str | None,
+    judge: Callable[..., tuple[str, str, str, float]],
+    count: int,
+) -> None:
+    """Judge mechanisms of successive seeds and report how many of each family are right."""
     given = options(
-        __doc__, MECHANISMS, seed=(1, "first of the seeds"), tolerance=(1e-10, "of the steps")
+        description, count, seed=(1, "first of the seeds"), tolerance=(1e-10, "of the steps")
     )
     counts: dict[str, Counter] = {}
     for seed in range(given.seed, given.seed + given.samples):
-        kind, outcome, why, spent = judged(seed, given.tolerance)
-        count = counts.setdefault(kind, Counter())
-        count[outcome] += 1
+        kind, outcome, why, spent = judge(seed, given.tolerance)
+        of_kind = counts.setdefault(kind, Counter())
+        of_kind[outcome] += 1
         for ended in ("grazing", "sensitive"):
-            count[ended] += why.endswith(ended)
+            of_kind[ended] += why.endswith(ended)
         print(seed, kind, outcome, why, f"{spent:.2f} s", file=sys.stderr, flush=True)
     columns = [
         "right",
@@ -260,10 +287,10 @@ def main() -> None:
         "grazing",
         "sensitive",
     ]
-    rows = [[kind, *(str(count[c]) for c in columns)] for kind, count in counts.items()]
-    measured = {kind: dict(count) for kind, count in counts.items()}
-    report(given.output, "contacts", ["mechanism", *columns], rows, measured)
+    rows = [[kind, *(str(of_kind[c]) for c in columns)] for kind, of_kind in counts.items()]
+    measured = {kind: dict(of_kind) for kind, of_kind in counts.items()}
+    report(given.output, name, ["mechanism", *columns], rows, measured)
 
 
 if __name__ == "__main__":
-    main()
+    tabulate("contacts", __doc__, judged, MECHANISMS)

@@ -1,0 +1,414 @@
+"""The motion of mechanisms with friction, from event to event, by SciPy.
+
+x, y and φ of each body are integrated, so that neither coordinates nor methods are those of the
+engine. What sticks is a constraint of the accelerations; what slides has the force of its law, with
+the reactions of the same equations.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from benchmarks.friction.draws import Draw
+from benchmarks.friction.rows import apart, meetings, placed, rows_of, sliding_row, spin
+from benchmarks.numerics.contact_draws import (
+    EVENTS,
+    GRAVITY,
+    LAW,
+    LONGEST,
+    ZERO,
+    TooLongError,
+    damping,
+)
+
+MOST = 60_000
+"""Most evaluations of the equations of motion for one mechanism."""
+
+STEP = 1e-30
+"""Of a derivative along the complex axis."""
+
+REST = 1e-11
+"""Sliding speed [m/s] of a row at rest."""
+
+
+class JammedError(Exception):
+    """Friction that has no unique solution."""
+
+
+class Balance(NamedTuple):
+    """Accelerations, forces of friction, their static limits, sliding speeds and their rates."""
+
+    acceleration: np.ndarray
+    force: np.ndarray
+    limit: np.ndarray
+    speed: np.ndarray
+    rate: np.ndarray
+
+
+class Event(NamedTuple):
+    """What happens: when, to which load or joint, what, and how far from not happening."""
+
+    time: float
+    name: str
+    what: str
+    share: float
+
+
+class State(NamedTuple):
+    """What holds between two events.
+
+    Attributes
+    ----------
+    modes : of all rows of friction, 0 if one sticks, ±1 if it slides, NaN if its contact is open.
+    closed, begun : whether gaps are closed, and the speeds with which they closed.
+    """
+
+    modes: np.ndarray
+    closed: np.ndarray
+    begun: np.ndarray
+
+
+class Reference:
+    """The equations of motion of a `Draw` in x, y and φ of its bodies."""
+
+    def __init__(self, draw: Draw):
+        self.draw = draw
+        self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
+        self.start = np.array([part.place for part in draw.parts], dtype=float).ravel()
+        self.first_row = np.cumsum([0] + [len(rows_of(self.start, link)) for link in draw.links])
+        self.rough = [k for k, link in enumerate(draw.links) if link.friction]
+        self.gap_touch = [
+            k for k, rough in enumerate(draw.touches) for _ in meetings(self.start, rough.touch)
+        ]
+        self.laws = [link.friction for link in draw.links if link.friction]
+        self.laws += [draw.touches[k].friction for k in self.gap_touch]
+        self.laws += [brake.friction for brake in draw.brakes]
+        self.names = [f"J{k}" for k in self.rough] + [f"T{k}" for k in self.gap_touch]
+        self.names += [f"B{k}" for k in range(len(draw.brakes))]
+        self.contacts = slice(len(self.rough), len(self.rough) + len(self.gap_touch))
+        self.pins = [k for k, row in enumerate(self.rough) if draw.links[row].kind == "pin"]
+        self.static = self.coefficients([law.static for law in self.laws])
+        self.kinetic = self.coefficients([law.kinetic for law in self.laws])
+        self.damping = [damping(rough.touch.law[1]) for rough in draw.touches]
+        self.evaluations, self.fastest = 0, 0.0
+
+    def coefficients(self, mu: list[float]) -> np.ndarray:
+        """Return friction over what it is proportional to: sin(arctan µ) of pins, µ of others."""
+        values = np.array(mu, dtype=float)
+        values[self.pins] = np.sin(np.arctan(values[self.pins]))
+        return values
+
+    def joint_rows(self, q: np.ndarray) -> np.ndarray:
+        """Return the rows of all joints."""
+        rows = [row for link in self.draw.links for row in rows_of(q, link)]
+        return np.array(rows, dtype=complex).reshape(-1, len(q))
+
+    def drives(self, t: float, order: int) -> np.ndarray:
+        """Return the rates (1) or accelerations (2) of all rows of joints."""
+        values = np.zeros(self.first_row[-1])
+        for k, link in enumerate(self.draw.links):
+            if link.drive:
+                values[self.first_row[k]] = link.drive(t)[order]
+        return values
+
+    def velocities(self) -> np.ndarray:
+        """Return the velocities at the start, those of the parts as far as joints allow them."""
+        given = np.array([part.velocity for part in self.draw.parts], dtype=float).ravel()
+        J = self.joint_rows(self.start).real
+        forces = np.concatenate([self.mass * given, self.drives(0.0, 1)])
+        return bordered(self.mass, J, forces)[: len(given)]
+
+    def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return all gaps and their rates."""
+        n = len(self.mass)
+        of_all = [m for rough in self.draw.touches for m in meetings(y[:n], rough.touch)]
+        gap = np.array([m.gap.real for m in of_all])
+        return gap, np.array([m.normal.real @ y[n:] for m in of_all])
+
+    def applied(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return weights and the forces of springs."""
+        F = np.zeros(len(self.mass))
+        F[1::3] = -GRAVITY * self.mass[1::3]
+        for a, b, stiffness, rest in self.draw.springs:
+            p, r = placed(q, a), placed(q, b)
+            x, y = (p[0] - r[0]).real, (p[1] - r[1]).real
+            d = math.hypot(x, y)
+            F -= stiffness * (d - rest) * apart(q, (a.body, p), (b.body, r), (x / d, y / d)).real
+        return F
+
+    def pressed(self, t: float, q: np.ndarray, v: np.ndarray, state: State):
+        """Return normal forces that do not depend on reactions, and the forces of contacts."""
+        normal, F, k = np.zeros(len(self.laws)), np.zeros(len(self.mass)), 0
+        for rough, damps in zip(self.draw.touches, self.damping, strict=True):
+            K, _, exponent = rough.touch.law
+            for meeting in meetings(q, rough.touch):
+                depth, w = -meeting.gap.real, meeting.normal.real
+                if state.closed[k] and depth > 0.0:
+                    force = K * depth**exponent * (1.0 - damps * (w @ v) / state.begun[k])
+                    normal[self.contacts.start + k] = max(force, 0.0)
+                    F += normal[self.contacts.start + k] * w
+                k += 1
+        normal[self.contacts.stop :] = [brake.force(t) for brake in self.draw.brakes]
+        return normal, F
+
+    def balance(self, t: float, y: np.ndarray, state: State) -> Balance:
+        """Return accelerations and forces of friction."""
+        self.evaluations += 1
+        if self.evaluations > MOST:
+            raise TooLongError
+        n, v = len(self.mass), y[len(self.mass) :]
+        q = y[:n] + 1j * STEP * v
+        J, W = self.joint_rows(q), self.sliding_rows(q)
+        pressed, F = self.pressed(t, q, v, state)
+        speed, bent = W.real @ v, W.imag @ v / STEP
+        sticks, slides = np.flatnonzero(state.modes == 0), np.flatnonzero(abs(state.modes) == 1)
+        rows = np.concatenate([J.real, W.real[sticks]])
+        # one column of what is given, and one for 1 N of friction of each row that slides
+        columns = np.zeros((n + len(rows), 1 + len(slides)))
+        columns[:n, 0] = F + self.applied(q, v)
+        columns[n : n + len(J), 0] = self.drives(t, 2) - J.imag @ v / STEP
+        columns[n + len(J) :, 0] = -bent[sticks]
+        columns[:n, 1:] = -W.real[slides].T
+        solution = bordered(self.mass, rows, columns)
+        sliding = self.sliding(slides, state.modes, speed)
+        f, normal = self.friction(solution[n : n + len(J)], pressed, slides, *sliding)
+        x = solution @ np.concatenate([[1.0], f])
+        force = np.zeros(len(self.laws))
+        force[slides], force[sticks] = f, x[n + len(J) :]
+        return Balance(x[:n], force, self.static * normal, speed, W.real @ x[:n] + bent)
+
+    def sliding(self, slides: np.ndarray, modes: np.ndarray, speed: np.ndarray):
+        """Return ±µ and the viscous forces of what slides."""
+        fall = np.array([
+            law.fall(abs(u)) for law, u in zip(self.laws, speed, strict=True)
+        ])  # fmt: skip
+        mu = self.kinetic + (self.static - self.kinetic) * fall
+        viscous = np.array([law.viscous for law in self.laws]) * np.abs(speed)
+        return (modes * mu)[slides], (modes * viscous)[slides]
+
+    def friction(self, of_joints, pressed, slides, mu, viscous):
+        """Return f = ± µ N + viscous of what slides, by Newton's method, and all N.
+
+        The reactions of joints are affine in f: `of_joints` has their values and derivatives.
+        """
+        f = np.zeros(len(slides))
+        for _ in range(50):
+            normal, gradient = self.normal_forces(of_joints[:, 0] + of_joints[:, 1:] @ f, pressed)
+            error = f - mu * normal[slides] - viscous
+            if np.abs(error).max(initial=0.0) <= 1e-13 * (1.0 + np.abs(f).max(initial=0.0)):
+                return f, normal
+            change = np.eye(len(f)) - mu[:, None] * (gradient[slides] @ of_joints[:, 1:])
+            f = f - np.linalg.solve(change, error)
+        raise JammedError
+
+    def normal_forces(self, reactions: np.ndarray, given: np.ndarray):
+        """Return what friction is proportional to, row by row, and its derivative by reactions."""
+        value, gradient = given.copy(), np.zeros((len(given), len(reactions)))
+        for row, k in enumerate(self.rough):
+            first, link = self.first_row[k], self.draw.links[k]
+            x = reactions[first : first + 2]
+            if link.kind == "pin":
+                value[row] = np.hypot(*x)
+                gradient[row, first : first + 2] = x / max(value[row], 1e-300)
+            elif link.kind == "slot":
+                value[row], gradient[row, first] = abs(x[0]), np.sign(x[0])
+            else:  # both ends of the guide
+                for end in (0.5, -0.5):
+                    N = x[0] / 2 + end * 2 * x[1] / link.length
+                    value[row] += abs(N)
+                    gradient[row, first] += np.sign(N) / 2
+                    gradient[row, first + 1] += np.sign(N) * end * 2 / link.length
+        return value, gradient
+
+    def settled(
+        self, t: float, y: np.ndarray, state: State, stopped: np.ndarray, released: np.ndarray
+    ) -> tuple[State, float]:
+        """Return the state after those that stick have been examined, and the smallest margin.
+
+        `stopped` are former modes of rows that have just come to rest, 0 for the others, and
+        `released` those that begin to slide.
+
+        Raises
+        ------
+        JammedError
+            If no modes are found with which all is as it should be.
+        """
+        modes, released, margin = state.modes.copy(), released.copy(), math.inf
+        for _ in range(4 * len(modes) + 1):
+            if not self.independent(y, modes):  # a drive moves on what has come to rest
+                forced = np.flatnonzero((stopped != 0) & (modes == 0))
+                if not len(forced):
+                    raise JammedError
+                modes[forced[0]] = -stopped[forced[0]]
+                continue
+            trial = self.balance(t, y, state._replace(modes=modes))
+            sticks = modes == 0
+            ratio = np.where(sticks, np.abs(trial.force) / np.maximum(trial.limit, 1e-12), 0.0)
+            margin = np.abs(ratio[sticks] - 1.0).min(initial=margin)
+            if ratio.max(initial=0.0) > 1.0 + 1e-9:
+                k = int(np.argmax(ratio))
+                modes[k], released[k] = np.sign(trial.force[k]), True
+                continue
+            if (released & (modes * trial.rate < -1e-9 * (1 + np.abs(trial.rate)))).any():
+                raise JammedError
+            return state._replace(modes=modes), float(margin)
+        raise JammedError
+
+    def begin(self, y: np.ndarray) -> State:
+        """Return the state at the start."""
+        gap, rates = self.gaps(y)
+        closed = np.array([self.draw.touches[k].closed for k in self.gap_touch], dtype=bool)
+        closed &= gap < 0.0
+        speed, none = self.speeds(y), np.zeros(len(self.laws))
+        modes = np.where(np.abs(speed) < REST, 0.0, np.sign(speed))
+        modes[self.contacts] = np.where(closed, modes[self.contacts], np.nan)
+        state = State(modes, closed, np.maximum(-rates, LAW["least_speed"]))
+        return self.settled(0.0, y, state, none, none > 0)[0]
+
+    def after(
+        self, t: float, y: np.ndarray, state: State, struck: np.ndarray
+    ) -> tuple[State, list]:
+        """Return the state after events, given which of `watched` struck, and the events."""
+        count, was = len(state.closed), state.modes
+        _, rates = self.gaps(y)
+        closing, opening = ~state.closed & struck[:count], state.closed & struck[:count]
+        modes, speed = was.copy(), self.speeds(y)
+        of_contacts = modes[self.contacts]
+        of_contacts[closing], of_contacts[opening] = np.sign(speed[self.contacts][closing]), np.nan
+        modes[self.contacts] = of_contacts
+        stopped = np.where(struck[count:] & (np.abs(was) == 1) & ~np.isnan(modes), was, 0.0)
+        modes[stopped != 0] = 0.0
+        released = struck[count:] & (was == 0) & ~np.isnan(modes)
+        if released.any():
+            modes[released] = np.sign(self.balance(t, y, state).force[released])
+        begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), state.begun)
+        closed = (state.closed | closing) & ~opening
+        state, margin = self.settled(t, y, State(modes, closed, begun), stopped, released)
+        self.fastest = max(self.fastest, float(np.abs(rates).max(initial=0.0)))
+        names = self.names[self.contacts]
+        events = [
+            Event(t, names[k], "closes", -rates[k] / self.fastest) for k in np.flatnonzero(closing)
+        ]
+        events += [Event(t, names[k], "opens", 1.0) for k in np.flatnonzero(opening)]
+        for name, old, new in zip(self.names, was, state.modes, strict=True):
+            if old != new and not np.isnan([old, new]).any():
+                what = "sticks" if new == 0 else "slides" if old == 0 else "turns"
+                events.append(Event(t, name, what, margin))
+        return state, events
+
+    def motion(self, times: np.ndarray, rtol: float = 1e-11) -> Motion:
+        """Return the motion at these times and its events, until there are enough of them.
+
+        Raises
+        ------
+        TooLongError
+            If that takes more than `MOST` evaluations.
+        JammedError
+            If the modes of friction are not unique.
+        """
+        self.evaluations, self.fastest = 0, 0.0
+        n, t = len(self.mass), float(times[0])
+        y = np.concatenate([self.start, self.velocities()])
+        state, kept = self.begin(y), Motion.empty(times, n, self.names)
+        longest = LONGEST if self.draw.touches else 5 * LONGEST
+        while t < times[-1] and len(kept.counted) <= EVENTS:
+
+            def derivative(t, y, state=state):
+                return np.concatenate([y[n:], self.balance(t, y, state).acceleration])
+
+            part = solve_ivp(
+                derivative, (t, times[-1]), y, "DOP853", rtol=rtol, atol=0.01 * rtol,
+                max_step=longest, events=self.watched(y, state), dense_output=True,
+            )  # fmt: skip
+            for m in np.flatnonzero((times >= t) & (times <= part.t[-1])):
+                at_time = part.sol(times[m])
+                solved = self.balance(times[m], at_time, state)
+                kept.places[m], kept.modes[m] = at_time[:n], state.modes
+                kept.force[m], kept.speed[m] = solved.force, solved.speed
+            y, t = part.y[:, -1], float(part.t[-1])
+            struck = np.array([len(moments) > 0 for moments in part.t_events])
+            if struck.any():
+                state, events = self.after(t, y, state, struck)
+                kept.events += events
+        return kept
+
+    def sliding_rows(self, q: np.ndarray) -> np.ndarray:
+        """Return w of all sliding speeds."""
+        rows = [sliding_row(q, self.draw.links[k]) for k in self.rough]
+        rows += [m.sliding for rough in self.draw.touches for m in meetings(q, rough.touch)]
+        rows += [spin(q, b.first.body, b.second.body, b.radius) for b in self.draw.brakes]
+        return np.array(rows, dtype=complex).reshape(-1, len(q))
+
+    def speeds(self, y: np.ndarray) -> np.ndarray:
+        """Return all sliding speeds."""
+        n = len(self.mass)
+        return self.sliding_rows(y[:n]).real @ y[n:]
+
+    def independent(self, y: np.ndarray, modes: np.ndarray) -> bool:
+        """Return whether the rows of joints and of what sticks are independent."""
+        q = y[: len(self.mass)]
+        rows = np.concatenate([self.joint_rows(q).real, self.sliding_rows(q).real[modes == 0]])
+        sizes = np.linalg.svd(rows / np.sqrt(self.mass), compute_uv=False)
+        return len(rows) <= len(q) and bool((sizes > 1e-9 * sizes.max(initial=0.0)).all())
+
+    def watched(self, y: np.ndarray, state: State) -> list:
+        """Return the functions whose zeros are events: of gaps, then of rows of friction."""
+        functions = []
+        for k, (gap, closed) in enumerate(zip(self.gaps(y)[0], state.closed, strict=True)):
+            sign, raised = (-1.0, 0.0) if closed else (1.0, max(0.0, ZERO - gap))
+            functions.append(
+                lambda _, y, k=k, sign=sign, raised=raised: sign * (raised + self.gaps(y)[0][k])
+            )
+        for k, mode in enumerate(state.modes):
+            if np.isnan(mode):
+                functions.append(lambda *_: 1.0)
+            elif mode:
+                functions.append(lambda _, y, k=k, sign=mode: sign * self.speeds(y)[k])
+            else:
+                functions.append(lambda t, y, k=k: self.reserve(t, y, state, k))
+        for function in functions:
+            function.terminal, function.direction = True, -1.0
+        return functions
+
+    def reserve(self, t: float, y: np.ndarray, state: State, k: int) -> float:
+        """Return how much more a row that sticks can hold."""
+        solved = self.balance(t, y, state)
+        return solved.limit[k] - abs(solved.force[k])
+
+
+@dataclass
+class Motion:
+    """Coordinates, modes, forces of friction and sliding speeds at times, and events."""
+
+    times: np.ndarray
+    places: np.ndarray
+    modes: np.ndarray
+    force: np.ndarray
+    speed: np.ndarray
+    names: list[str]
+    events: list[Event] = field(default_factory=list)
+
+    @classmethod
+    def empty(cls, times: np.ndarray, n: int, names: list[str]) -> Motion:
+        """Return a motion without values."""
+        rows = [np.full((len(times), len(names)), np.nan) for _ in range(3)]
+        return cls(times, np.full((len(times), n), np.nan), *rows, names)
+
+    @property
+    def counted(self) -> list[Event]:
+        """The events, without contacts that open."""
+        return [event for event in self.events if event.what != "opens"]
+
+
+def bordered(mass: np.ndarray, J: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return x and λ of M x + Jᵀλ and J x, which are one column or several."""
+    n, m = len(mass), len(J)
+    A = np.zeros((n + m, n + m))
+    A[range(n), range(n)] = mass
+    A[n:, :n], A[:n, n:] = J, J.T
+    return np.linalg.solve(A, right)

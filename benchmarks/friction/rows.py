@@ -1,0 +1,114 @@
+"""Rows w of constraints and of sliding speeds, w · v, as functions of complex coordinates.
+
+Their derivative along the motion is the imaginary part of w(q + i ε v)/ε, exact to rounding; no
+second derivatives are written down.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.friction.draws import Link
+from benchmarks.numerics.contact_draws import GROUND, Place, Touch
+
+
+def placed(q: np.ndarray, place: Place):
+    """Return a point."""
+    if place.body == GROUND:
+        return place.x, place.y
+    x, y, angle = q[3 * place.body : 3 * place.body + 3]
+    c, s = cmath.cos(angle), cmath.sin(angle)
+    return x + c * place.x - s * place.y, y + s * place.x + c * place.y
+
+
+def turned(q: np.ndarray, body: int, axis: tuple[float, float]):
+    """Return a direction that is given in the axes of a body, and the one to its left."""
+    x, y = np.array(axis) / np.hypot(*axis)
+    angle = 0.0 if body == GROUND else q[3 * body + 2]
+    c, s = cmath.cos(angle), cmath.sin(angle)
+    t = c * x - s * y, s * x + c * y
+    return t, (-t[1], t[0])
+
+
+def apart(q: np.ndarray, first: tuple, second: tuple, n: tuple) -> np.ndarray:
+    """Return w of n · (v₁ − v₂) = w · v, for two points (body, (X, Y)) that bodies carry along."""
+    row = np.zeros(len(q), dtype=complex)
+    for (body, (x, y)), sign in ((first, 1.0), (second, -1.0)):
+        if body != GROUND:
+            k = 3 * body
+            row[k : k + 2] += sign * n[0], sign * n[1]
+            row[k + 2] += sign * (n[1] * (x - q[k]) - n[0] * (y - q[k + 1]))
+    return row
+
+
+def spin(q: np.ndarray, first: int, second: int, radius: float = 1.0) -> np.ndarray:
+    """Return w of r (ω₁ − ω₂)."""
+    row = np.zeros(len(q), dtype=complex)
+    for body, sign in ((first, radius), (second, -radius)):
+        if body != GROUND:
+            row[3 * body + 2] += sign
+    return row
+
+
+def rows_of(q: np.ndarray, link: Link) -> list[np.ndarray]:
+    """Return the rows of a joint."""
+    i, j = link.first.body, link.second.body
+    p = placed(q, link.first)
+    t, n = turned(q, j, link.axis)
+    if link.kind == "pin":
+        r = placed(q, link.second)
+        return [apart(q, (i, p), (j, r), axis) for axis in ((1.0, 0.0), (0.0, 1.0))]
+    if link.kind == "motor":
+        return [spin(q, i, GROUND)]
+    across = apart(q, (i, p), (j, p), t if link.kind == "travel" else n)
+    return [across, spin(q, i, j)] if link.kind == "guide" else [across]
+
+
+def sliding_row(q: np.ndarray, link: Link) -> np.ndarray:
+    """Return w of the sliding speed of a joint."""
+    i, j = link.first.body, link.second.body
+    if link.kind == "pin":
+        return spin(q, i, j, link.length)
+    p = placed(q, link.first)
+    return apart(q, (i, p), (j, p), turned(q, j, link.axis)[0])
+
+
+class Meeting(NamedTuple):
+    """A gap, and w of its rate and of the sliding speed."""
+
+    gap: complex
+    normal: np.ndarray
+    sliding: np.ndarray
+
+
+def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
+    """Return the gaps of a contact."""
+    kind, a, b, numbers, _ = touch
+    centre, other = placed(q, a), placed(q, b)
+    x, y = centre[0] - other[0], centre[1] - other[1]
+    if kind in ("line", "stop"):
+        if kind == "line":
+            walls = [(numbers[1], numbers[0], 0.0)]
+        else:
+            walls = [(0.0, 0.0, numbers[0]), (math.pi, 0.0, -numbers[1])]
+        of_walls = []
+        for angle, radius, height in walls:
+            n, _ = turned(q, b.body, (math.cos(angle), math.sin(angle)))
+            gap = n[0] * x + n[1] * y - radius - height
+            of_walls.append((gap, n, radius, radius + gap, centre))
+    else:
+        d = cmath.sqrt(x * x + y * y)
+        hole = kind == "hole"
+        n = (-x / d, -y / d) if hole else (x / d, y / d)
+        gap = numbers[1] - numbers[0] - d if hole else d - numbers[0] - numbers[1]
+        of_walls = [(gap, n, numbers[0], numbers[0] + gap, centre)]
+    found = []
+    for gap, n, near, far, (cx, cy) in of_walls:
+        p = a.body, (cx - near * n[0], cy - near * n[1])
+        r = b.body, (cx - far * n[0], cy - far * n[1])
+        found.append(Meeting(gap, apart(q, p, r, n), apart(q, p, r, (-n[1], n[0]))))
+    return found

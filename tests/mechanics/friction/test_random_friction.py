@@ -1,0 +1,11 @@
+"""A sample of benchmarks/friction/friction.py: mechanisms against an event-driven solver."""
+
+import pytest
+
+from benchmarks.friction.friction import judged
+
+
+@pytest.mark.parametrize("seed", [11, 23])
+def test_random_mechanisms_stick_and_slide_when_they_should(seed):
+    kind, outcome, text, _ = judged(seed, 1e-10)
+    assert outcome == "right", f"{kind}: {text}"

@@ -30,17 +30,6 @@ def disc(speed, *, radius=0.1, friction=0.2, **others):
     )
 
 
-def test_a_disc_slides_until_it_rolls():
-    """It rolls with 2/3 of its speed from t = v/(3 µ g) on."""
-    motion = fb.simulate(disc(1.0), duration=0.4, step=0.02)
-    t = 1.0 / (3 * 0.2 * g)
-    x = t - 0.2 * g * t**2 / 2 + 2 / 3 * (0.4 - t)
-    assert at(motion, "x_X")[-1] == pytest.approx(x, abs=1e-6)
-    assert at(motion, "turn")[-1] == pytest.approx(-2 / 3 / 0.1, rel=1e-6)
-    assert abs(at(motion, "floor")[-1]) < 1e-4
-    assert at(motion, "floor")[1] == pytest.approx(-0.2 * g, rel=1e-4)
-
-
 @pytest.mark.parametrize(("inside", "sign"), [(True, 1.0), (False, -1.0)])
 def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
     """With the distance c of the centres, 1.5 c φ̈ = ∓g sin φ."""
@@ -129,34 +118,6 @@ def test_a_freewheel_lets_go_and_holds():
     assert at(motion, "turn")[2] == pytest.approx(2 / 3, rel=1e-4)
     np.testing.assert_allclose(at(motion, "turn")[5:], 4 / 3, rtol=1e-4)
     np.testing.assert_allclose(at(motion, "freewheel")[[5, 8]], [1.5, 3.0], rtol=1e-9)
-
-
-def test_a_crank_passes_the_dead_centres_of_a_rough_guide():
-    """At a dead centre the slider stops for an instant, and no force of its guide holds the crank.
-
-    With a slider without mass in a guide that is pressed by F, the crank loses 4 r µ F a turn.
-    """
-    crank = fb.Mechanism(
-        bodies={
-            "crank": fb.RigidBody(mass=1.0, inertia=0.5, rate=5.0, points={"end": (0.1, 0.0)}),
-            "block": fb.PointMass(mass=1e-6, position=(0.1, 0.0), velocity=(0.0, 0.5)),
-            "slider": fb.PointMass(mass=1e-6, position=(0.1, 0.0)),
-        },
-        joints={
-            "axle": fb.Revolute("crank", (0.0, 0.0)),
-            "pin": fb.Revolute("block", "crank.end"),
-            "yoke": fb.Slot("block", "slider", axis=(0.0, 1.0)),
-            "guide": fb.Slot("slider", (0.0, 0.0), friction=0.2),
-        },
-        loads={"press": fb.Force("slider", 0.0, -20.0)},
-        sensors={"turn": fb.Angle("crank"), "energy": fb.KineticEnergy()},
-    )
-    motion = fb.simulate(crank, duration=2.0, step=0.05)
-    turn, energy = at(motion, "turn"), at(motion, "energy")
-    half = np.floor(turn / np.pi)
-    travel = 0.1 * (2 * half + 1 - np.cos(turn - half * np.pi))
-    assert turn[-1] > 2 * np.pi
-    np.testing.assert_allclose(energy[0] - energy, 0.2 * 20.0 * travel, atol=2e-4)
 
 
 def sledge(friction=0.3, **joints):

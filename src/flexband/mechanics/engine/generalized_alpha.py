@@ -77,9 +77,12 @@ class NewtonOptions(NamedTuple):
     ----------
     factorizations, iterations, rough_iterations
         The most per step, and the most iterations with each, without friction and with it.
-    settled, rough_matrices
+    settled, nearly_settled, followed
         With friction, the change of reactions relative to the largest one from which on normal
-        forces do not follow, and the most matrices of a step until that is so.
+        forces do not follow; the same after they have followed so many times, since in short steps
+        rounding errors of reactions are larger.
+    rough_matrices
+        With friction, the most matrices of a step.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -94,6 +97,8 @@ class NewtonOptions(NamedTuple):
     iterations: int = 5
     rough_iterations: int = 40
     settled: float = 1e-9
+    nearly_settled: float = 1e-4
+    followed: int = 8
     rough_matrices: int = 40
     damped_iterations: int = 100
     max_correction: float = 0.1
@@ -329,12 +334,15 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         previous, first = change, False
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
+        if rough:  # after reactions have changed, what is left is soon due to rounding alone
+            error = where(less(change, filled(0.1 * ROUNDING)), none, error)
         active = where(less(error, tolerance), none, where(solved, none, active))
         if any_true(active) and age < most:
             continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
-        unsettled = less(filled(NEWTON.settled), carry_reactions(structure, values, z, done))
+        settled = NEWTON.settled if matrices < NEWTON.followed else NEWTON.nearly_settled
+        unsettled = less(filled(settled), carry_reactions(structure, values, z, done))
         done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1

@@ -96,7 +96,8 @@ class Contact(ContactLoad):
     first, second : the points where `geometry` has the shapes of both bodies.
     geometry : `CircleOnLine`, `CircleOnCircle` or `CircleInCircle`.
     law : the normal law.
-    friction : of the surfaces, `Coulomb` or µ, or None for none.
+    friction : of the surfaces, `Coulomb` or µ, or None for none. It acts on both bodies at one
+        point, that of the first one.
     closed_at_start : whether the contact may be closed at the start. Otherwise a simulation of
         bodies that overlap there is refused. Its δ̇₀ is then the speed at the start.
 

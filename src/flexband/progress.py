@@ -48,8 +48,7 @@ class ProgressListener:
 
     Attributes
     ----------
-    shows_stages
-        Whether a user sees the stages and the messages.
+    shows_stages : whether a user sees the stages and the messages.
     """
 
     shows_stages = True
@@ -136,10 +135,8 @@ class Pace:
 
     Attributes
     ----------
-    many_steps
-        Steps of a run whose number is told at once.
-    long
-        Time left [s] that is worth a message.
+    many_steps : steps of a run whose number is told at once.
+    long : time left [s] that is worth a message.
     """
 
     many_steps, long = 1_000_000, 60.0

@@ -42,11 +42,9 @@ class FlowOptions:
 
     Attributes
     ----------
-    first
-        Tasks under way before any has finished. A task that has waited for less time than it
+    first : tasks under way before any has finished. A task that has waited for less time than it
         worked shows that workers may be idle, and one more is under way from then on.
-    work
-        Time [s] of work that one submission should hold: calls that are shorter are submitted
+    work : time [s] of work that one submission should hold: calls that are shorter are submitted
         several at a time, unless workers would be without.
     """
 

@@ -33,10 +33,8 @@ class StudyProgress(ProgressListener):
 
     Attributes
     ----------
-    about
-        What study.json has: how to go on with the study, and how far it is.
-    period
-        Time [s] between two writings of study.json.
+    about : what study.json has: how to go on with the study, and how far it is.
+    period : time [s] between two writings of study.json.
     """
 
     period = 0.5

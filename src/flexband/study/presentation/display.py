@@ -40,10 +40,8 @@ class Display:
 
     Attributes
     ----------
-    chosen
-        Display units by names of outputs and inputs.
-    units
-        Units of the numbers that the builder takes, by names of inputs.
+    chosen : display units by names of outputs and inputs.
+    units : units of the numbers that the builder takes, by names of inputs.
     """
 
     chosen: Mapping[str, str] = field(default_factory=dict)

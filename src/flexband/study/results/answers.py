@@ -38,10 +38,8 @@ class Answers(NamedTuple):
 
     Attributes
     ----------
-    usable
-        Those that belong to the surrogate, as they were written.
-    unusable
-        Why others cannot be used.
+    usable : those that belong to the surrogate, as they were written.
+    unusable : why others cannot be used.
     """
 
     usable: dict[str, xr.Dataset]

@@ -38,10 +38,8 @@ class ResultFiles:
 
     Attributes
     ----------
-    names
-        Of the files that were written.
-    changed
-        Whether the surrogate is another one than before.
+    names : of the files that were written.
+    changed : whether the surrogate is another one than before.
     """
 
     def __init__(self, folder: StudyFolder) -> None:

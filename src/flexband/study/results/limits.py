@@ -32,14 +32,11 @@ class LimitCheck(NamedTuple):
 
     Attributes
     ----------
-    margins
-        Result of `check_limits`.
-    probability
-        Result of `failure_probability`; None where inputs are intervals only, or adjusted.
-    written
-        Whether they were written: limits of a question never replace those of the study.
-    production
-        Result of `production_yield`; None where no scatter of the tolerances is known.
+    margins : result of `check_limits`.
+    probability : result of `failure_probability`; None where inputs are intervals only, or
+        adjusted.
+    written : whether they were written: limits of a question never replace those of the study.
+    production : result of `production_yield`; None where no scatter of the tolerances is known.
     """
 
     margins: xr.Dataset

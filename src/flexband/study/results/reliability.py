@@ -28,13 +28,10 @@ class Doubt:
 
     Attributes
     ----------
-    kind
-        What is doubtful.
-    error
-        In parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
+    kind : what is doubtful.
+    error : in parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
         verification runs, if it is INACCURATE.
-    target
-        The tolerance that is not met.
+    target : the tolerance that is not met.
     """
 
     kind: DoubtKind

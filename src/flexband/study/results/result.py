@@ -38,34 +38,20 @@ class StudyResult:
 
     Attributes
     ----------
-    folder
-        Where the files are.
-    label
-        Of the method.
-    bands
-        Interval mean and interval error bar, as `propagate` returns them.
-    surrogate
-        As `expand` returns it; None if the method makes none.
-    verification
-        Result of `verify`; None if no runs verified the result.
-    contributions
-        Result of `contributions`; None without a surrogate, or where they failed.
-    limits
-        Whether the limits of the study are kept; None if it has none, or they are not checked.
-    limits_unchecked
-        Why limits that the study has are not checked; empty if they are.
-    doubts
-        Why the result is not what was asked for.
-    seconds_per_run
-        Mean time of a run [s], with all that is made of it.
-    files
-        Names of the files that were written.
-    stale
-        Names of files in the folder that belong to earlier results.
-    computed
-        By which command and file the result was computed, and when, as texts by name.
-    reused
-        Whether the folder had this result already, so that nothing was computed.
+    folder : where the files are.
+    label : of the method.
+    bands : interval mean and interval error bar, as `propagate` returns them.
+    surrogate : as `expand` returns it; None if the method makes none.
+    verification : result of `verify`; None if no runs verified the result.
+    contributions : result of `contributions`; None without a surrogate, or where they failed.
+    limits : whether the limits of the study are kept; None if it has none, or they are not checked.
+    limits_unchecked : why limits that the study has are not checked; empty if they are.
+    doubts : why the result is not what was asked for.
+    seconds_per_run : mean time of a run [s], with all that is made of it.
+    files : names of the files that were written.
+    stale : names of files in the folder that belong to earlier results.
+    computed : by which command and file the result was computed, and when, as texts by name.
+    reused : whether the folder had this result already, so that nothing was computed.
     """
 
     folder: Path

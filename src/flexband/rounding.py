@@ -59,10 +59,7 @@ class Units(NamedTuple):
     def least_variation(self, size: np.ndarray, part: float = ROUNDING) -> np.ndarray:
         """Return by how much outputs vary at least that are not constant, (outputs,).
 
-        Parameters
-        ----------
-        size : how large each output is, (outputs,).
-        part : of the largest output of its unit that counts as a variation.
+        It is `part` of the largest size, (outputs,), of the outputs of the same unit.
         """
         least = np.maximum(largest_of(size, self.of), ROUNDING * size.max(initial=0.0))
         return np.maximum(part * least, self.rounding)
@@ -70,9 +67,7 @@ class Units(NamedTuple):
     def varies(self, spread: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Return which outputs vary by more than rounding, (outputs,); the others are constant.
 
-        Parameters
-        ----------
-        spread, size : by how much each output varies, and how large it is, (outputs,).
+        `spread` is by how much each output varies, and `size` how large it is, (outputs,).
         """
         return spread > self.least_variation(size)
 

@@ -114,12 +114,8 @@ def descend(
 def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarray:
     """Return the lowest points of a scan that no neighbour is below, shape (count, series).
 
-    Where there are fewer, the lowest one is repeated.
-
-    Parameters
-    ----------
-    values : shape (points, series).
-    beside : the numbers of the points next to each, shape (points, neighbours).
+    Where there are fewer, the lowest one is repeated. Values have the shape (points, series);
+    `beside` has the numbers of the points next to each, (points, neighbours).
     """
     free = np.ones(values.shape, dtype=bool)
     for neighbours in beside.T:

@@ -281,9 +281,7 @@ def _between(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the least margin from each time to the next, and how large it is at most in all runs.
 
-    Parameters
-    ----------
-    margins : to the limits above and below, shape (2, …, times).
+    Margins are those to the limits above and below, shape (2, …, times).
     """
     where, between = corridor.where, np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:

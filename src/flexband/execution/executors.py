@@ -172,13 +172,7 @@ def with_executor(
 
 @contextmanager
 def performing(executor: ExecutorLike) -> Iterator[Performing]:
-    """Give what performs the tasks of a study, by what a user passed as `executor`.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Give what performs the tasks of a study; raise `InputError` if `executor` is none."""
     if executor is None:
         yield in_process
     elif isinstance(executor, Executor):

@@ -43,11 +43,8 @@ def write_comparison_report(
 ) -> Path:
     """Write figures and report.html on several methods; return the path of the report.
 
-    Parameters
-    ----------
-    results : of `compare`, the reference first.
-    orders : k and q for which the bands of PCCI and improved PCCI are drawn, together with those of
-        the reference and of adaptive PCCI.
+    Results are those of `compare`, the reference first. The bands of PCCI and improved PCCI are
+    drawn for the orders k and q, together with those of the reference and of adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []

@@ -33,9 +33,7 @@ def write_nominal(
 ) -> int:
     """Run the nominal of each combination of options if a requirement needs it; return how many.
 
-    Parameters
-    ----------
-    options : of the runs, such as store and executor.
+    `options` are those of the runs, such as store and executor.
     """
     if not any(requirement.needs_nominal for requirement in several(study.requirements)):
         return 0
@@ -112,11 +110,7 @@ def with_runs(
     The run is at the worst tolerances, with random inputs at their means. One that leaves the
     bounds there by more than the error of the discretization shows that the requirement is not met,
     however wrong the surrogate is. It is NaN where no run was made. The number of runs is returned
-    as well.
-
-    Parameters
-    ----------
-    options : of the runs, such as store and executor.
+    as well. `options` are those of the runs, such as store and executor.
     """
     run_margins, count = np.full(len(requirements), np.nan), 0
     cases = surrogates_of(surrogate)

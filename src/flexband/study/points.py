@@ -69,13 +69,9 @@ class RequestedPoints:
         return file
 
     def read(self, file: Path, labels: xr.DataArray) -> list[Result]:
-        """Return the results in a file.
+        """Return the results in a file; see `docs/how-to/studies.md`.
 
-        Raises
-        ------
-        InputError
-            If it is no table of results of points that were asked for; see
-            `docs/how-to/studies.md`.
+        Raise `InputError` if it is no table of results of points that were asked for.
         """
         entries = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
         numbers = [number for number, _, _ in entries]

@@ -65,9 +65,7 @@ class StudyProgress(ProgressListener):
     def recorded(self, claim: Callable[[], bool]) -> Iterator[None]:
         """Write study.json while the study runs, and why it has ended if it fails.
 
-        Parameters
-        ----------
-        claim : called once the store has been opened, which until then may refuse the study.
+        The folder is claimed once the store has been opened, which until then may refuse the study.
         """
         self.claim = claim
         if self.store is None:
@@ -179,11 +177,9 @@ class StudyProgress(ProgressListener):
 
 
 def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tuple[float, float]:
-    """Return what `Method.peak_memory` does; the combinations of options are studied one by one.
+    """Return what `Method.peak_memory` does, for runs of a size [bytes].
 
-    Parameters
-    ----------
-    size : of the outputs of a run [bytes].
+    The combinations of options are studied one by one.
     """
     inputs = cases(located(study.response, study.inputs, store)[0])
     intervals = Space(next(iter(inputs.values()))).interval_dimension

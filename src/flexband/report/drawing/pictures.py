@@ -62,9 +62,7 @@ def field_series(field: Field, points: int) -> FieldSeries:
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:
     """Return realizations of fields, below each other, with their limits, as an image's address.
 
-    Parameters
-    ----------
-    along : name -> "position" or "time", what the field is a function of, as far as is known.
+    Of each field, `along` says if it is a function of "position" or "time", as far as is known.
     """
     size, top, below = np.array([330.0, 110.0]), 8.0, 44.0  # [pt]
     margins = 60.0, 14.0  # [pt]: left, right

@@ -85,9 +85,7 @@ class SvgAxes:
     def picture(self, x: float, y: float) -> str:
         """Return all that was drawn, with a frame, in layers from the lowest to the highest.
 
-        Parameters
-        ----------
-        x, y : place of the frame's upper left corner in the picture [pt].
+        The frame's upper left corner is at (x, y) in the picture [pt].
         """
         self._frame()
         drawn = "\n".join(text for _, text in sorted(self.elements, key=lambda drawn: drawn[0]))
@@ -153,13 +151,7 @@ class SvgAxes:
 
 
 def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
-    """Return a picture as the address of an image in a page.
-
-    Parameters
-    ----------
-    width, height : of the picture [pt].
-    parts : what `SvgAxes.picture` returned.
-    """
+    """Return a picture of a size [pt], made of `SvgAxes.picture`, as an image's address."""
     size = f'width="{width:.2f}pt" height="{height:.2f}pt" viewBox="0 0 {width:.2f} {height:.2f}"'
     fonts = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
     text = "\n".join(

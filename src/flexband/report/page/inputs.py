@@ -56,11 +56,7 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     """Return the table of inputs with a column that tells how much each matters.
 
     It is the part of the error bar's width that the input is worth, both as means over time, of the
-    outputs that it matters most for.
-
-    Parameters
-    ----------
-    contributions : result of `contributions`; without it, the table is as it was.
+    outputs that it matters most for. Without contributions, the table is as it was.
     """
     if contributions is None:
         return table

@@ -41,12 +41,9 @@ def write_report(
 ) -> Path:
     """Write report.html into a folder, with the answers that are there; return its path.
 
-    Parameters
-    ----------
-    given : what `given_by` returns, with `title`; `label` of the method; `computed`, command, date
-        and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
-        for.
-    checked, contributions : results of `verify` and `contributions`.
+    `given` is what `given_by` returns, with `title`; `label` of the method; `computed`, command,
+    date and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
+    for. Results of `verify` and `contributions` are `checked` and `contributions`.
     """
     # The last starts all parts, however long a browser pauses between two scripts
     scripts = (

@@ -56,9 +56,7 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
 def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
     """Name the axes after one output and what it depends on.
 
-    Parameters
-    ----------
-    quantity : what is drawn, in which {} stands for the output.
+    `quantity` is what is drawn, in which {} stands for the output.
     """
     output_data = select(data, output)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
@@ -81,12 +79,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
 def fill(
     axes: Axes, x: np.ndarray, bounds: np.ndarray, color: ColorType, edge: ColorType, name: str = ""
 ) -> None:
-    """Fill between a lower and an upper bound; a single pair is a bar.
-
-    Parameters
-    ----------
-    name : in the legend, which may contain formulas.
-    """
+    """Fill between a lower and an upper bound; a single pair is a bar, `name` its legend."""
     lower, upper = bounds
     if len(x) == 1:
         axes.bar(x, upper - lower, 0.4, lower, color=color, edgecolor=edge, label=name)

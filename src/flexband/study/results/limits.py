@@ -75,12 +75,9 @@ def check_limits_in(
 ) -> LimitCheck:
     """Check limits, and write limits.nc, probability.nc and yield.nc into a folder.
 
-    Parameters
-    ----------
-    of_study : whether the limits are those of the study.
-    scatter : of the tolerances, as for `production_yield`.
-    run_margin : returns margins with what runs tell of them.
-    options : of `failure_probability`.
+    The limits are those `of_study`, or of a question; `scatter` is as for `production_yield`, and
+    `options` as for `failure_probability`. `run_margin` returns margins with what runs tell of
+    them.
     """
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
     probability = production = None

@@ -150,11 +150,8 @@ class StudyResult:
 def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
     """Return the result in a folder; None unless it is that of this study, and as written.
 
-    A study.json that is damaged is warned of, and written again.
-
-    Parameters
-    ----------
-    identity : hash of the study.
+    A study.json that is damaged is warned of, and written again. `identity` is the hash of the
+    study.
     """
     try:
         about = folder.read()
@@ -211,13 +208,10 @@ def doubts_about(
     requested: bool,
     inaccurate_share: float = 0.25,
 ) -> tuple[Doubt, ...]:
-    """Return why a result is not what was asked for.
+    """Return why a result is not what was asked for; verification may be `requested`, and fail.
 
-    Parameters
-    ----------
-    requested : whether runs were to verify it.
-    inaccurate_share : an error that verification runs imply, in parts of the error bar's width,
-        above which a result is doubtful, unless its tolerance is larger.
+    If verification runs imply an error above `inaccurate_share` of the error bar's width, the
+    result is doubtful, unless its tolerance is larger.
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")

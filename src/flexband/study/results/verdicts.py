@@ -95,10 +95,7 @@ def requirement_verdicts(
 ) -> list[RequirementVerdict]:
     """Return the verdict on every requirement that was checked.
 
-    Parameters
-    ----------
-    contributions : result of `contributions`, of uncertain inputs alone.
-    verification : result of `verify`.
+    Contributions are those of uncertain inputs alone; `verify` returns the verification.
     """
     margins = check.margins
     return [_verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])]
@@ -238,15 +235,8 @@ def largest_around(
 ) -> tuple[str, float, float | None]:
     """Return the input that matters most around the least margin of a limit, its share, and where.
 
-    Parameters
-    ----------
-    contributions : result of `contributions`.
-    output : name of the limited output; "" without dim "output".
-
-    Returns
-    -------
-    The name; by which part the error bar is narrower without its uncertainty; the value of the last
-    dim around which that is, None if it is a mean.
+    The share is the part by which the error bar is narrower without its uncertainty. It is around a
+    value of the last dim, None if it is a mean. The limited output is "" without dim "output".
     """
     width, parts = contributions["width"], contributions["contribution"]
     if output and "output" in width.dims:

@@ -111,9 +111,7 @@ def extremes_of(
 ) -> list[Extremes]:
     """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`.
 
-    Parameters
-    ----------
-    of : the multiples of kσ, if others are needed.
+    `of` are the multiples of kσ, if others are needed.
     """
     multiples = [sigmas * c for c in of]
     bounds = [

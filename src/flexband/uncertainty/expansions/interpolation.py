@@ -75,10 +75,8 @@ class Interpolation:
 def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
     """Return one expansion of the rows of all parts, whose coefficients take the place of the runs.
 
-    Parameters
-    ----------
-    parts : of different rows, through the first of the same runs each, with terms that are the
-        first of the same terms. Further terms become zero.
+    Parts are of different rows, through the first of the same runs each, with terms that are the
+    first of the same terms. Further terms become zero.
     """
     longest = max(parts, key=lambda part: len(part.index))
     values = longest.values

@@ -56,15 +56,10 @@ def without_effect(
 ) -> tuple[dict[str, int], list[str]]:
     """Return the inputs that provably change no value, and others that may change none.
 
-    The first are given with the number of their values in the runs.
-
-    It is a proof if there are pairs of runs at every combination of two values or more of every
-    other variable. Samples have no pairs, so that random inputs are then judged together.
-
-    Parameters
-    ----------
-    points : ξ of shape (runs, n) and η of shape (runs, m).
-    values : of the runs, shape (runs, …).
+    The first are given with the number of their values in the runs, shape (runs, …), at points ξ
+    and η, (runs, n) and (runs, m). It is a proof if there are pairs of runs at every combination of
+    two values or more of every other variable. Samples have no pairs, so that random inputs are
+    then judged together.
     """
     runs, masks = _Runs.of(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension

@@ -90,11 +90,8 @@ class PartColumns(NamedTuple):
     def join(self, series: np.ndarray, *, single: bool = False) -> np.ndarray:
         """Return F = base + Σ Re[Z e^{iφ}] of series of the parts, shape (…, outputs, times).
 
-        Without carriers this is a view of the series.
-
-        Parameters
-        ----------
-        single : whether cos φ and sin φ are computed in single precision, ten times as fast.
+        Without carriers this is a view of the series. With `single`, cos φ and sin φ are computed
+        in single precision, ten times as fast.
         """
         base, carriers = self.unpack(series)
         F = base.copy() if self.carriers else base

@@ -143,10 +143,8 @@ def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
 def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
     """Return the polynomials in η of smooth moments, and how values give their coefficients.
 
-    Returns
-    -------
-    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
-    the matrix from values to coefficients.
+    They are an expansion that has the polynomials only; the points η, shape (terms, m), of the
+    values; and the matrix from values to coefficients.
     """
     index = moment_orders(terms)
     eta = interval_sequence(int(index.max(initial=0)) + 1)[index]

@@ -140,12 +140,7 @@ def workspace(width, points, carriers):
 
 @compiled
 def average(rows, psi, weights, parts, turning, work, mean, base, first, square, second):
-    """Fill what `fill` takes by a rule in ξ.
-
-    Parameters
-    ----------
-    psi : Ψ at the points ξ, shape (N, points).
-    """
+    """Fill what `fill` takes by a rule in ξ, at whose points Ψ has the shape (N, points)."""
     values, wb, cos, sin, re, im, w_re, w_im = work
     multiply(rows.T, psi, values)
     for c in range(parts.carriers):

@@ -136,9 +136,8 @@ class PartTerms:
     def table(self, eta: np.ndarray, rule: Rule | None = None) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width).
 
-        Parameters
-        ----------
-        rule : points ξ and weights of expectations; by default the best that is affordable.
+        The rule has points ξ and weights of expectations; by default it is the best that is
+        affordable.
         """
         m, expansion = self.interval_dimension, self.expansion
         families, norms = expansion.families, expansion.norms

@@ -62,10 +62,7 @@ class Quantities(NamedTuple):
 def step(values: xr.DataArray) -> float:
     """Return the step of time; 1 where there is none, or it has no coordinate.
 
-    Raises
-    ------
-    InputError
-        Where it is not equidistant.
+    Raise `InputError` where it is not equidistant.
     """
     axes = axes_of(values)
     if axes.times < 2 or axes.time not in values.coords:
@@ -122,10 +119,7 @@ def missed_part(
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
-    Parameters
-    ----------
-    units : of the outputs.
-    quantities : of which each output is a component.
+    `units` are those of the outputs; `quantities` says what each is a component of.
     """
     varied = np.where(varying(F, units), variation(F), np.inf)
     return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
@@ -136,11 +130,8 @@ def trust(
 ) -> xr.Dataset:
     """Return `trusted`, labelled like a response, and in words why outputs are not trusted.
 
-    Parameters
-    ----------
-    labels : a response of shape (runs, …).
-    missed : the part that is missed of each output.
-    of : words for what it is a part of.
+    `missed` is the part of each output that is missed, and `of` says of what; `labels` are a
+    response of shape (runs, …).
     """
     axes = axes_of(labels)
     doubts = [

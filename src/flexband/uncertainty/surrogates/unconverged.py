@@ -103,12 +103,7 @@ def of_attributes(attrs: Mapping[str, Any]) -> list[Unconverged]:
 
 
 def in_words(attrs: Mapping[str, Any]) -> str:
-    """Return which outputs do not converge, why, and what helps, without a full stop; "" if all do.
-
-    Parameters
-    ----------
-    attrs : of a result.
-    """
+    """Return in words which outputs do not converge, why, and what helps; "" if all do."""
     groups: dict[tuple[str, Cause], list[Unconverged]] = {}
     for verdict in of_attributes(attrs):
         groups.setdefault((verdict.part, verdict.cause), []).append(verdict)
@@ -128,10 +123,5 @@ def in_words(attrs: Mapping[str, Any]) -> str:
 
 
 def why_not_finer(attrs: Mapping[str, Any]) -> str:
-    """Return why a discretization that the method chose misses the tolerance.
-
-    Parameters
-    ----------
-    attrs : of a result.
-    """
+    """Return why a discretization that the method chose misses the tolerance."""
     return attrs.get("not_refined") or in_words(attrs) or TOO_COARSE

@@ -25,11 +25,8 @@ def study_motion(
 ) -> tuple[JsonRecord | None, list[str]]:
     """Return `motion_data` of a study, with every choice at its first option.
 
-    Parameters
-    ----------
-    surrogate : of the study, for the step and the elements that it was computed with, if these were
-        left out, and the domains of fields. Without one, fields without a domain take runs.
-    samples : as in `motion_data`.
+    The surrogate has the step and the elements that it was computed with, if these were left out,
+    and the domains of fields. Without one, fields without a domain take runs.
     """
     response, inputs, remarks = study.source, study.inputs, []
     if not isinstance(response, SensorResponse):

@@ -31,9 +31,7 @@ IN_PAIRS = (3, 5)
 def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     """Return an expansion as a tree of numbers, lists and packed arrays.
 
-    Parameters
-    ----------
-    scale : sizes of the outputs by which their coefficients are divided, shape (outputs,).
+    Coefficients are divided by the scale of their outputs, shape (outputs,).
     """
     tree = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
     if isinstance(expansion, PhaseExpansion):

@@ -39,14 +39,8 @@ class Quantiles:
     ) -> Quantiles:
         """Return the polynomials of a function of z, as far as `reach` and as it is finite.
 
-        Parameters
-        ----------
-        kinks : values of z at which it is not smooth.
-
-        Raises
-        ------
-        InputError
-            If it is noise, as where the values of a distribution differ by rounding only.
+        It is not smooth at its kinks. Raise `InputError` if it is noise, as where the values of a
+        distribution differ by rounding only.
         """
         width = 0.5  # of a panel that is not halved
         # a panel is halved, so often at most, while its last two coefficients are larger

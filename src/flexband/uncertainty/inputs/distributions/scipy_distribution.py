@@ -137,10 +137,7 @@ class ScipyDistribution(Distribution):
 def as_input(value: Given) -> Given | Distribution:
     """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
 
-    Raises
-    ------
-    InputError
-        If it is not frozen, discrete, or not one that `scipy.stats` has by name.
+    Raise `InputError` if it is not frozen, discrete, or not one that `scipy.stats` has by name.
     """
     if not type(value).__module__.startswith("scipy.stats."):
         return value

@@ -153,11 +153,7 @@ def profile(name: str, value: Profile | Interval | np.ndarray, x: np.ndarray) ->
     """Return a parameter at positions x of shape (…, points), shape x.shape or (n, points).
 
     It is a `Profile`, one number per sample, shape (n,), or an interval, of which it is the middle.
-
-    Raises
-    ------
-    InputError
-        If the function does not return one finite number per position.
+    Raise `InputError` if the function does not return one finite number per position.
     """
     if isinstance(value, Interval):
         value = (value.lower + value.upper) / 2

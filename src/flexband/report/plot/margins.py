@@ -34,10 +34,6 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
         be told from zero. Dots are the values at the output times.
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError

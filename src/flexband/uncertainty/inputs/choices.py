@@ -79,11 +79,9 @@ class Chosen(Input):
         """All values that the number can have."""
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return values of η."""
         return self.covered.value(standard)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return η of values."""
         return self.covered.standard(value)
 
 
@@ -117,7 +115,6 @@ class Sizing(Chosen):
 
     @property
     def tolerance_or_std(self) -> float:
-        """The tolerance."""
         return self.tolerance
 
     @property
@@ -145,5 +142,4 @@ class Compensator(Chosen):
 
     @property
     def covered(self) -> Interval:
-        """All values to which it can be adjusted."""
         return Interval(self.lower, self.upper)

@@ -133,7 +133,6 @@ class Distribution(Input):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
         named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
@@ -145,11 +144,9 @@ class Distribution(Input):
         return self.replaced(middles) if middles else self
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> Self:
-        """Return the distribution with other numbers or intervals as parameters."""
         return replace(self, **parameters)
 
     def at(self, parameters: Mapping[str, Numbers]) -> Self:
-        """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
         distribution = object.__new__(type(self))

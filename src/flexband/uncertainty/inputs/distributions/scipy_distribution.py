@@ -55,12 +55,10 @@ class ScipyDistribution(Distribution):
 
     @property
     def name(self) -> str:
-        """Its name in SciPy."""
         return self.distribution
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy(self.distribution)(**dict(self.parameters))
 
     @property
@@ -80,7 +78,6 @@ class ScipyDistribution(Distribution):
         return super().at({"parameters": named})  # pyright: ignore[reportArgumentType]
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the increasing function of a standard normal z that is distributed so."""
         if any(np.ndim(value) for value in self._named().values()):
             return super().at_normal(z)
         z = np.asarray(z, dtype=float)

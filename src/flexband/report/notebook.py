@@ -10,6 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from flexband.analysis.selection import AnySurrogate
 from flexband.errors import InputError, name_of, shown
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import MechanismResponse
@@ -73,7 +74,7 @@ def study_html(study: Study) -> str:
     return _table(("study", ""), rows) + _inputs(study.inputs)
 
 
-def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
+def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
         given, several = surrogate.given, list(surrogate.surrogates.values())

@@ -19,7 +19,7 @@ from flexband.report.page.given import field_axes
 from flexband.report.page.template import write_page
 from flexband.report.plot import figures
 from flexband.report.text import tables
-from flexband.report.text.drawable import definitions, drawable_outputs
+from flexband.report.text.drawable import bounds, drawable_outputs
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -74,7 +74,8 @@ def write_comparison_report(
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(caption, draw))
-    text = [*tables.comparison_remarks(fields), definitions(results[0].bands)]
+    definitions = ". ".join(bounds(results[0].bands).values()) + "."
+    text = [*tables.comparison_remarks(fields), definitions]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
     file = folder / FileName.REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)

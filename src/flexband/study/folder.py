@@ -18,7 +18,6 @@ from typing import Any
 import google_crc32c
 
 from flexband.errors import StoreError, shown
-from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import FileName, RunStatus
@@ -161,10 +160,6 @@ class StudyFolder:
             self.delete_runs()
         self.check_claim(*claimant, replace=replace, allow_mismatch=allow_mismatch)
         return partial(try_write, partial(self.claim, *claimant))
-
-    def recorded_runs(self) -> int:
-        """Return the number of recorded runs."""
-        return GrowingArrays(self.runs).runs
 
     def check_claim(
         self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False

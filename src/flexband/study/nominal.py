@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.requirements.requirement import Requirement, Requirements, several
-from flexband.analysis.selection import labels_of, surrogates_of
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
 from flexband.execution.names import FileName
@@ -24,13 +24,9 @@ from flexband.uncertainty.inputs.space import Space
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def write_nominal(
-    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
-) -> int:
+def write_nominal(study: Study, surrogate: AnySurrogate, folder: Path, **options: Any) -> int:
     """Run the nominal of each combination of options if a requirement needs it; return how many.
 
     `options` are those of the runs, such as store and executor.
@@ -54,7 +50,7 @@ def write_nominal(
 
 
 def bands_with_nominal(
-    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
+    study: Study, surrogate: AnySurrogate, folder: Path, **options: Any
 ) -> xr.Dataset:
     """Return the bands of a surrogate, with what nominal runs tell in their attributes.
 
@@ -75,7 +71,7 @@ def bands_with_nominal(
 def around_nominal(
     limits: Requirements,
     folder: Path,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     display: Display = Display(),
 ) -> list[Requirement]:
     """Return requirements in display units, with the nominal that a study wrote into its folder.
@@ -100,7 +96,7 @@ def around_nominal(
 
 def with_runs(
     study: Study,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     requirements: list[Requirement],
     margins: xr.Dataset,
     **options: Any,
@@ -148,7 +144,7 @@ def with_runs(
 
 
 def with_recorded(
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     requirements: list[Requirement],
     margins: xr.Dataset,
     folder: Path,

@@ -77,7 +77,7 @@ class StudyProgress(ProgressListener):
             self.write("running")
         try:
             with listening(self):
-                if recorded := self.folder.recorded_runs() if self.store is not None else 0:
+                if self.store is not None and (recorded := GrowingArrays(self.folder.runs).runs):
                     there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
                     listener().warn(f"{there}; matching runs are reused.")
                 yield

@@ -39,13 +39,12 @@ from flexband.study.results.result import StudyResult, doubts_about, finished_re
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
+    from flexband.analysis.selection import AnySurrogate
     from flexband.execution.executors import ExecutorLike
     from flexband.study.results.reliability import Doubt
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-    StudySurrogate = Surrogate | SurrogateOfChoices | None
+    StudySurrogate = AnySurrogate | None
 
 
 @frozen()

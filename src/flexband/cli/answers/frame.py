@@ -34,11 +34,10 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from flexband.analysis.selection import AnySurrogate
     from flexband.response import ResponseFunction
     from flexband.study.presentation.display import Display
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
 SomeSigmas = Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")]
@@ -56,7 +55,7 @@ class SavedResult(NamedTuple):
     display : in which units numbers are shown.
     """
 
-    surrogate: Surrogate | SurrogateOfChoices
+    surrogate: AnySurrogate
     folder: Path
     display: Display
 

@@ -22,9 +22,6 @@ from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
-NODES = 32
-"""Of the Gauss rule for the mean and the standard deviation of a distribution."""
-
 
 def inputs_table(given: Mapping[str, Any], display: Display) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
@@ -175,7 +172,7 @@ def statistics(input_: Input) -> tuple[float, float, float, float] | None:
         return np.asarray(space.values(xi, eta)["input"])
 
     low, high = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
-    nodes, weights = space.families[0].gauss(NODES)
+    nodes, weights = space.families[0].gauss(32)
     values = at(nodes[:, None])
     mean = float(weights @ values)
     return low, high, mean, float(np.sqrt(weights @ (values - mean) ** 2))

@@ -6,17 +6,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_boxes import VALUES, p_box
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.study.presentation.display import Display
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def p_boxes(
-    surrogate: Surrogate | SurrogateOfChoices, bands: xr.Dataset, count: int
-) -> xr.Dataset | None:
+def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Dataset | None:
     """Return the bounds of the distribution function of every output at some times.
 
     None if there are no random inputs, or if outputs are no functions of one variable.

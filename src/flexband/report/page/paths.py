@@ -6,16 +6,15 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.paths import path
+from flexband.analysis.selection import AnySurrogate
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def widest_path(
-    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, sigmas: float
+    surrogate: AnySurrogate | None, bands: xr.Dataset, sigmas: float
 ) -> xr.Dataset | None:
     """Return the result of `path` for the point whose position is the most uncertain.
 

@@ -16,8 +16,8 @@ from flexband.report.text.tables import deviations, outputs_of, select
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""
 
-LONG, TITLE = 28, 68
-"""Letters of a name that has a row of a legend of its own, and of a line of a title."""
+TITLE = 68
+"""Letters of a line of a title."""
 
 
 def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
@@ -104,7 +104,8 @@ def legend_above(axes: Axes) -> None:
     A title must be set afterwards, by `title_above`.
     """
     names = [str(text) for text in axes.get_legend_handles_labels()[1]]
-    columns = 1 if any(len(name) > LONG and "$" not in name for name in names) else 2
+    long = 28  # letters of a name that has a row of its own
+    columns = 1 if any(len(name) > long and "$" not in name for name in names) else 2
     place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.2}
     axes.legend(**place, ncols=columns, handlelength=1.5, columnspacing=1.2, fontsize="small")
 

@@ -39,11 +39,6 @@ def bounds(bands: xr.Dataset) -> dict[str, str]:
     }
 
 
-def definitions(bands: xr.Dataset) -> str:
-    """Return what interval mean and interval error bar are, as sentences."""
-    return ". ".join(bounds(bands).values()) + "."
-
-
 def drawable_outputs(data: xr.DataArray) -> list[str]:
     """Return the outputs if each is a function of at most one variable, or an empty list."""
     free = [d for d in data.dims if d not in ("output", "bound")]

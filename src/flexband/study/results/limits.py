@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -14,14 +14,10 @@ from flexband.analysis.probability.failure import failure_probability
 from flexband.analysis.requirements.production import production_yield
 from flexband.analysis.requirements.requirement import Requirement
 from flexband.analysis.requirements.scatter import Scatter
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
-
-if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 OF_STUDY, OF_QUESTION = "the study", "a question"
 """Values of attribute "of" of limits.nc: whose limits these are."""
@@ -56,7 +52,7 @@ def has_limits_of_study(folder: Path) -> bool:
         return False
 
 
-def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
+def has_probability(surrogate: AnySurrogate) -> bool:
     """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
     spaces = [case.space for case in surrogates_of(surrogate).values()]
     return all(space.random_dimension and not compensators(space) for space in spaces)
@@ -64,7 +60,7 @@ def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
 
 def check_limits_in(
     folder: Path,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     limits: Sequence[Requirement],
     *,
     of_study: bool = True,

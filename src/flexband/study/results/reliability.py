@@ -18,10 +18,6 @@ class DoubtKind(StrEnum):
     NOT_VERIFIED = "not-verified"
 
 
-UNRELIABLE = frozenset({DoubtKind.NOT_TRUSTED, DoubtKind.NOT_CONFIRMED, DoubtKind.INACCURATE})
-"""Doubts that concern every answer from a result. A missed tolerance concerns rare values alone."""
-
-
 @dataclass(frozen=True)
 class Doubt:
     """A reason why a result is not what was asked for.
@@ -41,7 +37,7 @@ class Doubt:
     @property
     def unreliable(self) -> bool:
         """Whether no answer from the result is reliable."""
-        return self.kind in UNRELIABLE
+        return self.kind in (DoubtKind.NOT_TRUSTED, DoubtKind.NOT_CONFIRMED, DoubtKind.INACCURATE)
 
     @property
     def rare_values(self) -> bool:

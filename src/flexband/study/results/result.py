@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.analysis.requirements.production import production_yield
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
@@ -22,9 +22,7 @@ from flexband.study.results.limits import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
 
 if TYPE_CHECKING:
@@ -57,7 +55,7 @@ class StudyResult:
     folder: Path
     label: str
     bands: xr.Dataset
-    surrogate: Surrogate | SurrogateOfChoices | None
+    surrogate: AnySurrogate | None
     verification: xr.Dataset | None
     contributions: xr.Dataset | None
     limits: LimitCheck | None

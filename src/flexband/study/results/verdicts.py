@@ -16,9 +16,6 @@ from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 if TYPE_CHECKING:
     from flexband.study.results.limits import LimitCheck
 
-AROUND = 0.025
-"""Part of all times before and after the one at which a margin is least."""
-
 
 class Verdict(StrEnum):
     """Whether a requirement is met."""
@@ -246,7 +243,7 @@ def largest_around(
     if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
         where = float(limit["least_margin_at"])
         index = int(np.abs(width[last].values - where).argmin())
-        reach = int(AROUND * width.sizes[last])
+        reach = int(0.025 * width.sizes[last])
         around = {last: slice(max(0, index - reach), index + reach + 1)}
         width, parts = width.isel(around), parts.isel(around)
     share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
 """Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
 
-MISSED = 1e-3
-"""Part of the variance that polynomials of order `HERMITE.highest` may miss without a remark."""
-
 NO_SCATTER = (
     "An input that does not scatter is written as a number, or as an Interval, in place of the "
     "distribution"
@@ -80,7 +77,8 @@ class Distribution(Input):
             return
         super().__post_init__()
         self.check()
-        if isinstance(self.family, Hermite) and (missed := self._missed()) > MISSED:
+        unremarked = 1e-3  # part of the variance that polynomials of the highest order may miss
+        if isinstance(self.family, Hermite) and (missed := self._missed()) > unremarked:
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
                 f"{100 * missed:.2g} % of its variance; use LHSScanning with many samples"

@@ -24,9 +24,6 @@ from flexband.uncertainty.inputs.space import Space
 ROUNDING = 4 * np.finfo(float).eps
 """Relative difference of equal values: products of matrices round differently row by row."""
 
-FEW = 64
-"""First runs that may show that all inputs have effects."""
-
 
 def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[str]:
     """Return the inputs that the code of a response never reads.
@@ -84,7 +81,7 @@ def all_have_effects(
 
     Parameters are those of `without_effect`.
     """
-    few = slice(FEW)
+    few = slice(64)
     runs, masks = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
 

@@ -14,10 +14,6 @@ from flexband.rounding import Units, largest_of
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
-SHARE = 0.5
-"""Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
-random variables, but is attained at ends of intervals."""
-
 SMALLEST = 2e-5
 """Errors below this part of the error bar's width, or of the variation, are not told from none."""
 
@@ -91,11 +87,14 @@ def variation(F: np.ndarray) -> np.ndarray:
 
 
 def share(m: int) -> float:
-    """Return the error of bands over m intervals as a part of what is missed of generic runs."""
+    """Return the error of bands over m intervals as a part of what is missed of generic runs.
+
+    A bound averages over random variables, but is attained at ends of intervals.
+    """
     # with more intervals than this, m of them, the part is √(m / 3) times larger: what is
     # missed in every one alike adds up at a corner, but hardly at generic points
     alone = 3
-    return SHARE * math.sqrt(max(1.0, m / alone))
+    return 0.5 * math.sqrt(max(1.0, m / alone))
 
 
 def unseen(runs: int) -> float:

@@ -52,9 +52,6 @@ REMEDIES = {
 }
 PREFIX = "unconverged_"
 
-TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
-"""Why a discretization that the method chooses misses the tolerance, if nothing else stopped it."""
-
 
 @dataclass(frozen=True)
 class Unconverged:
@@ -124,4 +121,7 @@ def in_words(attrs: Mapping[str, Any]) -> str:
 
 def why_not_finer(attrs: Mapping[str, Any]) -> str:
     """Return why a discretization that the method chose misses the tolerance."""
-    return attrs.get("not_refined") or in_words(attrs) or TOO_COARSE
+    too_coarse = (
+        "what is given is too coarse, or what is left out would have to be halved more often"
+    )
+    return attrs.get("not_refined") or in_words(attrs) or too_coarse

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCRIPTS = (
@@ -29,7 +28,7 @@ SCRIPTS = (
 
 
 def what_if(
-    surrogate: Surrogate | SurrogateOfChoices | None,
+    surrogate: AnySurrogate | None,
     bands: xr.Dataset,
     display: Display = Display(),
     *,

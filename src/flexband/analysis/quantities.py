@@ -193,7 +193,6 @@ class Spectrum(_OverTime):
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
-    """Return one output of a response."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
     if not names:
         raise InputError(

@@ -48,7 +48,6 @@ def load_ipython_extension(ipython: Any) -> None:
 
 
 def mechanism_png(mechanism: Mechanism) -> bytes:
-    """Return the drawing of a mechanism."""
     return figure_png(draw(mechanism))
 
 
@@ -60,7 +59,6 @@ def figure_png(figure: Figure) -> bytes:
 
 
 def input_html(input_: Any) -> str:
-    """Return a table of one input."""
     return _inputs({"": input_})
 
 

@@ -83,8 +83,7 @@ def write_comparison_report(
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:
     """Return a name as that of a file, other than those taken, which are in lower case."""
-    # Bytes of a file name, without its suffix
-    longest_name = 100
+    longest_name = 100  # bytes of a file name, without its suffix
     words = "".join(c if c.isalnum() else " " for c in name).split()
     start = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
     numbered = (f"{start}_{k}" for k in count(2))

@@ -85,8 +85,7 @@ def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
 
 def _write_path(result: StudyResult) -> None:
     """Write the path of the most uncertain point, unless another one was asked for."""
-    # Attribute of a path.nc that no one asked for
-    automatic = "automatic"
+    automatic = "automatic"  # attribute of a path.nc that no one asked for
     before = read_answer(result.folder, "path")
     if before is not None and automatic not in before.attrs:
         return

@@ -52,7 +52,6 @@ class ReciprocalCost:
             )
 
     def __call__(self, tolerance: float) -> float:
-        """Return the cost of a tolerance."""
         return self.fixed + self.factor / tolerance**self.exponent
 
 

@@ -74,8 +74,7 @@ def averaging(contributions: xr.Dataset) -> str:
 
 def _matters(share: xr.DataArray) -> str:
     """Return the shares of the outputs that the input matters for, the largest first."""
-    # Of which a table tells how much an input matters for them
-    max_outputs = 3
+    max_outputs = 3  # of which a table tells how much an input matters for them
     shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
     largest = sorted(shares, key=lambda k: -shares[k])[:max_outputs]
     texts = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
@@ -136,7 +135,6 @@ def _(field: RandomField, scale: float) -> tuple[str, str]:
 
 
 def _range(interval: Interval | Sizing | Compensator, scale: float) -> str:
-    """Return the ends of an interval."""
     return f"{number(interval.lower * scale, 6)} … {number(interval.upper * scale, 6)}"
 
 

@@ -26,8 +26,7 @@ def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Datase
     `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
     `sampling_error` (output, place), the largest; the coordinate `place` is the time.
     """
-    # Of the random inputs
-    samples = 1024
+    samples = 1024  # of the random inputs
     first_surrogate = next(iter(surrogates_of(surrogate).values()))
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if not first_surrogate.space.random_dimension or len(free) != 1:

@@ -42,10 +42,8 @@ def widest_path(
 def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     """Return what paths.js draws of a result of `path`."""
     tube = None if tube is None else display.data(tube)
-    # To which part of the largest radius of a region its vertices are rounded
-    digits = 1e-4
-    # That are drawn
-    max_regions = 400
+    digits = 1e-4  # to which part of the largest radius of a region its vertices are rounded
+    max_regions = 400  # that are drawn
     if tube is None or tube["radius"].ndim != 1:
         return None
     (free,) = tube["radius"].dims

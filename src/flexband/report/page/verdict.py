@@ -30,6 +30,11 @@ def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr
     return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
 
 
+def why_unreliable(doubts: Sequence[Doubt]) -> list[str]:
+    """Return why no number of a result is reliable; nothing if they are."""
+    return [doubt_text(doubt) for doubt in doubts if doubt.unreliable]
+
+
 def verdict(
     given: Mapping[str, Any],
     bands: xr.Dataset,

@@ -82,7 +82,6 @@ def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
 
 
 def _with_unit(text: str, unit: str | None) -> str:
-    """Return a number with its unit."""
     return f"{text} {unit}" if unit else text
 
 

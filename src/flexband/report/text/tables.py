@@ -39,7 +39,6 @@ def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
 
 
 def select(data: Data, name: str) -> Data:
-    """Return the data of one of the `outputs_of`."""
     return data.isel(output=outputs_of(data).index(name)) if "output" in data.dims else data
 
 

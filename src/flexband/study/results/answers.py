@@ -29,7 +29,6 @@ class Unusable(Enum):
 
 
 def answer_file(folder: Path, name: str) -> Path:
-    """Return the file of an answer."""
     return folder / f"{name}.nc"
 
 
@@ -47,7 +46,6 @@ class Answers(NamedTuple):
 
 
 def read_answers(folder: Path, names: Iterable[str] = ANSWERS) -> Answers:
-    """Return the answers in a folder that have these names."""
     answers = Answers({}, {})
     for name in names:
         try:

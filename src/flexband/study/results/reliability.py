@@ -45,7 +45,6 @@ class Doubt:
         return self.unreliable or self.kind is DoubtKind.TOLERANCE_NOT_MET
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields as JSON has them."""
         return asdict(self)
 
     @classmethod

@@ -79,7 +79,6 @@ class StudyResult:
 
     @property
     def answers(self) -> list[str]:
-        """Names of the answers of the result."""
         if self.limits is None:
             return []
         likely, parts = self.limits.probability is not None, self.limits.production is not None

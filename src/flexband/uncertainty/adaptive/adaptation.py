@@ -65,7 +65,6 @@ class StopReason(StrEnum):
 
     @property
     def text(self) -> str:
-        """The reason as a sentence."""
         return {
             StopReason.TOLERANCE_MET: "the expansion meets its tolerance",
             StopReason.BUDGET_USED: "the budget is used up",

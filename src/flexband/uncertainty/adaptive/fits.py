@@ -161,13 +161,11 @@ class PartsFit(NamedTuple):
         return self.parts.formed()
 
     def at(self, times: slice | np.ndarray) -> PartsFit:
-        """Return the fit at some of the times."""
         rows = self.columns.width
         return self._replace(parts=self.parts.of_rows(rows, np.arange(rows), times))
 
     @property
     def expansion(self) -> Expansion:
-        """The expansion of its outputs."""
         return expansion_of(self.outputs, self.formed, self.columns)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -107,11 +107,9 @@ class RareValues(NamedTuple):
 
     @staticmethod
     def joined(parts: Sequence[RareValues]) -> RareValues:
-        """Return all values of several parts."""
         return RareValues(*map(np.concatenate, zip(*parts, strict=True)))
 
     def which(self, rows: slice | np.ndarray) -> RareValues:
-        """Return some of the values."""
         return RareValues(*(v[rows] for v in self))
 
     def first(self, share: np.ndarray, count: int) -> RareValues:

@@ -27,7 +27,6 @@ class ResponseRuns(NamedTuple):
     values: np.ndarray
 
     def at(self, times: slice) -> ResponseRuns:
-        """Return the runs at some of the times."""
         return self._replace(values=self.values[..., times])
 
     def which(self, rows: slice) -> ResponseRuns:
@@ -98,21 +97,17 @@ class RunBuffer:
 
     @property
     def all(self) -> ResponseRuns:
-        """All runs."""
         return self.memory.which(slice(self.count))
 
     @property
     def fitted(self) -> ResponseRuns:
-        """The runs that are fitted."""
         return self.memory.which(slice(self.fit_count))
 
     @property
     def held(self) -> ResponseRuns:
-        """The runs held out."""
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:
-        """Add runs that are fitted."""
         first, end = self.fit_count, self.fit_count + len(new.values)
         self._make_room(len(new.values))
         for array, held, added in zip(self.memory, self.held, new, strict=True):

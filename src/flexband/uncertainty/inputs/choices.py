@@ -51,7 +51,6 @@ class Choice:
         object.__setattr__(self, "options", tuple(options))
 
     def __repr__(self) -> str:
-        """Return it as it is written."""
         return f"Choice({', '.join(map(repr, self.options))})"
 
 

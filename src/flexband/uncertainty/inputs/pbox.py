@@ -20,7 +20,6 @@ class Score(Input):
     distribution: Distribution
 
     def __repr__(self) -> str:
-        """Return that of the distribution."""
         return repr(self.distribution)
 
     @property

@@ -93,11 +93,9 @@ class Carrier:
             of_output[:] += factor * signal
 
     def runs(self, which: slice) -> Carrier:
-        """Return the carrier in some of the runs."""
         return Carrier(self.phase[which], self.envelope[which], self.frequency)
 
     def at(self, times: slice) -> Carrier:
-        """Return the carrier at some of the times."""
         return Carrier(self.phase[..., times], self.envelope[..., times], self.frequency)
 
 

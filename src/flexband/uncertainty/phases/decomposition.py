@@ -25,15 +25,12 @@ class Stage(NamedTuple):
         return sum((c.signal for c in self.carriers), self.base)
 
     def runs(self, which: slice) -> Stage:
-        """Return some of the runs."""
         return Stage([c.runs(which) for c in self.carriers], self.base[which])
 
     def at(self, times: slice) -> Stage:
-        """Return the runs at some of the times."""
         return Stage([c.at(times) for c in self.carriers], self.base[..., times])
 
     def of(self, outputs: np.ndarray) -> Stage:
-        """Return some of the outputs."""
         carriers = [Carrier(c.phase, c.envelope[:, outputs], c.frequency) for c in self.carriers]
         return Stage(carriers, self.base[:, outputs])
 

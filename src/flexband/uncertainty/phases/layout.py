@@ -39,19 +39,16 @@ class PartColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> PartColumns:
-        """Return the columns for these numbers of outputs and carriers."""
         return PartColumns(
             outputs, carriers, outputs, outputs + 1, 2 * outputs + 1, 2 * outputs + 1
         )
 
     @staticmethod
     def of_stage(stage: Stage) -> PartColumns:
-        """Return the columns of the parts of runs."""
         return PartColumns.of(stage.base.shape[1], len(stage.carriers))
 
     @property
     def width(self) -> int:
-        """Number of columns."""
         return self.phase + self.carriers * self.block
 
     @property
@@ -150,7 +147,6 @@ class MomentColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> MomentColumns:
-        """Return the columns for these numbers of outputs and carriers."""
         turns = len(turning_parts(carriers))
         factors = 2, 2 + carriers, 2 + 2 * carriers, 2 + 2 * carriers + turns
         block = 2 + 2 * carriers + 2 * turns
@@ -158,7 +154,6 @@ class MomentColumns(NamedTuple):
 
     @property
     def width(self) -> int:
-        """Number of columns."""
         return self.phase + self.carriers
 
 

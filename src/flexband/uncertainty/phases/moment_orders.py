@@ -47,7 +47,6 @@ class Sizes(NamedTuple):
         return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
-        """Return the largest ones."""
         chosen = np.argsort(-self.size, kind="stable")[:count]
         return Sizes(self.orders[chosen], self.size[chosen])
 

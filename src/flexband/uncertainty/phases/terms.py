@@ -35,7 +35,6 @@ class PartTerms:
 
     @staticmethod
     def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
-        """Return the terms of an expansion of parts."""
         parts = expansion.coefficients.reshape(len(expansion.index), columns.width, -1)
         coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
         return PartTerms(expansion, columns, coefficients)

@@ -43,7 +43,6 @@ class Quantities(NamedTuple):
 
     @staticmethod
     def alone(outputs: int) -> Quantities:
-        """Return quantities that are each a single output."""
         return Quantities(np.arange(outputs), np.zeros(outputs, bool))
 
     def at_least(self, sizes: np.ndarray, tensors: float = SMALL) -> np.ndarray:

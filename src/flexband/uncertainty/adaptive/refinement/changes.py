@@ -86,7 +86,6 @@ class RunChanges(NamedTuple):
 
     @property
     def held(self) -> slice:
-        """The runs that are held out."""
         return slice(self.fitted, None)
 
     @property

@@ -101,7 +101,6 @@ def multiply(a, b, product):
 
 @compiled
 def sum_of(values):
-    """Return the sum of values."""
     sum_of_values = values[0]
     for k in range(1, len(values)):
         sum_of_values += values[k]

@@ -78,7 +78,6 @@ class Matern:
         object.__setattr__(self, "nu", nu)
 
     def __call__(self, distance: np.ndarray) -> np.ndarray:
-        """Return the correlations."""
         nu = self.nu
         s = np.sqrt(2 * nu) * np.abs(check_finite("distance", distance, rank=None))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):

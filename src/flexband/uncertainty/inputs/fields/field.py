@@ -145,7 +145,6 @@ class Field(Input):
 
 
 def fields_of(inputs: Mapping[str, object]) -> dict[str, Field]:
-    """Return the fields among inputs."""
     return {name: input_ for name, input_ in inputs.items() if isinstance(input_, Field)}
 
 

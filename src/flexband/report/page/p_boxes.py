@@ -15,16 +15,11 @@ from flexband.study.presentation.display import Display
 def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Dataset | None:
     """Return the bounds of the distribution function of every output at some times.
 
-    None if there are no random inputs, or if outputs are no functions of one variable.
+    The times are those at which the error bars are the widest, and `count` equally spaced ones.
+    There are none if there are no random inputs, or if outputs are no functions of one variable.
 
-    Parameters
-    ----------
-    count : times, equally spaced, besides those at which the error bars are the widest.
-
-    Returns
-    -------
-    `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
-    `sampling_error` (output, place), the largest; the coordinate `place` is the time.
+    The result has `distribution`, dims (output, place, bound, number), at `value` (output, place,
+    number), and `sampling_error` (output, place), the largest; the coordinate `place` is the time.
     """
     samples = 1024  # of the random inputs
     first_surrogate = next(iter(surrogates_of(surrogate).values()))

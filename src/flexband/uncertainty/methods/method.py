@@ -126,12 +126,7 @@ class Method(ABC):
         """Return the number of runs, or the most there may be."""
 
     def finer_runs(self, space: Space, names: int) -> int:
-        """Return the most runs of a correction on finer discretizations.
-
-        Parameters
-        ----------
-        names : how many of step and elements can be finer.
-        """
+        """Return the most runs of a correction if this many of step and elements can be finer."""
         return 0
 
     @abstractmethod

@@ -83,14 +83,9 @@ def follow(
 ) -> Stage | None:
     """Return runs split into base and carriers near known ones, or None if one of them is lost.
 
-    Phases start at the known ones, so that those of runs which differ little, as on another
-    discretization, differ little, too.
-
-    Parameters
-    ----------
-    F : shape (runs, outputs, times), at steps of dt.
-    phases : of the known carriers in every run, each of shape (runs, times).
-    frequencies : of the known carriers.
+    F has shape (runs, outputs, times), at steps of dt; `phases`, each (runs, times), and
+    `frequencies` are those of the known carriers. Phases start at the known ones, so that those of
+    runs which differ little, as on another discretization, differ little, too.
     """
     scale, rest = _scale(F), np.copy(F)
     carriers: list[Carrier] = []

@@ -175,10 +175,7 @@ def average(rows, psi, weights, parts, turning, work, mean, base, first, square,
 def by_points(sections, psi, weights, parts, columns, turning, table):
     """Fill the table, (times, points of η, width), by a rule in ξ shared by all.
 
-    Parameters
-    ----------
-    sections : with parts of the columns `parts`.
-    psi : Ψ at points of ξ, (N, points).
+    The sections have parts of the columns `parts`; `psi` is Ψ at points of ξ, (N, points).
     """
     times, _, width = sections.coefficients.shape
     rows, work = np.empty((len(psi), width)), workspace(width, len(weights), parts.carriers)

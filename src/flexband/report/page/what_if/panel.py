@@ -34,18 +34,12 @@ def what_if(
     *,
     max_coefficients: int = 1_500_000,
 ) -> tuple[JsonRecord | None, list[str]]:
-    """Return the data of the panel, or None where there can be none.
+    """Return the data of the panel, or None, and sentences that tell why there is none.
 
-    Parameters
-    ----------
-    surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
-    bands : those of the surrogate.
-    display : the units in which numbers are shown; coefficients and Python keep the others.
-    max_coefficients : of a surrogate in a page, by default some 4 MB.
-
-    Returns
-    -------
-    A tree that JSON can hold, with packed arrays, and sentences that tell why there is none.
+    The surrogate is None if the method has none; `bands` are its own. Numbers are shown in the
+    units of `display`; coefficients and Python keep the others. A page takes a surrogate of
+    `max_coefficients`, by default some 4 MB. The data are a tree that JSON can hold, with packed
+    arrays.
     """
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]

@@ -27,10 +27,8 @@ NUMBER_AND_UNIT = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?) ([^,]+)")
 class Units(NamedTuple):
     """The units of outputs.
 
-    Attributes
-    ----------
-    of : number of the unit of each output, (outputs,).
-    rounding : rounding errors of outputs of this unit, as far as the model knows them, (outputs,).
+    `of` is the number of the unit of each output; `rounding` has the errors of outputs of this
+    unit, as far as the model knows them; both have shape (outputs,).
     """
 
     of: np.ndarray

@@ -144,10 +144,8 @@ def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dic
 class _Checked:
     """The margins of requirements by bands of one k.
 
-    Attributes
-    ----------
-    source : which variable tells the error of the bands; "" if none does.
-    inputs : those of the bands, in words.
+    `source` names the variable that tells the error of the bands, "" if none does; `inputs` are
+    those of the bands, in words.
     """
 
     def __init__(

@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 class StudyProgress(ProgressListener):
     """How far a study is.
 
-    Attributes
-    ----------
-    about : what study.json has: how to go on with the study, and how far it is.
-    period : time [s] between two writings of study.json.
+    `about` is what study.json has: how to go on with the study, and how far it is. Between two
+    writings of it there is a `period` [s].
     """
 
     period = 0.5

@@ -33,12 +33,10 @@ def mechanism_picture(mechanism: Mechanism) -> str:
 
 
 class FieldSeries(NamedTuple):
-    """What is drawn of a field: places x, shape (points,), and functions of them.
+    """What is drawn of a field: places x, (points,), and functions of them.
 
-    Attributes
-    ----------
-    realizations : shape (realizations, points).
-    lines, key : limits or a standard deviation about the mean, and what they are.
+    These are `realizations`, (realizations, points), and `lines`: limits or a standard deviation
+    about the mean, as `key` tells.
     """
 
     x: np.ndarray

@@ -30,12 +30,7 @@ class Track(Sensor):
 
 
 class Tracks:
-    """Positions [m], directions and forces [N] to record, numbered in the order of their making.
-
-    Parameters
-    ----------
-    mechanism : the one whose points are tracked.
-    """
+    """Positions [m], directions and forces [N] of a mechanism, numbered as they are made."""
 
     def __init__(self, mechanism: Mechanism):
         self.mechanism = mechanism

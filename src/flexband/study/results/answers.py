@@ -33,13 +33,7 @@ def answer_file(folder: Path, name: str) -> Path:
 
 
 class Answers(NamedTuple):
-    """Answers in a folder by name.
-
-    Attributes
-    ----------
-    usable : those that belong to the surrogate, as they were written.
-    unusable : why others cannot be used.
-    """
+    """Answers by name: usable ones, of the surrogate and as written; why others are unusable."""
 
     usable: dict[str, xr.Dataset]
     unusable: dict[str, Unusable]

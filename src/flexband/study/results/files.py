@@ -35,10 +35,8 @@ def stale_results(folder: Path, names: Collection[str]) -> list[str]:
 class ResultFiles:
     """The files of a result in a folder; what cannot be written is warned of, and left out.
 
-    Attributes
-    ----------
-    names : of the files that were written.
-    changed : whether the surrogate is another one than before.
+    `names` are those of the files that were written; `changed` tells whether the surrogate is
+    another one than before.
     """
 
     def __init__(self, folder: StudyFolder) -> None:

@@ -133,11 +133,9 @@ def _percent(part: float) -> str:
 
 
 class OutputErrors(NamedTuple):
-    """Errors of outputs on a level, in parts of the error bar's width.
+    """Errors of outputs on a level, in parts of the error bar's width, (outputs,).
 
-    Attributes
-    ----------
-    values, corrected : each error, and whether it is what a correction leaves, (outputs,).
+    `corrected` tells of each whether it is what a correction leaves.
     """
 
     values: np.ndarray

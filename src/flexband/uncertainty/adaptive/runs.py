@@ -14,13 +14,7 @@ MIN_HELD = 2
 
 
 class ResponseRuns(NamedTuple):
-    """Runs of a response.
-
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    values : shape (runs, outputs, times).
-    """
+    """Runs of a response at ξ, (runs, n), and η, (runs, m): values (runs, outputs, times)."""
 
     xi: np.ndarray
     eta: np.ndarray
@@ -44,13 +38,7 @@ class ResponseRuns(NamedTuple):
 
 
 class RareRuns(NamedTuple):
-    """Runs at rare values of random variables.
-
-    Attributes
-    ----------
-    runs : values of shape (points, outputs, times).
-    weight : of an expectation, shape (points,).
-    """
+    """Runs at rare values of random variables, and their weights in an expectation, (points,)."""
 
     runs: ResponseRuns
     weight: np.ndarray

@@ -18,13 +18,7 @@ SIGMAS = (0.0, -1.0, 1.0)
 
 @dataclass(frozen=True)
 class Extremes:
-    """Bounds of μ + c σ over the interval variables, and where they are reached.
-
-    Attributes
-    ----------
-    values : lower and upper bound, shape (2, …).
-    places : η of the bounds, shape (2, …, m).
-    """
+    """Lower and upper bound of μ + c σ over the interval variables, (2, …), at η, (2, …, m)."""
 
     values: np.ndarray
     places: np.ndarray

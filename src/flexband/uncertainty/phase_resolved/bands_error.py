@@ -55,12 +55,7 @@ class TensorDesign:
     """Runs at a tensor product of nodes, and the expansion with one term for each.
 
     Of every variable v there is a node polynomial w_v, zero at all nodes and of unit mean square.
-
-    Attributes
-    ----------
-    nodes : points of each interval variable.
-    families, orders : polynomials and order of each random variable, whose nodes are the roots of
-        the polynomial of the next order.
+    The nodes of a random variable are the roots of the polynomial of the next order of its family.
     """
 
     nodes: Sequence[np.ndarray]

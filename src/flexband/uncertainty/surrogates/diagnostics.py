@@ -32,10 +32,8 @@ which converge to nothing."""
 class Quantities(NamedTuple):
     """The vectors and tensors of which outputs are components.
 
-    Attributes
-    ----------
-    of : number of the vector or tensor, (outputs,).
-    tensor : whether it is a tensor, whose components are all judged by the largest one.
+    `of` numbers that of each output; `tensor` tells whether it is a tensor, whose components are
+    all judged by the largest one; both have shape (outputs,).
     """
 
     of: np.ndarray

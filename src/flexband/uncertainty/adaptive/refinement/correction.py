@@ -191,12 +191,9 @@ class FitCorrection(NamedTuple):
 
 
 class DiscretizationCorrection(NamedTuple):
-    """The correction of all outputs by what is finer, and the error that is left.
+    """The correction of all outputs by what is finer, of each fit, and the error that is left.
 
-    Attributes
-    ----------
-    fits : corrections of the outputs of each fit.
-    error : expected of mean and error bar, (2, outputs, times).
+    It is expected of mean and error bar, (2, outputs, times).
     """
 
     fits: list[FitCorrection]

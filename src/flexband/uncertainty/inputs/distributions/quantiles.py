@@ -24,10 +24,8 @@ TRANSFORM = np.linalg.inv(legendre.legvander(NODES, POINTS - 1))
 class Quantiles:
     """An increasing function of a standard normal variable.
 
-    Attributes
-    ----------
-    panels : their ends, increasing, shape (panels, 2).
-    coefficients : of Legendre polynomials, shape (panels, POINTS).
+    On each of its panels, with increasing ends, (panels, 2), it has coefficients of Legendre
+    polynomials, (panels, POINTS).
     """
 
     panels: np.ndarray

@@ -102,7 +102,6 @@ class _Listeners(ProgressListener):
         self.shows_stages = any(listener.shows_stages for listener in self.listeners)
 
     def stage(self, name: str) -> None:
-        """Tell every listener."""
         _stage.set(name)
         self.substage(name)
 
@@ -117,7 +116,6 @@ class _Listeners(ProgressListener):
             listener.advance(done, total)
 
     def warn(self, message: str) -> None:
-        """Tell every listener."""
         for listener in self.listeners:
             listener.warn(message)
 

@@ -65,12 +65,10 @@ class Plan:
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
     def as_json(self) -> dict[str, Any]:
-        """Return what study.json has of it."""
         return {**asdict(self), "values": dict(self.values)}
 
     @property
     def title(self) -> str:
-        """Name of the study."""
         return Path(self.file).stem
 
     def study(self) -> Study:

@@ -107,7 +107,6 @@ class StudyFolder:
         return (self.path / FileName.STUDY).exists()
 
     def forget(self) -> None:
-        """Delete study.json."""
         (self.path / FileName.STUDY).unlink(missing_ok=True)
 
     def write(self, content: dict[str, Any]) -> None:

@@ -59,7 +59,6 @@ class WatchedPlaces:
         return np.column_stack([self.series, self.side, rounded]).astype(int)
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self.series)
 
 

@@ -94,7 +94,6 @@ def literal(text: str) -> str:
 
 
 def with_unit(name: str, unit: Any) -> str:
-    """Return a label of an axis."""
     return f"{name} [{literal(str(unit))}]".strip() if unit else name
 
 

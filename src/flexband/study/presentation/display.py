@@ -102,7 +102,6 @@ class Display:
         return 1 / factor(_label(name), self.chosen[name], self.units[name])
 
     def input_units(self) -> dict[str, str]:
-        """Return the units in which inputs are shown, by name."""
         return {name: self.chosen.get(name, unit) for name, unit in self.units.items()}
 
     def data(self, data: Data) -> Data:

@@ -161,12 +161,10 @@ class Adaptation:
 
     @property
     def fitted(self) -> ResponseRuns:
-        """The runs of the design."""
         return self.made.fitted
 
     @property
     def held(self) -> ResponseRuns:
-        """The runs held out."""
         return self.made.held
 
     @property

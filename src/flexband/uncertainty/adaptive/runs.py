@@ -33,7 +33,6 @@ class ResponseRuns(NamedTuple):
 
     @staticmethod
     def joined(*parts: ResponseRuns) -> ResponseRuns:
-        """Return all runs of several parts."""
         return ResponseRuns(*map(np.concatenate, zip(*parts, strict=True)))
 
 
@@ -105,7 +104,6 @@ class RunBuffer:
         self.fit_count, self.count = end, self.count + len(new.values)
 
     def hold(self, new: ResponseRuns) -> None:
-        """Add runs that are held out."""
         self._make_room(len(new.values))
         for array, added in zip(self.memory, new, strict=True):
             array[self.count : self.count + len(added)] = added

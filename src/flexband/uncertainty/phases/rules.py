@@ -110,7 +110,6 @@ def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray
 
 
 def _rule_size(family: Family, order: float, a: float) -> int:
-    """Return the number of points of `rule`."""
     if order == 0:
         return 1
     if family.bounded:  # two points per wave of e^{2iφ}, and some more

@@ -30,7 +30,6 @@ class Remedy(StrEnum):
 
     @property
     def text(self) -> str:
-        """The advice in words."""
         return {
             Remedy.DAMPING: "damp them (retardation_time of members)",
             Remedy.SPECTRAL_RADIUS: "choose a smaller spectral_radius",

@@ -69,7 +69,6 @@ class ExpansionTerms(NamedTuple):
 
 @compiled
 def fill(array, value):
-    """Set all numbers of an array."""
     numbers = array.flat
     for k in range(array.size):
         numbers[k] = value

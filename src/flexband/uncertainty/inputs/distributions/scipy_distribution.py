@@ -49,7 +49,6 @@ class ScipyDistribution(Distribution):
     parameters: tuple[tuple[str, float], ...] = ()
 
     def __repr__(self) -> str:
-        """Return how SciPy writes it."""
         given = ", ".join(f"{name}={value!r}" for name, value in self.parameters)
         return f"scipy.stats.{self.distribution}({given})"
 

@@ -225,7 +225,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
         moves = less(filled(1e299), loose)
         pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
-        back = less(sense * change_of_speed, -slow)
+        back = less(sense * change_of_speed, -still)
         at_rest = less(magnitude(load(z, speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
         back = where(less(none, N), back, none)

@@ -272,6 +272,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
     set_functions(structure.functions, values, work.polynomials, place, length)
     if any_true(still):
         keep_state(structure, work)
+        begin_sticking(structure, values, z)
         struck = break_off(structure, method, values, now, work, part, chosen)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)

@@ -19,6 +19,7 @@ from flexband.mechanics.kernels.equations import update_dependent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction import (
     MODE,
+    begin_sticking,
     friction_rows,
     sticks,
     subtract_drift_of_circles,
@@ -247,6 +248,7 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     count = state.angle - state.friction
     if count > 0:
         begin_to_stick(structure, values, now, work, limits, step, chosen)
+        begin_sticking(structure, values, work.z)
     for _ in range(1 + STICK.changes * count):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)

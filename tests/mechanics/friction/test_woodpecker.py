@@ -79,7 +79,7 @@ def test_the_sleeve_jams_above_the_published_coefficient():
 def test_the_cycle_has_the_published_amplitude_and_about_its_period():
     """−0.53 rad and 0.1452 s, from the state after the sleeve has begun to slide.
 
-    The amplitude is theirs within 2 %. The period depends on what happens during an impact with
+    The amplitude is theirs within 2 % and the rounding of its two digits. The period depends on what happens during an impact with
     friction: 15 % longer where it takes time than where it is an instant.
     """
     motion = simulated(
@@ -88,4 +88,4 @@ def test_the_cycle_has_the_published_amplitude_and_about_its_period():
     hits = motion.sel(output=["beak_t1", "beak_t2", "beak_t3"]).values[:, -1]
     np.testing.assert_allclose(np.diff(hits), 0.1452, rtol=0.16)
     swing = motion.sel(output="bird", time=slice(hits[0], hits[1])).values
-    assert swing.min() / SMALL == pytest.approx(-0.53, rel=0.02)
+    assert swing.min() / SMALL == pytest.approx(-0.53, abs=0.02 * 0.53 + 0.005)

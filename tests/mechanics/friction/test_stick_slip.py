@@ -51,7 +51,7 @@ def test_a_block_on_a_belt_has_the_cycle_of_its_coefficients():
     stick, slip = 2 * wide / v0, (2 * np.pi - 2 * np.arctan(wide * rate / v0)) / rate
     begin, low = far / v0, far - 2 * wide
     cycle = stick + slip
-    motion = simulated(belt, begin + 3 * cycle, 240)
+    motion = simulated(belt, begin + 3 * cycle, 240, tolerance=1e-11)
     t, x, u = motion["time"].values, values(motion, "x_X"), values(motion, "u_speed")
     middles = [begin + n * cycle - stick / 2 for n in (1, 2, 3)]
     near = [int(np.abs(t - middle).argmin()) for middle in middles]

@@ -9,7 +9,7 @@ install: .venv/installed
 
 .venv/installed: pyproject.toml
 	test -d .venv || $(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile --editable '.[dev]'
 	touch $@
 
 demo: install
@@ -83,14 +83,14 @@ models: install .venv/modelled
 	$(BIN)/pytest tests/models
 
 .venv/modelled: pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[fmi,umbridge,bench]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile --editable '.[fmi,umbridge,bench]'
 	touch $@
 
 references: install .venv/referenced
 	$(BIN)/pytest tests/uncertainty/expansions/test_references.py
 
 .venv/referenced: pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[reference]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile --editable '.[reference]'
 	touch $@
 
 # The site, in output/docs/index.html: every tutorial is executed, every warning is an error.
@@ -98,7 +98,7 @@ docs: install .venv/documented
 	PATH="$(CURDIR)/$(BIN):$$PATH" sphinx-build -E -W --keep-going -n -q docs output/docs
 
 .venv/documented: pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile --editable '.[docs]'
 	touch $@
 
 # OPTIONS='--samples 16 --repeats 1' JOBS=2 for a quick look
@@ -107,5 +107,5 @@ bench: install .venv/benched
 		| xargs -I {} -P $(JOBS) $(BIN)/python -m {} $(OPTIONS)
 
 .venv/benched: pyproject.toml
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile --editable '.[bench]'
 	touch $@

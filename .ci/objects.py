@@ -3,7 +3,8 @@
     python .ci/objects.py WHEEL
 
 writes a wheel for Linux on x86-64, whatever the version of Python, beside the given one, which is
-for all platforms. What the processor of this machine cannot run is left out, and said.
+for all platforms. What the processor of this machine cannot run is left out, and said. What this
+working tree has compiled of the same sources is taken from there.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import base64
 import hashlib
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,6 +23,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from numpy._core._multiarray_umath import __cpu_features__
 
+SOURCE = Path(__file__).parents[1] / "src"
+
 INSTRUCTION_SETS = {"x86-64-v3": "AVX2", "x86-64-v4": "AVX512_SKX"}
 """Instruction sets, and NumPy's name of what a processor must have."""
 TAG = "py3-none-manylinux_2_17_x86_64"
@@ -28,14 +32,19 @@ TAG = "py3-none-manylinux_2_17_x86_64"
 COMPILE = """
 import sys
 from pathlib import Path
+from shutil import copyfile
 from flexband.compilation import caching
 from flexband.study.compiling import PARTS
 
-def keep(entry, content, kind):
-    file = entry.files(kind)[0]
-    Path(sys.argv[1], file.name).write_bytes(caching.sealed(content))
+code = caching.Entry._code
 
-caching.Entry.keep = keep
+def shipped(entry, kind, arguments):
+    result = code(entry, kind, arguments)
+    target, *kept = entry.files(caching._hash(kind))
+    copyfile(next(filter(Path.exists, kept)), Path(sys.argv[1], target.name))
+    return result
+
+caching.Entry._code = shipped
 for _, use in PARTS.values():
     use()
 """
@@ -54,11 +63,15 @@ def objects(wheel: Path, name: str, folder: Path) -> None:
     home = folder / name
     with ZipFile(wheel) as archive:
         archive.extractall(home)
+    kept = home / "kept" / "flexband"
+    kept.mkdir(parents=True)
+    for file in SOURCE.rglob("*.o"):
+        shutil.copy(file, kept)
     environment = os.environ | {
         "PYTHONPATH": str(home),
         "NUMBA_CPU_NAME": name,
         "NUMBA_CPU_FEATURES": "",
-        "NUMBA_CACHE_DIR": str(home / "empty"),
+        "NUMBA_CACHE_DIR": str(kept.parent),
     }
     command = [sys.executable, "-c", COMPILE, str(folder / "objects")]
     subprocess.run(command, env=environment, cwd=home, check=True)

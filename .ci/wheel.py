@@ -23,6 +23,7 @@ from objects import with_objects
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("python3.11", "python3.12", "python3.13", "python3.14")
 PIP = ("-m", "pip", "--quiet", "--disable-pip-version-check")
+INSTALL = (*PIP, "install", "--no-compile")
 STUDY = """
 import numpy as np
 import flexband as fb
@@ -85,7 +86,7 @@ def check(
     run(base, "-m", "venv", home / "venv", folder=home)
     python = home / "venv" / "bin" / "python"
     limits = ("--constraint", constraints) if constraints else ()
-    run(python, *PIP, "install", "--only-binary", ":all:", *limits, wheel, folder=home)
+    run(python, *INSTALL, "--only-binary", ":all:", *limits, wheel, folder=home)
     (home / "study.py").write_text(study, encoding="utf-8")
     flexband = python.with_name("flexband")
     run(flexband, "run", "study.py", "--verify", 2, folder=home)
@@ -110,7 +111,7 @@ def upgrade(python: Path, folder: Path) -> None:
     kernel.write_text(changed, encoding="utf-8")
     (folder / "other").mkdir()
     other = build(source, folder / "other")
-    run(python, *PIP, "install", "--no-deps", "--force-reinstall", other, folder=home)
+    run(python, *INSTALL, "--no-deps", "--force-reinstall", other, folder=home)
     after = run(python, "study.py", folder=home)
     for found, stiffness in ((before, 100.0), (after, 200.0)):
         exact = -1 - 9.81 / stiffness * (1 - math.cos(0.3 * math.sqrt(stiffness)))
@@ -124,7 +125,7 @@ def check_objects(python: Path, pure: Path) -> None:
     compiled = run(python, "study.py", folder=home)
     assert any(home.rglob("*.o"))
     wheel = with_objects(pure)
-    run(python, *PIP, "install", "--no-deps", "--force-reinstall", wheel, folder=home)
+    run(python, *INSTALL, "--no-deps", "--force-reinstall", wheel, folder=home)
     before = set(home.rglob("*.o"))
     assert run(python, "study.py", folder=home) == compiled
     assert set(home.rglob("*.o")) == before
@@ -142,14 +143,15 @@ def main() -> None:
         found = {name: python for name in PYTHONS if (python := interpreter(name))}
         limits = [lowest(folder), *[None] * (len(found) - 1)]
         studies = [STUDY, *[FORMULA] * (len(found) - 2), STUDY]
-        with ThreadPoolExecutor(2) as pool:
+        with ThreadPoolExecutor(min(2, len(found))) as pool:
             jobs = [
                 pool.submit(check, name, found[name], wheel, folder, limit, study)
                 for name, limit, study in zip(found, limits, studies, strict=False)
             ]
             pythons = [job.result() for job in jobs]
-        check_objects(pythons[-1], wheel)
-        upgrade(pythons[0], folder)
+            last = pool.submit(check_objects, pythons[-1], wheel)
+            pool.submit(upgrade, pythons[0], folder).result()
+            last.result()
     print(f"{len(found) + 2} passed, 0 failed")
 
 

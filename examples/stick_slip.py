@@ -1,8 +1,8 @@
 """A block that sticks to a belt and slips on it.
 
-A belt carries a block until its spring pulls harder than static friction holds. The block then slips
-back, and sticks again when it is as fast as the belt. Each cycle takes 2 (x_s − x_k)/v in sticking,
-where x_s and x_k are the elongations at which the spring balances static and kinetic friction.
+A belt carries a block until its spring pulls harder than static friction holds. The block then
+slips back, and sticks again when it is as fast as the belt. It sticks for 2 (x_s − x_k)/v in each
+cycle, where x_s and x_k are the elongations at which the spring balances both frictions.
 """
 
 import numpy as np

@@ -8,6 +8,18 @@ from hypothesis import settings
 settings.register_profile("flexband", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("flexband")
 
+LONGEST = (
+    "test_options", "test_examples", "test_adaptive", "test_probability", "test_law_states",
+    "test_chance", "test_phase_resolved", "test_correction", "test_unconverged", "test_report",
+    "test_folder", "test_kills", "test_memory", "test_force_laws", "test_random_functions",
+)  # fmt: skip
+"""Files that are begun first, the longest first, so that no process waits for one in the end."""
+
+
+def pytest_collection_modifyitems(items):
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
 
 def pytest_runtest_logreport(report):
     """Name a test at once when it fails, not only when all have ended."""

@@ -333,11 +333,28 @@ def machine_mounts(own):
     assert np.ptp(steady) / 2 == pytest.approx(abs(force), rel=2e-3)
 
 
+def stick_slip(own):
+    """The cycle of Coulomb friction: sticking for 2 (x_s − x_k)/v, slipping as an oscillator."""
+    motion = own.motion()
+    static, kinetic = (
+        mu * own.WEIGHT / own.STIFFNESS for mu in (own.FELT.static, own.FELT.kinetic)
+    )
+    omega = np.sqrt(own.STIFFNESS)
+    slip = 2 * np.pi - 2 * np.arctan((static - kinetic) * omega / own.SPEED)
+    cycle = 2 * (static - kinetic) / own.SPEED + slip / omega
+    reach = kinetic + np.hypot(static - kinetic, own.SPEED / omega)
+    x, time = at(motion, "x_X"), motion.time.values
+    sticks = np.abs(at(motion, "felt_speed")) < 1e-9
+    begins = time[1:][np.diff(sticks.astype(int)) > 0]
+    assert x.max() == pytest.approx(reach, rel=1e-4)
+    np.testing.assert_allclose(np.diff(begins)[1:], cycle, atol=np.diff(time)[0])
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder,
+    hydraulic_cylinder, stick_slip,
 )}  # fmt: skip
 
 

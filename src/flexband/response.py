@@ -67,6 +67,10 @@ class Response(ABC):
         """Return the numbers of the discretization, such as the step, by name."""
         return {}
 
+    def impacts(self, **values: Any) -> bool:
+        """Return whether bodies may hit each other, so that small differences grow."""
+        return False
+
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
         return []
@@ -115,6 +119,9 @@ class FunctionResponse(Response):
 
     def discretization(self, **values: Any) -> dict[str, float]:
         return self._answer("discretization", {}, values)
+
+    def impacts(self, **values: Any) -> bool:
+        return self._answer("impacts", False, values)
 
     def quantities(self, **values: Any) -> list[str]:
         return self._answer("quantities", [], values)

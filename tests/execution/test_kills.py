@@ -155,13 +155,12 @@ study({str(tmp_path / "s")!r}, {str(tmp_path / "log")!r}, seconds=0.01)
 """
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: len(runs_of(tmp_path / "log")) >= 5 * BATCH)
-    begin = time.monotonic()
     process.send_signal(signal.SIGINT)
     error = process.communicate()[1]
-    assert time.monotonic() - begin < 2
     assert "KeyboardInterrupt" in error
     with fb.execution.open_runs(tmp_path / "s") as runs:
         finished = len(runs_of(tmp_path / "log"))
+        assert finished < LHS.samples * LHS.points
         assert finished - BATCH <= len(runs.run) <= finished
     assert not list((tmp_path / "s" / "runs.zarr").glob("journal-*"))
 

@@ -162,6 +162,31 @@ def test_a_contact_goes_on_with_the_speed_of_its_approach():
     np.testing.assert_allclose(rest, whole[:, deepest:], rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_closed_stop_that_is_moved_deeper_is_refused_with_its_depth(closed):
+    """A mass that is pressed against a stop goes on against one that is 10 mm nearer."""
+
+    def pressed(upper):
+        rubber = contact.KeepsRestitution(stiffness=1e6, exponent=1.0, restitution=0.5)
+        stop = contact.Stop("m", (0.0, 0.0), rubber, upper=upper, closed_at_start=closed)
+        return fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, velocity=(1.0, 0.0))},
+            joints={"guide": fb.Slot("m", (0.0, 0.0))},
+            loads={"stop": stop, "force": fb.Force("m", 100.0, 0.0)},
+            sensors={"x": fb.Position("m")},
+        )
+
+    first = fb.simulate(pressed(0.01), duration=0.2, step=0.02, keep_state=True)
+    assert first.sel(output="x_X").values[-1] > 0.01
+    same = fb.simulate(pressed(0.01), duration=0.1, step=0.02, start=first)
+    assert np.isfinite(same.values).all()
+    if closed:
+        fb.simulate(pressed(0.0), duration=0.1, step=0.02, start=first)
+    else:
+        with pytest.raises(AssemblyError, match=r"contact 'stop' overlap at the start, by 0\.010"):
+            fb.simulate(pressed(0.0), duration=0.1, step=0.02, start=first)
+
+
 def test_samples_go_on_alone_as_with_others():
     mass = np.linspace(0.5, 5.0, 9)
     together, alone = latched(mass), latched(mass[8])

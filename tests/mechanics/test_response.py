@@ -252,3 +252,31 @@ def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
     assert bands.attrs["halved"].count("elements") <= 2
     width = (bands["error_bar"][1] - bands["error_bar"][0]).mean("time")
     assert float(width.sel(output="s_yy")) < 1e-6 * float(width.sel(output="s_xx"))
+
+
+def test_sensors_over_windows_and_instants_are_finite_at_all_times():
+    """A carriage meets its stop at 50 ms or not at all; its window begins at 40 ms."""
+    law = fb.contact.KeepsRestitution(stiffness=1e8, restitution=0.5)
+
+    def carriage(velocity):
+        return fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0, velocity=(velocity, 0.0 * velocity))},
+            joints={"guide": fb.Slot("m", (0.0, 0.0))},
+            loads={"stop": fb.contact.Stop("m", (0.0, 0.0), law, upper=0.1)},
+            sensors={
+                "far": fb.sensors.Largest(fb.Position("m"), window=(0.04, 0.1)),
+                "stop": fb.contact.Contacts("stop", first=2),
+            },
+        )
+
+    response = fb.dynamic_response(carriage, duration=0.1, step=0.01)
+    motion = response(velocity=np.array([0.5, 2.0]))
+    names = "far_X", "stop_t1", "stop_t2"
+    far, first, second = (motion.sel(output=name).values for name in names)
+    assert far[:, :5] == pytest.approx(np.outer([0.5, 2.0], np.full(5, 0.04)))
+    assert far[0, -1] == pytest.approx(0.05)
+    assert first == pytest.approx(np.outer([0.1, 0.05], np.ones(11)), rel=1e-6)
+    assert (second == 0.1).all()
+    bands = fb.propagate(response, {"velocity": fb.Interval(1.5, 2.5)}, fb.PCCI(0, 8))
+    instant = bands["mean"].sel(output="stop_t1").values[:, 0]
+    assert instant == pytest.approx([0.04, 0.1 / 1.5], rel=1e-3)

@@ -11,10 +11,13 @@ if TYPE_CHECKING:
     from flexband.analysis.derivation import derived as derived
     from flexband.analysis.margins import check_limits as check_limits
     from flexband.analysis.p_boxes import p_box as p_box
+    from flexband.analysis.parts.horizon import predictability_horizon as predictability_horizon
+    from flexband.analysis.parts.sampling import sample_parts as sample_parts
     from flexband.analysis.paths import path as path
     from flexband.analysis.probability.failure import failure_probability as failure_probability
     from flexband.analysis.quantile_bounds import quantiles as quantiles
     from flexband.analysis.quantities import (
+        Final as Final,
         Magnitude as Magnitude,
         Peak as Peak,
         PeakTime as PeakTime,

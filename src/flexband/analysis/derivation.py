@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_neighbours
 from flexband.analysis.intervals import over_intervals
-from flexband.analysis.quantities import Quantity
+from flexband.analysis.quantities import Quantity, made_of
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
     CONFIDENCE,
@@ -159,25 +159,7 @@ class _Derivation:
 
     def labelled(self, values: np.ndarray) -> xr.DataArray:
         """Return the quantity of values of the surrogate, dims ("sample", …)."""
-        response = self.surrogate._labelled(values)
-        quantity_values = self.quantity(response)
-        if not isinstance(quantity_values, xr.DataArray):
-            quantity_values = xr.DataArray(np.asarray(quantity_values))
-            if quantity_values.ndim and "sample" not in quantity_values.dims:
-                quantity_values = quantity_values.rename({quantity_values.dims[0]: "sample"})
-        if quantity_values.dims[:1] != ("sample",) or len(quantity_values) != len(values):
-            raise InputError(
-                f"quantity must return one number or array per sample, first dim 'sample'; got "
-                f"dims {quantity_values.dims} and shape {quantity_values.shape}"
-            )
-        if (
-            quantity_values.dtype.kind not in "biuf"
-            or not np.isfinite(quantity_values.values).all()
-        ):
-            raise InputError(
-                f"quantity must return finite numbers; got {shown(quantity_values.values)}"
-            )
-        return quantity_values.astype(float)
+        return made_of(self.surrogate._labelled(values), self.quantity)
 
     def statistics(self, values: np.ndarray) -> np.ndarray:
         """Return the statistics of the bands of samples (…, samples, size), (6, …, size)."""

@@ -155,6 +155,14 @@ class PeakTime(_OverTime):
 
 
 @frozen()
+class Final(_OverTime):
+    """The value at the last time: what a sensor such as `sensors.Largest` makes of all steps."""
+
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
+        return output.isel({output.dims[-1]: -1}, drop=True)
+
+
+@frozen()
 class RootMeanSquare(_OverTime):
     """The root of the mean square over time; the square is linear from each time to the next."""
 
@@ -190,6 +198,29 @@ class Spectrum(_OverTime):
         named = {"s": "Hz", "": "1"}.get(unit, f"1/{unit}")
         coords["frequency"] = xr.DataArray(frequency, dims="frequency", attrs={"units": named})
         return xr.DataArray(sizes, dims=(*output.dims[:-1], "frequency"), coords=coords)
+
+
+def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
+    """Return a quantity of every sample, dims ("sample", …).
+
+    Raises
+    ------
+    InputError
+        If it is not as many finite numbers, or arrays, as there are samples.
+    """
+    values = quantity(response)
+    if not isinstance(values, xr.DataArray):
+        values = xr.DataArray(np.asarray(values))
+        if values.ndim and "sample" not in values.dims:
+            values = values.rename({values.dims[0]: "sample"})
+    if values.dims[:1] != ("sample",) or len(values) != len(response):
+        raise InputError(
+            f"quantity must return one number or array per sample, first dim 'sample'; got "
+            f"dims {values.dims} and shape {values.shape}"
+        )
+    if values.dtype.kind not in "biuf" or not np.isfinite(values.values).all():
+        raise InputError(f"quantity must return finite numbers; got {shown(values.values)}")
+    return values.astype(float)
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:

@@ -51,10 +51,10 @@ class RunStatus(IntEnum):
 
 
 ANSWERS = (
-    "allocation", "p_boxes", "derived", "limits", "narrowed", "p_box", "path", "probability",
-    "quantiles", "range", "sobol", "yield",
+    "allocation", "p_boxes", "derived", "limits", "narrowed", "p_box", "parts", "path",
+    "probability", "quantiles", "range", "sobol", "yield",
 )  # fmt: skip
 """Answers, which commands write as NAME.nc and NAME.png."""
 
-WRITTEN_BY_RUN = ("limits", "path", "probability", "yield")
+WRITTEN_BY_RUN = ("limits", "parts", "path", "probability", "yield")
 """Answers that ``flexband run`` writes, too."""

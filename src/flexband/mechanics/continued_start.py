@@ -189,7 +189,7 @@ class ContinuedStart(Start):
             samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
             lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
             self.lost_energy[samples] = lost[: len(samples)]
-            blame_overlaps(system, values, work.z, failure)
+            blame_overlaps(system, values, work.z, failure, z)
             if len(apart):
                 code, worst = np.full(WIDTH, FAILURE.not_met), apart.max(axis=0)
                 not_met = np.stack([code, 0.0 * code, apart.argmax(axis=0), worst])
@@ -257,6 +257,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
     gaps = [owner for owner, law in laws for _ in law.events]
+    labels |= _numbered("gap", gaps, state.gap)
     return labels | _numbered("mode", gaps, state.gap + (state.extreme - state.gap) // 2)
 
 

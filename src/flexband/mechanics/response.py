@@ -68,7 +68,8 @@ class MechanismResponse(Response):
         for s in list(error.failures)[:5]:
             inputs = ", ".join(_shown(name, v, s) for name, v in values.items())
             lines.append(f"sample {s}: {inputs}")
-        return type(error)("\n".join(lines), error.failures, error.results)
+        results = None if error.results is None else begun(error.results)
+        return type(error)("\n".join(lines), error.failures, results)
 
 
 class SensorResponse(MechanismResponse):
@@ -170,6 +171,10 @@ class DynamicResponse(SensorResponse):
         elements = self.built(values).refined(self.element_parts).elements
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
+    def impacts(self, **values: Argument) -> bool:
+        """Return whether the mechanism has contacts."""
+        return bool(self.built(values).contact_laws)
+
     @property
     def identity(self) -> tuple[object, ...]:
         """What the motion depends on: all but the number of threads."""
@@ -227,7 +232,7 @@ class DynamicResponse(SensorResponse):
             motion = later.assign_coords(time=later["time"] - self.slow / 2)
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
-        return motion
+        return begun(motion)
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""
@@ -237,6 +242,23 @@ class DynamicResponse(SensorResponse):
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""
+
+
+def begun(motion: xr.DataArray) -> xr.DataArray:
+    """Return a motion in which what a sensor does not know yet is what it tells first.
+
+    That is the first value in a window before it begins, and an instant before it comes. An instant
+    that does not come is the end of the run.
+    """
+    known = np.isfinite(motion.values)
+    if known.all() or "time" not in motion.dims:
+        return motion
+    first, never = known.argmax(axis=-1)[..., None], ~known.any(axis=-1, keepdims=True)
+    instants = (motion["unit"] == "s").broadcast_like(motion).values
+    values = np.take_along_axis(motion.values, first, axis=-1)
+    values = np.where(instants & never, motion["time"].values[-1], values)
+    early = never | (np.arange(motion.sizes["time"]) < first)
+    return motion.copy(data=np.where(early, values, motion.values))
 
 
 def dynamic_response(
@@ -251,6 +273,9 @@ def dynamic_response(
     threads: int | None = None,
 ) -> DynamicResponse:
     """Return the motion of ``builder(**values)`` as a function of the values.
+
+    Its outputs are finite at all times: before the window of a sensor begins, they have the first
+    value in it, and an instant of `contact.Contacts` that does not come is the end of the run.
 
     Parameters
     ----------

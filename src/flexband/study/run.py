@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,21 +26,15 @@ from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
-from flexband.study.nominal import (
-    around_nominal,
-    bands_with_nominal,
-    with_recorded,
-    with_runs,
-)
+from flexband.study.nominal import bands_with_nominal
 from flexband.study.progress import StudyProgress
+from flexband.study.requirements import checked_requirements, sampled_parts
 from flexband.study.results.files import ResultFiles
-from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
     from flexband.execution.executors import ExecutorLike
-    from flexband.study.results.reliability import Doubt
     from flexband.study.study import Study
     from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
     from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -94,6 +88,11 @@ class RunOptions:
             check_integer("verification_runs", self.verification_runs, 2, MAX_RUNS, or_zero=True)
         for name in ("record", "allow_mismatch", "replace", "retry_failed"):
             check_flag(name, getattr(self, name))
+
+    @property
+    def execution(self) -> dict[str, Any]:
+        """How runs are made, as arguments of `expand`, `verify` and others."""
+        return {"batch": self.batch, "executor": self.executor, "failed": self.failed}
 
     def verifying(self, study: Study) -> int:
         """Return the number of runs that verify the result of a study.
@@ -175,7 +174,10 @@ def run_study(
             listener().stage("the answers")
             shares = files.contributions(surrogate, sigmas=study.sigmas)
             doubts = doubts_about(bands, verification, requested=bool(verifying))
-            limits, unchecked = _limits(progress, options, surrogate, doubts)
+            parts = sampled_parts(progress, surrogate, doubts, **options.execution)
+            limits, unchecked = checked_requirements(
+                progress, surrogate, doubts, parts, **options.execution
+            )
             result = StudyResult(
                 folder=home.path,
                 label=study.method.label,
@@ -186,6 +188,7 @@ def run_study(
                 limits=limits,
                 limits_unchecked=unchecked,
                 doubts=doubts,
+                parts=parts,
                 seconds_per_run=seconds,
                 files=tuple(files.names),
                 stale=tuple(files.stale()),
@@ -202,21 +205,15 @@ def _bands(
     """Make the runs; write the surrogate, if the method makes one, and the bands."""
     study = progress.study
     listener().stage("runs")
-    how: dict[str, Any] = {
-        "batch": options.batch,
-        "store": progress.store,
-        "executor": options.executor,
-        "failed": options.failed,
-        "progress": progress.task(study.method.label),
-    }
+    how = {"store": progress.store, **options.execution}
+    task = progress.task(study.method.label)
     if study.expands:
         with without_warnings(ToleranceWarning):  # which is one of the doubts
-            surrogate = study.expand(**how)
+            surrogate = study.expand(progress=task, **how)
         files.write_surrogate(surrogate)
-        execution = {k: how[k] for k in ("store", "executor", "failed")}
-        bands = bands_with_nominal(study, surrogate, progress.folder.path, **execution)
+        bands = bands_with_nominal(study, surrogate, progress.folder.path, **how)
     else:
-        surrogate, bands = None, study.run(**how)
+        surrogate, bands = None, study.run(progress=task, **how)
         files.write_surrogate(None)
     files.write_bands(bands)
     return surrogate, bands
@@ -248,35 +245,3 @@ def _verification(
         return None
     files.write_verification(verification)
     return verification
-
-
-def _limits(
-    progress: StudyProgress,
-    options: RunOptions,
-    surrogate: StudySurrogate,
-    doubts: Sequence[Doubt],
-) -> tuple[LimitCheck | None, str]:
-    """Return whether the requirements of a study are kept, or why that is not known."""
-    study, folder = progress.study, progress.folder.path
-    if not study.requirements:
-        return None, ""
-    if surrogate is None:
-        return None, "the method expands no response"
-    try:
-        requirements = around_nominal(study.requirements, folder, surrogate, study.display)
-
-        def run_margin(margins: xr.Dataset) -> xr.Dataset:
-            withheld = any(doubt.rare_values for doubt in doubts)
-            if withheld and progress.store is not None:
-                margins = with_recorded(surrogate, requirements, margins, folder)
-            if study.runs_elsewhere:
-                return margins
-            how = {"store": progress.store, "executor": options.executor, "failed": options.failed}
-            return with_runs(study, surrogate, requirements, margins, **how)[0]
-
-        check = check_limits_in(
-            folder, surrogate, requirements, scatter=study.scatter, run_margin=run_margin
-        )
-    except Exception as error:  # the bands are there
-        return None, str(error) or type(error).__name__
-    return check, ""

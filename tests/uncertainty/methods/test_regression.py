@@ -126,7 +126,7 @@ def test_moments_of_a_quadratic_form_of_a_field():
     assert bool(bands["trusted"])
 
 
-TIMES = np.arange(500) * 0.02
+TIMES = np.arange(250) * 0.04
 
 
 def ringing(x, **a):

@@ -16,11 +16,11 @@ from flexband.response import ResponseFunction
 
 LONG_NAMES = {
     "yield": "share of the parts that meet the requirement",
-    "yield_low": "lower end of its 95 % confidence interval",
-    "yield_high": "upper end of its 95 % confidence interval",
+    "yield_low": "lower end of its confidence interval",
+    "yield_high": "upper end of its confidence interval",
     "failing": "share of the parts that do not meet the requirement",
-    "failing_low": "lower end of its 95 % confidence interval",
-    "failing_high": "upper end of its 95 % confidence interval",
+    "failing_low": "lower end of its confidence interval",
+    "failing_high": "upper end of its confidence interval",
     "samples": "samples of the surrogate",
     "runs": "runs of the response that correct the share",
     "disagreements": "runs in which the corrected surrogate was wrong about the requirement",
@@ -87,22 +87,26 @@ def production_yield(
         seed=seed, store=store, executor=executor, progress=progress,
     )  # fmt: skip
     data = {f"failing{end}": result[f"between_times{end}"] for end in ("", "_low", "_high")}
-    data |= {
-        f"yield{end}": 1 - result[f"between_times{other}"]
-        for end, other in (("", ""), ("_low", "_high"), ("_high", "_low"))
-    }
     kept = {k: result[k] for k in ("samples", "runs", "disagreements") if k in result}
     production = xr.Dataset(data | kept)
     if "probability_choice" not in result:
         production = production.isel(bound=-1, drop=True)
+    production = with_yield(production)
+    attrs = {k: v for k, v in result.attrs.items() if k not in ("verdict", "doubts")}
+    attrs["scatter"] = ", ".join(f"{name}: {one!r}" for name, one in scatter.items())
+    verdict = ". ".join([production.attrs["verdict"], *result.attrs["doubts"]])
+    return production.assign_attrs(attrs | {"verdict": verdict})
+
+
+def with_yield(production: xr.Dataset) -> xr.Dataset:
+    """Return shares of parts that fail, with their yield, and a text as ``attrs["verdict"]``."""
+    for end, other in (("", ""), ("_low", "_high"), ("_high", "_low")):
+        production[f"yield{end}"] = 1 - production[f"failing{other}"]
     for name, words in LONG_NAMES.items():
         if name in production:
             production[name].attrs = {"long_name": words, "units": "1"}
-    doubts = result.attrs["doubts"]
     words = [in_words(production.isel(limit=k)) for k in range(production.sizes["limit"])]
-    attrs = {k: v for k, v in result.attrs.items() if k not in ("verdict", "doubts")}
-    attrs["scatter"] = ", ".join(f"{name}: {one!r}" for name, one in scatter.items())
-    return production.assign_attrs(attrs | {"verdict": ". ".join([*words, *doubts])})
+    return production.assign_attrs(verdict=". ".join(words))
 
 
 def in_words(production: xr.Dataset) -> str:
@@ -119,7 +123,8 @@ def share_in_words(production: xr.Dataset) -> str:
     if not value:
         return f"more than {_percent(1 - high)} of the parts meet it"
     between = f"{_percent(1 - high)} to {_percent(1 - low)}"
-    return f"{_percent(1 - value)} of the parts meet it (95 % confidence: {between})"
+    confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
+    return f"{_percent(1 - value)} of the parts meet it ({confidence}: {between})"
 
 
 def _percent(part: float) -> str:

@@ -10,7 +10,6 @@ from flexband.mechanics.assembly.structure import Friction, FrictionValues
 from flexband.mechanics.assembly.tables import Couples, Places, ProductTable, TermTable
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.kernels.forms import TimeFunction
-from flexband.mechanics.kernels.state import FRICTION_ROWS
 
 
 class FrictionTable:
@@ -28,8 +27,7 @@ class FrictionTable:
         travels = mechanism.travel_forms
         self.terms = TermTable(travels, state.friction, state.angle, set())
         components = [form for group in mechanism.normal_forces for v in group for form in v]
-        first = state.sliding + FRICTION_ROWS * len(self.frictions)
-        self.normals = ProductTable(components, first)
+        self.normals = ProductTable(components, state.gap - len(components))
         self.normal_forces = mechanism.normal_forces
         self.orbits = []  # of each, its term and its friction
         for k, (friction, travel) in enumerate(zip(self.frictions, travels, strict=True)):
@@ -63,10 +61,15 @@ class FrictionTable:
             diagonal=indices(places.slot(k, k) for k in multipliers),
             angular=indices(friction.angular for friction in self.frictions),
             one_way=indices(friction.one_way for friction in self.frictions),
+            follows=any(
+                state.sliding <= j < state.gap for term in self.normals.terms for j in term[1:3]
+            ),
             normals=self.normals.structure(places),
             of_components=indices(k for k, group in enumerate(self.normal_forces) for _ in group),
             orbit_term=indices(term for term, _ in self.orbits),
             of_orbit=indices(k for _, k in self.orbits),
+            is_orbit=indices(term in dict(self.orbits) for term in range(len(self.terms.terms))),
+            circular=indices(friction.sliding.orbit is not None for friction in self.frictions),
             centres=indices(self.centres + with_orbit.index(k) for _, k in self.orbits),
         )
 

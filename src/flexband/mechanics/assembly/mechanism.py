@@ -27,7 +27,6 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
-from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName, body_and_point
 from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.forms import (
@@ -41,11 +40,12 @@ from flexband.mechanics.kernels.forms import (
     scale,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.state import GAP_ROWS, State
+from flexband.mechanics.kernels.state import FRICTION_ROWS, GAP_ROWS, State
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,
+    FrictionEntry,
     LawEntry,
     Load,
     MomentEntry,
@@ -351,7 +351,10 @@ class Mechanism:
             owners = [owner for owner, _ in self.contact_laws]
             forces = [c.force for c in self.contacts(name)] if name in owners else []
             if name in self.joints and not forces:
-                forces = self.joint(name)[1]
+                carried = self.state.sliding + FRICTION_ROWS * len(self.frictions)
+                parts = [owner for owner, _ in self.constraints]
+                rows = [k for k, owner in enumerate(parts) if owner == f"joint {name!r}"]
+                forces = [Form.variable(carried + k) for k in rows]
             normals.append(friction.normal(forces))
         return normals
 
@@ -531,10 +534,6 @@ class Mechanism:
         """Return what the engine makes of the outputs of a sensor over its steps."""
         rows = [k for k, watched in enumerate(self.watched) if watched.sensor is sensor]
         return [Form.variable(self.state.extreme + k) for k in rows]
-
-    def measured(self, sensor: Sensor) -> Form:
-        """Return what a sensor measures first."""
-        return sensor.rows(self)[0]
 
     def generalized_force(self, part: str) -> list[tuple[Form, Form]]:
         """Return the forces of a joint or load, each with the variable of z that it does work on.

@@ -120,10 +120,13 @@ class Friction(NamedTuple):
     diagonal: np.ndarray  # friction -> place of its pivot
     angular: np.ndarray  # friction -> whether its travel is an angle
     one_way: np.ndarray  # friction -> whether it is free one way, and holds any force the other
+    follows: bool  # whether normal forces are reactions
     normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
     of_components: np.ndarray  # vector -> friction
     orbit_term: np.ndarray  # terms whose coefficient has the distance of two centres as a factor
     of_orbit: np.ndarray  # such a term -> friction
+    is_orbit: np.ndarray  # term -> whether it is such a one
+    circular: np.ndarray  # friction -> whether it has such terms
     centres: np.ndarray  # such a term -> vector between the centres
 
 

@@ -15,6 +15,7 @@ from flexband.errors import (
     check_positive,
     check_same_samples,
 )
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Form, Vector
 
 
@@ -75,20 +76,6 @@ def as_coulomb(name: str, friction: Friction) -> Coulomb:
     if isinstance(friction, Coulomb):
         return friction
     return Coulomb(kinetic=check_non_negative(name, friction))
-
-
-class Travel(NamedTuple):
-    """How two surfaces slide: along s, whose rate is the sliding speed.
-
-    Attributes
-    ----------
-    travel : s, a form of the coordinates and of angles.
-    orbit, centres : an angle φ and a vector d, of which |d| φ is added to s.
-    """
-
-    travel: Form
-    orbit: Form | None = None
-    centres: Vector | None = None
 
 
 class FrictionEntry(NamedTuple):

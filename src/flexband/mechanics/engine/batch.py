@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexband.errors import InputError
 from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
+from flexband.mechanics.engine.failures import blame_laws, blame_overlaps, checked_schedule
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -136,7 +135,7 @@ def run_samples(
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
     schedule, rounds = checked_schedule(system, packed.schedule), len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
-        attempts=attempts, matrices=NEWTON.factorizations if limits else 1000
+        attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )
     run_block = partial(march_block, system, method, float(integrator.tolerance), limits=limits)
     outputs = np.empty((len(chosen), len(system.outputs), len(times[::every])))
@@ -215,17 +214,9 @@ def _run_blocks(
     pace.end()
 
 
-def checked_schedule(system: System, schedule: Schedule) -> Schedule:
-    """Return a schedule; raise `InputError` if it has impulses in a mechanism with friction."""
-    struck = np.argwhere(schedule.parts == IMPULSE)
-    if len(struck) and system.mechanism.frictions:
-        time = float(schedule.times[tuple(struck[0])])
-        raise InputError(
-            f"the speed of a drive jumps at {time:g} s, and friction of "
-            f"{system.mechanism.frictions[0][0]!r} has no law for such an impulse; let the drive "
-            "change its speed over a time, as fb.ramp does"
-        )
-    return schedule
+def most_matrices(system: System) -> int:
+    """Return how many matrices a step that is chosen freely may take."""
+    return NEWTON.rough_matrices if system.mechanism.frictions else NEWTON.factorizations
 
 
 def _impulses(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import AssemblyError, SimulationError
+from flexband.errors import AssemblyError, InputError, SimulationError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
@@ -13,6 +13,7 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.loads.compiled_laws import take_failures
+from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.words import number_of
 
 SHORTER = (
@@ -23,6 +24,19 @@ SHORTER = (
 
 MAX_SHOWN = 5
 """Causes in a message, and samples of a cause."""
+
+
+def checked_schedule(system: System, schedule: Schedule) -> Schedule:
+    """Return a schedule; raise `InputError` if it has impulses in a mechanism with friction."""
+    struck = np.argwhere(schedule.parts == IMPULSE)
+    if len(struck) and system.mechanism.frictions:
+        time = float(schedule.times[tuple(struck[0])])
+        raise InputError(
+            f"the speed of a drive jumps at {time:g} s, and friction of "
+            f"{system.mechanism.frictions[0][0]!r} has no law for such an impulse; let the drive "
+            "change its speed over a time, as fb.ramp does"
+        )
+    return schedule
 
 
 def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
@@ -164,25 +178,36 @@ def _advice(system: System, sample: int) -> str:
 
 
 def blame_overlaps(
-    system: System, values: Values, z: np.ndarray, failure: np.ndarray, touch: float = 1e-9
+    system: System,
+    values: Values,
+    z: np.ndarray,
+    failure: np.ndarray,
+    before: np.ndarray | None = None,
+    *,
+    touch: float = 1e-9,
+    moved: float = 1e-5,
 ) -> None:
     """Write to `failure` which contacts are closed that must be open at the start.
 
-    A depth of `touch` times the size of the mechanism counts as none, as does that of a contact
-    that has closed in a motion that goes on.
+    A depth of `touch` times the size of the mechanism counts as none. Where a contact has closed in
+    a motion that goes on, it may be as deep as it was in the state `before`, and deeper by `moved`.
     """
     laws = [law for _, law in system.mechanism.contact_laws]
     if not laws:
         return
     kinds = system.structure.laws.gap_kind
-    gaps, _, modes, _ = np.split(z[system.structure.state.gap : system.structure.state.extreme], 4)
+    state = system.structure.state
+    gaps, _, modes, _ = np.split(z[state.gap : state.extreme], 4)
     contact = np.isin(kinds, (GAP.length, GAP.angle))
     depths, modes = -gaps[contact], modes[contact]
     sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
-    refused = refused & (np.abs(modes) == MARK.at_rest)
-    depths = np.where(refused & (depths > touch * sizes), depths, 0.0)
+    allowed = touch * sizes
+    if before is not None:
+        known = moved * sizes + np.maximum(-before[state.gap :][: len(kinds)][contact], 0.0)
+        allowed = np.where(np.abs(modes) == MARK.at_rest, allowed, known)
+    depths = np.where(refused & (depths > allowed), depths, 0.0)
     depth = depths.max(axis=0)
     code = np.full(WIDTH, FAILURE.overlapping)
     overlapping = np.stack([code, 0.0 * code, depths.argmax(axis=0), depth])

@@ -40,6 +40,7 @@ from flexband.mechanics.kernels.equations import (
 from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.friction import carry_reactions
 from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
@@ -76,6 +77,9 @@ class NewtonOptions(NamedTuple):
     ----------
     factorizations, iterations, rough_iterations
         The most per step, and the most iterations with each, without friction and with it.
+    settled, rough_matrices
+        With friction, the change of reactions relative to the largest one from which on normal
+        forces do not follow, and the most matrices of a step until that is so.
     damped_iterations, max_correction
         The most of a second attempt at a step, and the largest correction of each.
     initial_rate
@@ -89,6 +93,8 @@ class NewtonOptions(NamedTuple):
     factorizations: int = 6
     iterations: int = 5
     rough_iterations: int = 40
+    settled: float = 1e-9
+    rough_matrices: int = 40
     damped_iterations: int = 100
     max_correction: float = 0.1
     initial_rate: float = 0.1
@@ -298,7 +304,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
     rough = structure.state.angle > structure.state.friction
     iterations = NEWTON.rough_iterations if rough else NEWTON.iterations
     most = 1 if damped else iterations
-    for _ in range(NEWTON.damped_iterations if damped else NEWTON.factorizations * most):
+    allowed = NEWTON.rough_matrices if rough else NEWTON.factorizations
+    for _ in range(NEWTON.damped_iterations if damped else allowed * most):
         residual(structure, values, now, z, r, work.blocks)
         to_right_side(structure, r, method.dq_da)
         store(work.counts, 1, load(work.counts, 1) + 1.0)
@@ -327,6 +334,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
             continue
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
+        unsettled = less(filled(NEWTON.settled), carry_reactions(structure, values, z, done))
+        done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1
         if not any_true(pending) or matrices == method.matrices:

@@ -25,6 +25,7 @@ from flexband.mechanics.kernels.factorization import (
 from flexband.mechanics.kernels.friction import (
     add_friction,
     add_jacobian,
+    carry_reactions,
     sticks,
     subtract_rate_errors,
     subtract_speed_errors,
@@ -86,8 +87,8 @@ class ProjectionOptions(NamedTuple):
     solutions
         The most for accelerations at the start: rounding errors matter where bodies are light.
     rough_solutions, jammed
-        The same with friction, and the last change of a multiplier, relative to the largest one,
-        from which on friction jams.
+        The same with friction, and the last change of a reaction that it follows, relative to the
+        largest one, from which on it jams.
     """
 
     max_error: float = 1e-12
@@ -222,7 +223,7 @@ def accelerate(structure, values, now, work, chosen):
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
-    pending, jammed, rough = chosen, none, state.angle > state.friction
+    pending, followed, rough = chosen, none, state.angle > state.friction
     for count in range(PROJECTION.rough_solutions if rough else PROJECTION.solutions):
         residual(structure, values, now, z, r, work.blocks)
         for i in range(1, state.angle):
@@ -235,8 +236,11 @@ def accelerate(structure, values, now, work, chosen):
             change = maximum(change, magnitude(load(r, k)))
             largest = maximum(largest, magnitude(load(z, k)))
         if count > 0:
-            pending = where(less(PROJECTION.settled * largest, change), pending, none)
-            jammed = where(less(PROJECTION.jammed * largest, change), pending, none)
+            more = maximum(
+                less(PROJECTION.settled * largest, change),
+                less(filled(PROJECTION.settled), followed),
+            )
+            pending = where(more, pending, none)
             if not any_true(pending):
                 break
         for i in range(1, state.coordinates + 1):
@@ -244,7 +248,9 @@ def accelerate(structure, values, now, work, chosen):
             store(z, row, load(z, row) + where(pending, load(r, i), none))
         for k in range(state.multiplier, state.angle):
             store(z, k, load(z, k) + where(pending, load(r, k), none))
+        followed = carry_reactions(structure, values, z, pending)
     if rough:
+        jammed = where(less(filled(PROJECTION.jammed), followed), pending, none)
         for i in range(1, state.coordinates + 1):
             row = state.acceleration + i
             store(z, row, where(jammed, filled(np.nan), load(z, row)))

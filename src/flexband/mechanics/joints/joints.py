@@ -20,7 +20,6 @@ from flexband.mechanics.contact.contact_law import PairContact, check_law, touch
 from flexband.mechanics.contact.friction import (
     Friction,
     FrictionEntry,
-    Travel,
     as_coulomb,
     rubbing,
 )
@@ -30,6 +29,7 @@ from flexband.mechanics.contact.geometry.circle_on_line import (
     travel_on_line,
 )
 from flexband.mechanics.contact.geometry.circles import gap_in_circle, travel_on_circle
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
@@ -287,10 +287,10 @@ class Prismatic(LineJoint, AlignedJoint):
             check_positive("Prismatic length [m]", self.length)
         if self.friction is not None:
             as_coulomb("Prismatic friction", self.friction)
-        if (self.length is None) != (self.clearance is None and self.friction is None):
-            raise InputError(
-                "Prismatic needs a length with clearance or friction, and without them none"
-            )
+        if self.friction is not None and self.length is None:
+            raise InputError("Prismatic with friction needs the length of the slider; got none")
+        if self.friction is None and (self.length is None) != (self.clearance is None):
+            raise InputError("Prismatic needs both of clearance and length, or none of them")
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return those of the corners, two with each wall."""

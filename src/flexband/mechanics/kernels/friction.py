@@ -9,11 +9,16 @@ multiplier is given,
 
 with the sign of u. The mode is held while a step is taken: `MODE.sticks`, or the sign of u, or
 `MODE.free`, without a force. N is a sum of lengths of vectors in the state. The derivatives of λ by
-the state are not in the matrix, which remains symmetric. So Newton's method converges by the ratio
+the state are not in the matrix, which remains symmetric.
+
+Where N is a reaction, it is that of the projected accelerations: those of Newton's method have
+errors of a sign, whose friction would slow down what turns. So N is held while Newton's method
+solves a step and follows after the projection, until both agree. That converges by the ratio
 µ |∂N/∂λ|, which is less than 1 unless friction jams.
 
 The travel of circles has a term |d| φ, where d is the vector between their centres and φ its angle
-against the second body. |d| is constant while they stick.
+against the second body. It is defined by its rate, |d| φ̇: while they stick, a step adds φ₁ − φ₀
+times the mean of |d| at both ends of the step.
 """
 
 from __future__ import annotations
@@ -21,7 +26,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.angles import vector
+from flexband.mechanics.kernels.angles import polar_rate, vector
 from flexband.mechanics.kernels.constraints import (
     add_constraint_tangent,
     add_constraints,
@@ -35,6 +40,8 @@ from flexband.mechanics.kernels.lanes import (
     filled,
     less,
     load,
+    magnitude,
+    maximum,
     power,
     sqrt,
     store,
@@ -67,22 +74,73 @@ def sticks(state, z, k):
 
 
 @compiled
+def distance_of_centres(structure, values, z, n):
+    """Return |d| of an orbit."""
+    x, y = vector(structure.vectors, values.vectors, z, 0, structure.friction.centres[n])
+    return sqrt(x * x + y * y)
+
+
+@compiled
+def update_distances(structure, values, z):
+    """Set the factors |d| of orbits to the present ones."""
+    friction, numbers = structure.friction, values.friction
+    for n in range(len(friction.orbit_term)):
+        distance = load(numbers.orbits, n) * distance_of_centres(structure, values, z, n)
+        store(numbers.terms, friction.orbit_term[n], distance)
+
+
+@compiled
+def begin_sticking(structure, values, z):
+    """Let circles that stick begin a step where they are."""
+    friction, state = structure.friction, structure.state
+    count, _, anchor, _, _ = friction_rows(state)
+    for n in range(len(friction.orbit_term)):
+        k, t = friction.of_orbit[n], friction.orbit_term[n]
+        first = n == 0 or friction.of_orbit[n - 1] != k
+        angle = load(values.friction.orbits, n) * load(z, friction.terms.j[t])
+        turn, distance = state.sliding + 5 * count + k, state.sliding + 4 * count + k
+        store(z, turn, angle if first else load(z, turn) + angle)
+        store(z, distance, distance_of_centres(structure, values, z, n))
+        store(z, anchor + k, filled(0.0))
+    for t in range(len(friction.terms.k)):
+        k = friction.terms.k[t] - state.friction
+        if friction.circular[k] and not friction.is_orbit[t]:
+            travel = load(values.friction.terms, t) * load(z, friction.terms.j[t])
+            add_to(z, anchor + k, travel)
+
+
+@compiled
+def hold_circles(structure, values, z, r):
+    """Set the factors |d| of what sticks to their means in a step, and subtract φ₀ times these."""
+    friction, numbers, state = structure.friction, values.friction, structure.state
+    count = state.angle - state.friction
+    for n in range(len(friction.orbit_term)):
+        k, t = friction.of_orbit[n], friction.orbit_term[n]
+        now, held = distance_of_centres(structure, values, z, n), sticks(state, z, k)
+        before = load(z, state.sliding + 4 * count + k)
+        before = where(less(filled(0.0), before), before, now)
+        mean = where(held, 0.5 * (before + now), now)
+        store(numbers.terms, t, load(numbers.orbits, n) * mean)
+        if n == 0 or friction.of_orbit[n - 1] != k:
+            add_to(r, state.friction + k, -mean * load(z, state.sliding + 5 * count + k))
+
+
+@compiled
 def update_friction(structure, values, now, z, r):
     """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
     friction, numbers, state = structure.friction, values.friction, structure.state
     count, mode, _, speed, normal = friction_rows(state)
-    for row in range(normal, state.gap):
+    components = state.gap - 2 * len(friction.of_components)
+    for k in range(count):
+        store(z, normal + k, filled(0.0))
+    for row in range(components, state.gap):
         store(z, row, filled(0.0))
     add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
     for n in range(len(friction.of_components)):
-        row = state.sliding + FRICTION_ROWS * count + 2 * n
+        row = components + 2 * n
         x, y = load(z, row), load(z, row + 1)
         add_to(z, normal + friction.of_components[n], sqrt(x * x + y * y))
-    for n in range(len(friction.orbit_term)):
-        t, held = friction.orbit_term[n], sticks(state, z, friction.of_orbit[n])
-        x, y = vector(structure.vectors, values.vectors, z, 0, friction.centres[n])
-        distance = load(numbers.orbits, n) * sqrt(x * x + y * y)
-        store(numbers.terms, t, where(held, load(numbers.terms, t), distance))
+    update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(count):
         row = state.friction + k
@@ -94,6 +152,31 @@ def update_friction(structure, values, now, z, r):
         force = sign * mu * N + load(numbers.viscous, k) * u
         force = where(sign, where(less(filled(0.0), N), force, filled(0.0)), filled(0.0))
         store(z, row, where(sticks(state, z, k), load(z, row), force))
+
+
+@compiled
+def carry_reactions(structure, values, z, chosen):
+    """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
+
+    That is relative to the largest one, or to a millionth of the largest so far if that is more.
+    """
+    friction, state, none = structure.friction, structure.state, filled(0.0)
+    count, change, largest = state.friction - state.multiplier, none, none
+    if not friction.follows:
+        return none
+    first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
+    for i in range(1, state.coordinates + 1):
+        largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
+    for k in range(count):
+        reaction, before = load(z, state.multiplier + k), load(z, first + k)
+        change = maximum(change, magnitude(reaction - before))
+        largest = maximum(largest, magnitude(reaction))
+        store(z, first + k, where(chosen, reaction, before))
+    known = load(z, first + count)
+    store(z, first + count, where(chosen, maximum(known, largest), known))
+    largest = maximum(largest, 1e-6 * known)
+    ratio = where(less(none, largest), change / largest, none)
+    return where(chosen, ratio, none)
 
 
 @compiled
@@ -109,6 +192,7 @@ def add_friction(structure, values, now, z, r):
     """Add Φ_qᵀλ of friction to the coordinates' rows, and s − s₀ to the rows of what sticks."""
     state = structure.state
     count, _, anchor, _, _ = friction_rows(state)
+    hold_circles(structure, values, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(count):
         add_to(r, state.friction + k, -load(z, anchor + k))
@@ -136,6 +220,7 @@ def add_jacobian(structure, values, now, z, weight, matrix):
 def subtract_speed_errors(structure, values, now, z, r):
     """Subtract Φ_q v + Φ_t of joints, and of what sticks, from the multipliers' rows of r."""
     friction, numbers = structure.friction, values.friction
+    update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     keep_sticking(structure.state, z, r)
@@ -145,7 +230,24 @@ def subtract_speed_errors(structure, values, now, z, r):
 def subtract_rate_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ of joints, and of what sticks, from r, and Φ_q a + γ from s."""
     friction, numbers, state = structure.friction, values.friction, structure.state
+    update_distances(structure, values, z)
     subtract_acceleration_errors(structure, values, structure.terms, values.terms, now, z, a, r, s)
     subtract_acceleration_errors(structure, values, friction.terms, numbers.terms, now, z, a, r, s)
+    subtract_drift_of_circles(structure, values, z, r, s)
     keep_sticking(state, z, r)
     keep_sticking(state, z, s)
+
+
+@compiled
+def subtract_drift_of_circles(structure, values, z, r, s):
+    """Subtract the rate of |d| times that of φ."""
+    friction, vectors, state = structure.friction, structure.vectors, structure.state
+    for n in range(len(friction.orbit_term)):
+        x, y = vector(vectors, values.vectors, z, 0, friction.centres[n])
+        u, v = vector(vectors, values.vectors, z, state.velocity, friction.centres[n])
+        angle = friction.terms.j[friction.orbit_term[n]] - state.angle
+        turning = polar_rate(vectors, values.vectors, z, z, state.velocity, angle)
+        apart = (x * u + y * v) / (sqrt(x * x + y * y) + 1e-100)
+        drift = load(values.friction.orbits, n) * apart * turning
+        add_to(r, state.friction + friction.of_orbit[n], -drift)
+        add_to(s, state.friction + friction.of_orbit[n], -drift)

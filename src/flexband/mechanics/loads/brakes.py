@@ -12,7 +12,6 @@ from flexband.mechanics.contact.friction import Coulomb, Friction, FrictionEntry
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Vector, angle
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, in_time
-from flexband.mechanics.sensors.motion import Sensor
 
 
 @frozen()
@@ -26,8 +25,9 @@ class Brake(PairLoad):
     first, second : points of the bodies.
     friction : `Coulomb` or µ.
     radius : r at which friction acts [m], times the number of pairs of faces.
-    force : F that presses the faces together [N]: 0 or more, a function of the time [s], of which
-        the magnitude counts, or a sensor that measures it first, such as ``fb.SpringForce("pad")``.
+    force : F that presses the faces together [N]: 0 or more, a function of the time [s], the name
+        of a spring whose tension it is, or the names of a load and of one of its states, see
+        `ForceLaw`. Of what changes the magnitude counts.
 
     Raises
     ------
@@ -51,12 +51,12 @@ class Brake(PairLoad):
     second: PointName
     friction: Friction
     radius: ArrayLike
-    force: InTime | Sensor
+    force: InTime | str | tuple[str, str]
 
     def __post_init__(self) -> None:
         as_coulomb(f"{type(self).__name__} friction", self.friction)
         check_positive(f"{type(self).__name__} radius [m]", self.radius)
-        if not callable(self.force) and not isinstance(self.force, Sensor):
+        if not callable(self.force) and not _names(self.force):
             check_non_negative(f"{type(self).__name__} force [N]", self.force)
 
     def enters(self, model: LoadModel) -> Entries:
@@ -64,9 +64,14 @@ class Brake(PairLoad):
         law = as_coulomb(f"{type(self).__name__} friction", self.friction)
 
         def pressure(forces: Sequence[Form]) -> list[Vector]:
-            if isinstance(self.force, Sensor):
-                return [(model.measured(self.force), Form({}))]
-            return [(in_time("Brake force [N]", self.force), Form({}))]
+            match self.force:
+                case str(spring):
+                    pressing, _ = model.spring(spring, torsion=False)
+                case (str(load), str(state)):
+                    pressing = model.law_state(load, state)
+                case given:
+                    pressing = in_time("Brake force [N]", given)
+            return [(pressing, Form({}))]
 
         turn = turning_of(model, self.first, self.second)
         entry = FrictionEntry(turn, law, pressure, lever=self.radius, angular=True)
@@ -129,3 +134,9 @@ class OneWayClutch(PairLoad):
 def turning_of(model: LoadModel, first: PointName, second: PointName) -> Travel:
     """Return the angle of the first body less that of the second one."""
     return Travel(angle(model.frame(first).normal) - angle(model.frame(second).normal))
+
+
+def _names(force: object) -> bool:
+    """Return whether a force is given by the name of a spring, or of a load and its state."""
+    names = force if isinstance(force, tuple) else (force,)
+    return all(isinstance(name, str) for name in names) and 0 < len(names) < 3

@@ -14,6 +14,7 @@ from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
+from flexband.report.text.parts import parts_line, parts_table
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
@@ -26,6 +27,7 @@ TITLES = {
     "p_box": "Distribution function",
     "range": "Range of values",
     "derived": "Quantities made of outputs",
+    "parts": "Distribution over the parts",
     "narrowed": "Bands with narrower inputs",
 }
 """Answers by the names of their files."""
@@ -56,7 +58,8 @@ def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck
         "the others is drawn again from close by, with dots at the output times"
     )
     usable, unusable = read_answers(folder, (*TITLES, "limits", "probability", "yield"))
-    usable = {name: display.data(answer) for name, answer in usable.items()}
+    shown = {k: display.data(answer) for k, answer in usable.items() if k != "parts"}
+    usable = {**usable, **shown}  # a table of parts has a unit in each row
     limits, probability = usable.get("limits"), usable.get("probability")
     answers = [_part(folder, k, title, usable[k]) for k, title in TITLES.items() if k in usable]
     bar = "" if limits is None else f"μ ± {deviations(limits)}"
@@ -83,8 +86,13 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     verdict = "outcome" if "outcome" in answer.attrs else "verdict"
     texts = (answer.attrs.get(k) for k in (verdict, inputs, "sampling", "surrogate_not_reliable"))
     remarks = [str(text) for text in texts if text]
-    tables = {"allocation": allocation_table, "narrowed": summary_table, "derived": derived_table}
+    tables = {
+        "allocation": allocation_table, "narrowed": summary_table, "derived": derived_table,
+        "parts": parts_table,
+    }  # fmt: skip
     table = tables[name](answer) if name in tables else None
+    if name == "parts":
+        remarks.insert(0, parts_line(answer))
     if "slack" in answer:
         remarks.append(margins_left(answer))
     if name == "sobol" and answer.sizes["name"] == 1:

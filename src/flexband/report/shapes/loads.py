@@ -6,6 +6,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from flexband.mechanics.loads.brakes import Brake, OneWayClutch
 from flexband.mechanics.loads.contacts import AngularStop, Contact, Stop
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
 from flexband.mechanics.loads.load import InTime, Load
@@ -63,6 +64,27 @@ def _(load: TorsionSpring, sketch: Sketch, name: str) -> None:
         start, sweep = np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense
         sketch.turning(frame, start, sweep, 24.0, "load", part if motor else "")
     sketch.name(name, at(place), color="load")
+
+
+@add_load.register
+def _(load: Brake, sketch: Sketch, name: str) -> None:
+    """Add the two shoes of a brake or clutch around its first point."""
+    place = sketch.tracks.point(load.first)
+    for middle in (np.pi / 2, -np.pi / 2):
+        turn = middle + np.linspace(-0.6, 0.6, 20)
+        arc = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        shoe = in_points(LocalFrame(place), np.concatenate([14.0 * arc, 19.0 * arc[::-1]]))
+        sketch.line(shoe, closed=True, fill="paper", layer=6.0, part=f"load {name!r}")
+    sketch.name(name, at(place))
+
+
+@add_load.register
+def _(load: OneWayClutch, sketch: Sketch, name: str) -> None:
+    """Add an arrow in the sense in which the first body is free to turn."""
+    place, sweep = sketch.tracks.point(load.first), 1.5 * np.pi * load.sense
+    frame, part = LocalFrame(place), f"load {name!r}"
+    sketch.turning(frame, np.pi / 2 - sweep / 2, sweep, 16.0, "ink", part)
+    sketch.name(name, at(place))
 
 
 def elements_of(scene: Scene, load: Spring | ViscousFriction | TorsionSpring) -> dict[str, bool]:

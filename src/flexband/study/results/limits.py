@@ -74,6 +74,7 @@ def check_limits_in(
     sigmas: float | None = None,
     scatter: Scatter | None = None,
     run_margin: Callable[[xr.Dataset], xr.Dataset] = lambda margins: margins,
+    production: xr.Dataset | None = None,
     **options: Any,
 ) -> LimitCheck:
     """Check limits, and write limits.nc, probability.nc and yield.nc into a folder.
@@ -83,10 +84,11 @@ def check_limits_in(
     of_study : whether the limits are those of the study.
     scatter : of the tolerances, as for `production_yield`.
     run_margin : returns margins with what runs tell of them.
+    production : the yield, if it is known from runs.
     options : of `failure_probability`.
     """
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
-    probability = production = None
+    probability = None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
     margins.attrs["random"] = int(any(space.random_dimension for space in spaces))
     written = of_study or not has_limits_of_study(folder)
@@ -95,7 +97,7 @@ def check_limits_in(
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if has_probability(surrogate):
         probability = failure_probability(surrogate, limits, **options)
-    if scatter:
+    if scatter and production is None:
         production = production_yield(surrogate, limits, scatter, **options)
     for name, answer in (("probability", probability), ("yield", production)):
         file = answer_file(folder, name)

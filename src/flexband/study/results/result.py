@@ -56,6 +56,9 @@ class StudyResult:
         Why limits that the study has are not checked; empty if they are.
     doubts
         Why the result is not what was asked for.
+    parts
+        Results of `sample_parts` and `predictability_horizon` in one dataset, if impacts make the
+        motion unpredictable; else None.
     seconds_per_run
         Mean time of a run [s], with all that is made of it.
     files
@@ -77,6 +80,7 @@ class StudyResult:
     limits: LimitCheck | None
     limits_unchecked: str
     doubts: tuple[Doubt, ...]
+    parts: xr.Dataset | None
     seconds_per_run: float
     files: tuple[str, ...]
     stale: tuple[str, ...]
@@ -96,10 +100,11 @@ class StudyResult:
     @property
     def answers(self) -> list[str]:
         """Names of the answers of the result."""
+        sampled = ["parts"] * (self.parts is not None)
         if self.limits is None:
-            return []
+            return sampled
         likely, parts = self.limits.probability is not None, self.limits.production is not None
-        return ["limits", *["probability"] * likely, *["yield"] * parts]
+        return [*sampled, "limits", *["probability"] * likely, *["yield"] * parts]
 
     @property
     def verdicts(self) -> list[RequirementVerdict]:
@@ -210,6 +215,7 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         limits,
         record["limits_unchecked"],
         tuple(map(Doubt.from_json, record["doubts"])),
+        answers.usable["parts"] if "parts" in record["answers"] else None,
         record["seconds_per_run"],
         tuple(files),
         tuple(stale_results(folder, files)),

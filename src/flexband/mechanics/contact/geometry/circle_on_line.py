@@ -16,8 +16,8 @@ from flexband.errors import (
     check_numbers,
     check_pair,
 )
-from flexband.mechanics.contact.friction import Travel
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Frame, angle, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,

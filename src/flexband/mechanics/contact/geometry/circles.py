@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
-from flexband.mechanics.contact.friction import Travel
 from flexband.mechanics.contact.geometry.geometry import Geometry
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Frame, angle, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 

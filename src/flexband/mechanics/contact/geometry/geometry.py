@@ -9,7 +9,7 @@ from typing import ClassVar
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.contact.friction import Travel
+from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Frame
 
 

@@ -45,6 +45,7 @@ from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import begin_extremes, minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
+from flexband.mechanics.kernels.friction import begin_sticking
 from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
@@ -205,6 +206,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         in_flight = CONTROL.in_flight if contact else in_flight
     allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(in_flight))
     newton = minimum(CONTROL.newton * allowed, filled(tolerance))
+    begin_sticking(structure, values, z)
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)
     clear(work.trial, 4)

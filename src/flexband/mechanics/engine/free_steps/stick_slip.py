@@ -1,10 +1,10 @@
 """What sticks and what slides at an instant, on lanes, and how far it is from changing.
 
 The margin of what sticks is µs N − |λ|, and that of what slides is u in its sense, so each is
-positive until an event. At an event all that is at rest sticks at first. What asks for more than
-µs N then slides in the sense in which it is pulled, and what would slide back sticks again, until
-nothing changes. Where that does not come to an end no motion is consistent, as in the paradox of
-Painlevé.
+positive until an event. At an event all that is at rest sticks at first. What asks for more than µs
+N then slides in the sense in which it is pulled, and what would slide back sticks again, until
+nothing changes; only then are the velocities of what sticks set to zero. Where that does not come
+to an end no motion is consistent, as in the paradox of Painlevé.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from flexband.mechanics.kernels.friction import (
     MODE,
     friction_rows,
     sticks,
+    subtract_drift_of_circles,
     subtract_speed_errors,
+    update_distances,
     update_friction,
 )
 from flexband.mechanics.kernels.lanes import (
@@ -47,12 +49,15 @@ class StickOptions(NamedTuple):
         Sliding speed that counts as rest, in tolerances of a step per step of the output.
     force
         Force by which µs N must be exceeded, relative to N.
+    still
+        Rate of what sticks, relative to the largest acceleration, that is due to rounding.
     changes
         The most changes of modes at an event for each friction.
     """
 
     speed: float = 1e-3
     force: float = 1e-9
+    still: float = 1e-6
     changes: int = 4
 
 
@@ -60,12 +65,18 @@ STICK = StickOptions()
 
 
 @compiled
-def rest_speed(structure, values, limits, step, k):
-    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
+def length_unit(structure, values, k):
+    """Return the size of the mechanism, or 1 if the travel of friction k is an angle."""
     unit = filled(1.0)
     if not structure.friction.angular[k]:
         unit = 1.0 / load(values.inverse_scale, 1)
-    return STICK.speed * limits.tolerance * unit / step
+    return unit
+
+
+@compiled
+def rest_speed(structure, values, limits, step, k):
+    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
+    return STICK.speed * limits.tolerance * length_unit(structure, values, k) / step
 
 
 @compiled
@@ -88,10 +99,12 @@ def sliding_rates(structure, values, now, work):
     """Set the rows of friction in `work.r` to −u̇."""
     clear(work.r, structure.state.velocity)
     clear(work.s, structure.state.velocity)
+    update_distances(structure, values, work.z)
     subtract_acceleration_errors(
         structure, values, structure.friction.terms, values.friction.terms, now, work.z, work.a,
         work.r, work.s,
     )  # fmt: skip
+    subtract_drift_of_circles(structure, values, work.z, work.r, work.s)
 
 
 @compiled
@@ -120,8 +133,8 @@ def update_margins(structure, values, now, work, limits, step):
 
 
 @compiled
-def bring_to_rest(structure, values, now, work, limits, step, chosen):
-    """Let all that is at rest stick where it is, and project its velocities."""
+def begin_to_stick(structure, values, now, work, limits, step, chosen):
+    """Let all that is at rest stick where it is, and slide what is not, in its sense."""
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
     count, mode, anchor, speed, normal = friction_rows(state)
     update_dependent(structure, values, now, z)
@@ -142,6 +155,18 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
         store(z, anchor + k, where(stopped, travel, load(z, anchor + k)))
         store(z, mode + k, where(chosen, new, load(z, mode + k)))
         store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+
+
+@compiled
+def bring_to_rest(structure, values, now, work, chosen):
+    """Project the velocities of what sticks, and of what begins to slide against its speed."""
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    count, mode, _, speed, _ = friction_rows(state)
+    for k in range(count):
+        sense = load(z, mode + k)
+        against = where(chosen, less(sense * load(z, speed + k), none), none)
+        store(z, speed + k, sense)
+        store(z, mode + k, where(against, filled(MODE.sticks), sense))
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
@@ -151,29 +176,61 @@ def bring_to_rest(structure, values, now, work, limits, step, chosen):
     for i in range(1, state.coordinates + 1):
         row = state.velocity + i
         store(z, row, load(z, row) + where(chosen, load(r, i), none))
+    for k in range(count):
+        store(z, mode + k, load(z, speed + k))
+
+
+@compiled
+def looseness(structure, values, z, k, change_of_speed, still):
+    """Return how much friction k asks for over what it can hold, if it sticks; 0 if it holds.
+
+    What would stick, but moves in spite of that, is looser than all: at a dead centre, no force of
+    a guide can hold the crank.
+    """
+    force, tiny = magnitude(load(z, structure.state.friction + k)), filled(1e-300)
+    over = excess(structure, values, z, k)
+    ratio = force / maximum(force - over, tiny)
+    ratio = where(less(filled(0.0), over), ratio, filled(0.0))
+    ratio = where(less(still, magnitude(change_of_speed)), filled(1e300), ratio)
+    return where(sticks(structure.state, z, k), ratio, filled(0.0))
 
 
 @compiled
 def change_modes(structure, values, now, work, limits, step, chosen):
-    """Let slide what asks for too much force, and stick what slides back; return where any does.
+    """Let slide what is loosest, and stick what slides back; return where any does.
 
-    q̈ and λ are those of the present modes.
+    q̈ and λ are those of the present modes. One friction is released at a time: with others that
+    stick only for the trial, one that holds may seem to ask for too much.
     """
     state, z, none = structure.state, work.z, filled(0.0)
     count, mode, _, speed, normal = friction_rows(state)
     sliding_rates(structure, values, now, work)
-    changed = none
+    changed, largest, loosest = none, none, none
+    for i in range(1, state.coordinates + 1):
+        rate = magnitude(load(z, state.acceleration + i)) * load(values.inverse_scale, i)
+        largest = maximum(largest, rate)
+    rounding = STICK.still * step * largest
+    for k in range(count):
+        still = rest_speed(structure, values, limits, step, k)
+        still = still + rounding * length_unit(structure, values, k)
+        change_of_speed = -load(work.r, state.friction + k) * step
+        loose = looseness(structure, values, z, k, change_of_speed, still)
+        loosest = maximum(loosest, loose)
     for k in range(count):
         held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
         N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
-        loose = where(less(none, excess(structure, values, z, k)), held, none)
-        pulled = where(less(force, none), filled(-1.0), filled(1.0))
-        back = less(-sense * load(work.r, state.friction + k) * step, -slow)
-        at_rest = less(magnitude(load(z, speed + k)), slow)
+        still = slow + rounding * length_unit(structure, values, k)
+        change_of_speed = -load(work.r, state.friction + k) * step
+        loose = looseness(structure, values, z, k, change_of_speed, still)
+        released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
+        moves = less(filled(1e299), loose)
+        pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
+        back = less(sense * change_of_speed, -slow)
+        at_rest = less(magnitude(load(z, speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
         back = where(less(none, N), back, none)
-        new = where(loose, pulled, where(back, filled(MODE.sticks), sense))
-        change = where(chosen, maximum(loose, back), none)
+        new = where(released, pulled, where(back, filled(MODE.sticks), sense))
+        change = where(chosen, maximum(released, back), none)
         store(z, mode + k, where(change, new, sense))
         changed = maximum(changed, change)
     return changed
@@ -189,13 +246,15 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     left_out = none
     count = state.angle - state.friction
     if count > 0:
-        bring_to_rest(structure, values, now, work, limits, step, chosen)
+        begin_to_stick(structure, values, now, work, limits, step, chosen)
     for _ in range(1 + STICK.changes * count):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
         if not any_true(pending):
             break
+    if count > 0:
+        bring_to_rest(structure, values, now, work, chosen)
     jammed = where(chosen, pending, none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))

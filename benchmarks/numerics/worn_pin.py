@@ -1,0 +1,140 @@
+"""The slider–crank of examples/worn_pin.py in minimal coordinates: an independent program.
+
+The crank turns at a given speed, so that the rod's angle φ and the slider's place x are all. With
+the crank's end P, the rod's unit vectors n along it and t across, its end E = P + L n, and the
+force F on this end and −F on the slider:
+
+    (I + m L²/4) φ̈ = L t·F − (m L/2) t·P̈,    M ẍ = −F_x.
+
+The pin is a point in a hole of the slider whose radius is the clearance c: beyond it by δ, the
+force is K δ^1.5 (1 + a δ̇/δ̇₀) towards the middle of the hole, never outwards. A method of Dormand
+and Prince with chosen steps, which end where the gap closes, serves one sample at a time.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+CRANK, ROD, ROD_MASS, ROD_INERTIA = 0.05, 0.12, 0.21, 2.5e-5
+SPEED = 2 * np.pi * 5000 / 60
+K, A, LEAST_SPEED = 6.61e10, 0.75 * (1 - 0.9**2), 1e-3
+LATE, END = 0.012, 0.036
+TOLERANCE, LONGEST = 1e-10, 5e-6
+
+NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
+WEIGHTS = np.array([
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
+    [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
+    [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
+    [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
+    [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+])  # fmt: skip
+ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+
+
+@numba.njit
+def contact(t, y, clearance):
+    """Return the depth, its rate, and the direction from the hole's middle to the pin."""
+    angle = SPEED * t
+    c, s = np.cos(y[0]), np.sin(y[0])
+    dx = CRANK * np.cos(angle) + ROD * c - y[1]
+    dy = CRANK * np.sin(angle) + ROD * s
+    vx = -CRANK * SPEED * np.sin(angle) - ROD * s * y[2] - y[3]
+    vy = CRANK * SPEED * np.cos(angle) + ROD * c * y[2]
+    distance = np.sqrt(dx * dx + dy * dy)
+    if distance == 0.0:
+        return -clearance, 0.0, 1.0, 0.0
+    nx, ny = dx / distance, dy / distance
+    return distance - clearance, nx * vx + ny * vy, nx, ny
+
+
+@numba.njit
+def force(depth, rate, began):
+    """Return the force of a contact that began with a speed; none where that is negative."""
+    if began < 0.0 or depth <= 0.0:
+        return 0.0
+    return max(0.0, K * depth**1.5 * (1.0 + A * rate / max(began, LEAST_SPEED)))
+
+
+@numba.njit
+def rates(t, y, clearance, mass, began, f):
+    """Fill in the rates of φ, x and their rates."""
+    depth, rate, nx, ny = contact(t, y, clearance)
+    F = force(depth, rate, began)
+    c, s = np.cos(y[0]), np.sin(y[0])
+    ax = -CRANK * SPEED**2 * np.cos(SPEED * t)
+    ay = -CRANK * SPEED**2 * np.sin(SPEED * t)
+    moment = -ROD * F * (c * ny - s * nx) - ROD_MASS * ROD / 2 * (c * ay - s * ax)
+    f[0], f[1] = y[2], y[3]
+    f[2] = moment / (ROD_INERTIA + ROD_MASS * ROD**2 / 4)
+    f[3] = F * nx / mass
+
+
+@numba.njit
+def tried(t, y, h, clearance, mass, began, f, new):
+    """Fill in the state after a step; return its error in parts of what is allowed."""
+    for stage in range(7):
+        for k in range(4):
+            new[k] = y[k]
+            for earlier in range(stage):
+                new[k] += h * WEIGHTS[stage, earlier] * f[earlier, k]
+        rates(t + NODES[stage] * h, new, clearance, mass, began, f[stage])
+    worst = 0.0
+    for k in range(4):
+        error = 0.0
+        for stage in range(7):
+            error += h * ERROR[stage] * f[stage, k]
+        scale = TOLERANCE * (1.0 if k < 2 else 1e3)
+        worst = max(worst, abs(error) / scale)
+    return worst
+
+
+@numba.njit
+def sample(clearance, mass, numbers):
+    """Fill in how often the gap closes, and the largest forces of the run and after a turn."""
+    y = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0])
+    f, new = np.empty((7, 4)), np.empty(4)
+    t, h, began = 0.0, 1e-7, -1.0
+    numbers[:] = 0.0
+    while t < END:
+        h = min(h, LONGEST, END - t)
+        error = tried(t, y, h, clearance, mass, began, f, new)
+        if error > 1.0:
+            h *= max(0.2, 0.9 * error**-0.2)
+            continue
+        depth = contact(t + h, new, clearance)[0]
+        taken = h
+        if (began < 0.0) == (depth > 0.0) and depth != 0.0:  # it closes or opens: where?
+            low, high = 0.0, h
+            for _ in range(60):
+                taken = (low + high) / 2
+                tried(t, y, taken, clearance, mass, began, f, new)
+                if (contact(t + taken, new, clearance)[0] > 0.0) == (depth > 0.0):
+                    high = taken
+                else:
+                    low = taken
+            taken = high
+            tried(t, y, taken, clearance, mass, began, f, new)
+        t += taken
+        y[:] = new
+        depth, rate, _, _ = contact(t, y, clearance)
+        if began < 0.0 and depth > 0.0:
+            began = max(rate, 0.0)
+            numbers[0] += 1
+        elif began >= 0.0 and depth <= 0.0:
+            began = -1.0
+        F = force(depth, rate, began)
+        numbers[1] = max(numbers[1], F)
+        if t >= LATE:
+            numbers[2] = max(numbers[2], F)
+        h = taken * min(5.0, 0.9 * max(error, 1e-8) ** -0.2) if taken == h else h
+
+
+@numba.njit
+def samples(clearances, masses, numbers):
+    """Fill in what `sample` does for each of some samples, (samples, 3)."""
+    for k in range(len(clearances)):
+        sample(clearances[k], masses[k], numbers[k])

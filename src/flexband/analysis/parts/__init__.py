@@ -1,0 +1,1 @@
+"""What expansions cannot follow: how far motions are predictable, and how parts are distributed."""

@@ -1,0 +1,146 @@
+"""The distribution of numbers over sampled parts, what it depends on, and their yield."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from flexband.analysis.parts.estimates import (
+    first_order,
+    needed_samples,
+    quantiles_of,
+    share_of,
+)
+from flexband.analysis.parts.numbers import Quantities, numbers_of
+from flexband.analysis.parts.points import Parts
+from flexband.analysis.probability.failure import ANY
+from flexband.analysis.requirements.criteria import ShareOfParts
+from flexband.analysis.requirements.production import with_yield
+from flexband.analysis.requirements.requirement import Requirement, by_name
+from flexband.analysis.verification.expanded_runs import Runs
+from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
+
+LONG_NAMES = {
+    "quantile": "number that is not exceeded by this part of the parts",
+    "quantile_low": "lower end of its confidence interval",
+    "quantile_high": "upper end of its confidence interval",
+    "first_order": "part of the variance that is due to the input alone",
+    "first_order_error": "half the width of its confidence interval",
+}
+
+
+@dataclass(frozen=True)
+class SamplingOptions:
+    """What samples of parts are to tell.
+
+    Attributes
+    ----------
+    probabilities, confidence, accuracy, samples : as in `sample_parts`.
+    max_samples : most samples, if their number is not given.
+    at_first : samples with which quantities and requirements are checked before more are made.
+    at_once : samples whose outputs are kept at a time.
+    """
+
+    probabilities: tuple[float, ...] = (0.05, 0.5, 0.95)
+    confidence: float = 0.95
+    accuracy: float = 0.5
+    samples: int | None = None
+    max_samples: int = 10_000
+    at_first: int = 8
+    at_once: int = 512
+
+    def __post_init__(self) -> None:
+        parts = check_finite("probabilities", self.probabilities, rank=None).ravel()
+        if not parts.size or (np.diff([0.0, *parts, 1.0]) <= 0).any():
+            raise InputError(
+                f"probabilities must increase between 0 and 1; got {shown(self.probabilities)}"
+            )
+        for name in ("confidence", "accuracy"):
+            value = float(check_numbers(name, getattr(self, name)))
+            if not 0 < value < 1:
+                raise InputError(f"{name} must be between 0 and 1; got {value:g}")
+        if self.samples is not None:
+            check_integer("samples", self.samples, 2)
+
+    def count(self, requirements: Sequence[Requirement]) -> int:
+        """Return the number of samples."""
+        if self.samples is not None:
+            return self.samples
+        allowed = [r.criterion.at_most for r in requirements if type(r.criterion) is ShareOfParts]
+        parts = np.array(self.probabilities, dtype=float)
+        return min(self.max_samples, needed_samples(parts, allowed, self.confidence, self.accuracy))
+
+
+def distribution(
+    run: Runs,
+    parts: Parts,
+    requirements: Sequence[Requirement],
+    quantities: Quantities | None,
+    seed: int,
+    options: SamplingOptions,
+) -> xr.Dataset:
+    """Return what `sample_parts` does; `run` returns runs at points."""
+    count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
+    xi, eta = parts.samples(count, seed)
+    good = np.full(count, True)
+    starts = [0, *range(options.at_first, count, options.at_once)]
+    for first, end in itertools.pairwise([*starts, count]):
+        made = run((xi[first:end], eta[first:end]))
+        assert made.values is not None
+        good[[first + k for k in made.failed]] = False
+        response = made.values.isel(sample=good[first:end])
+        blocks.append(numbers_of(response, quantities))
+        margins.append(margins_of(requirements, response, blocks[-1]))
+    numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
+    values = parts.space.numbers_at(xi[good], eta[good])
+    columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
+    probabilities = np.array(options.probabilities, dtype=float)
+    arrays = (
+        *quantiles_of(numbers.values, probabilities, options.confidence, lost),
+        *first_order(columns, numbers.values, options.confidence),
+    )
+    dims = ["probability"] * 3 + ["input"] * 2
+    result = xr.Dataset(
+        {
+            name: ((dim, "quantity"), array, {"long_name": words})
+            for (name, words), dim, array in zip(LONG_NAMES.items(), dims, arrays, strict=True)
+        },
+        {"probability": probabilities, "input": list(values), **numbers.coords},
+        {"confidence": options.confidence},
+    )
+    if requirements:
+        shares = yields(requirements, np.concatenate(margins, axis=1), options.confidence, lost)
+        result = result.assign(shares.variables).assign_attrs(shares.attrs)
+    attrs = {"samples": len(numbers), "seed": seed, "scatter": parts.scatter}
+    return result.assign_attrs(attrs | ({"runs_failed": lost} if lost else {}))
+
+
+def margins_of(
+    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray
+) -> np.ndarray:
+    """Return least margins of outputs, or of numbers by name, (requirements, samples)."""
+    as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
+    margins = []
+    for requirement in requirements:
+        values = as_outputs if requirement.output in names else response
+        inside = requirement.corridor(values).margin(values.values, values.values)
+        margins.append(inside.reshape(len(values), -1).min(axis=1))
+    return np.reshape(margins, (len(margins), len(numbers)))
+
+
+def yields(
+    requirements: Sequence[Requirement], margins: np.ndarray, confidence: float, lost: int
+) -> xr.Dataset:
+    """Return the variables of `production_yield` of samples, of which some are lost."""
+    names = list(by_name(requirements))
+    if len(names) > 1:
+        margins, names = np.vstack([margins, margins.min(axis=0)]), [*names, ANY]
+    count = margins.shape[1]
+    shares = [share_of(int(np.sum(row < 0)), count, confidence, lost) for row in margins]
+    ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
+    data = {name: ("limit", values) for name, values in ends.items()}
+    return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))

@@ -1,0 +1,55 @@
+"""The parts that are made, as independent samples of tolerances and random inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
+from flexband.errors import check_instance
+from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distributions.bounded import Uniform
+from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.inputs.space import Space
+
+
+@dataclass(frozen=True)
+class Parts:
+    """How the inputs of parts are distributed.
+
+    Attributes
+    ----------
+    space : of the inputs.
+    tolerances : how the intervals scatter.
+    scatter : the same in words: "length: Uniform(lower=0.9, upper=1.1), assumed".
+    """
+
+    space: Space
+    tolerances: ScatteringTolerances
+    scatter: str
+
+    @staticmethod
+    def of(space: Space, scatter: Scatter) -> Parts:
+        """Return the parts of a space; a tolerance without a distribution is uniform."""
+        check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
+        groups = [given.members for given in scatter.values() if isinstance(given, Correlated)]
+        given = set(scatter).union(*groups)
+        assumed = {
+            name: Uniform(interval.lower, interval.upper)
+            for name, interval in space.of_kind(random=False).items()
+            if isinstance(interval, Interval) and name not in given
+        }
+        words = [f"{name}: {distribution!r}" for name, distribution in scatter.items()]
+        words += [f"{name}: {distribution!r}, assumed" for name, distribution in assumed.items()]
+        tolerances = ScatteringTolerances.of({**assumed, **scatter}, space)
+        return Parts(space, tolerances, "; ".join(words))
+
+    def samples(self, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ and η of independent parts; the first ones are the same for any count."""
+        n, tolerances = self.space.random_dimension, self.tolerances
+        u = np.random.default_rng(seed).standard_normal((count, n + tolerances.dimension))
+        eta = tolerances.eta(u[:, n:]) if tolerances.intervals else np.zeros((count, 0))
+        return of_normals(u[:, :n], self.space.families), eta

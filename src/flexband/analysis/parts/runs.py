@@ -1,0 +1,49 @@
+"""Runs of a response as it is given, without a method that counts and checks them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import xarray as xr
+
+from flexband.analysis.verification.expanded_runs import Points, Runs
+from flexband.errors import InputError, check_function
+from flexband.execution.store import as_store
+from flexband.progress import Advance
+from flexband.response import ResponseFunction
+from flexband.uncertainty.inputs.space import Space, check_names
+from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of
+from flexband.uncertainty.runs.evaluated import Evaluated
+from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
+from flexband.uncertainty.runs.reuse import located
+
+
+@contextmanager
+def plain_runs(
+    response: ResponseFunction, inputs: GivenInputs, options: EvaluationOptions
+) -> Iterator[tuple[Space, int, Callable[[Advance], Runs]]]:
+    """Give the space of inputs without choices, how many runs found it, and what makes runs.
+
+    Raise `InputError` if there are choices, or the response's arguments are not the inputs.
+    """
+    check_function("response", response)
+    check_names(response, inputs)
+    if choices := choices_of(inputs):
+        raise InputError(f"inputs must have no Choice; got {', '.join(choices)}")
+    placed, explored = located(response, inputs, as_store(options.store))
+    space = Space(placed)
+    with evaluations(response, placed, options) as evaluate:
+
+        def runs_of(advance: Advance) -> Runs:
+            labels: xr.DataArray | None = None
+
+            def run(points: Points) -> Evaluated:
+                nonlocal labels
+                made = evaluate(response, space, "", points, labels, advance)
+                labels = made.labels
+                return made
+
+            return run
+
+        yield space, explored, runs_of

@@ -1,0 +1,44 @@
+"""The distribution over the parts, in words and as a table."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from flexband.report.text.numbers import number
+from flexband.report.text.tables import Table
+from flexband.rounding import Units
+from flexband.words import number_of
+
+
+def parts_line(parts: xr.Dataset) -> str:
+    """Return from when on a motion is not predictable, and what holds then, as a sentence."""
+    low = parts["horizon_low"]
+    first = low[np.unravel_index(low.values.argmin(), low.shape)]
+    time = f"{number(float(first), 3)} {parts['horizon'].attrs.get('units', '')}".rstrip()
+    output = f" ({first['output'].values})" if "output" in first.coords else ""
+    return (
+        f"Impacts make single motions unpredictable after {time}{output}: peaks and counts are "
+        f"those of {number_of(parts.attrs['samples'], 'sampled part')} ({parts.attrs['scatter']})."
+    )
+
+
+def parts_table(parts: xr.Dataset) -> Table:
+    """Return quantiles of each number that varies, with their intervals, and what it depends on."""
+    header = ["", "unit", *(f"{100 * p:g} % below" for p in parts["probability"].values)]
+    ends = np.concatenate([parts["quantile_low"].values, parts["quantile_high"].values])
+    size, spread = np.abs(parts["quantile"].values).max(axis=0), np.ptp(ends, axis=0)
+    rows = []
+    for k in np.flatnonzero(Units.along(parts, ["quantity"]).varies(spread, size)):
+        of_number = parts.isel(quantity=k)
+        values = [of_number[f"quantile{end}"].values for end in ("", "_low", "_high")]
+        scale = float(np.abs(values[0]).max())
+        texts = ([number(v, 4, scale) for v in column] for column in values)
+        cells = [f"{v} ({low} to {high})" for v, low, high in zip(*texts, strict=True)]
+        shares = of_number["first_order"]
+        best = shares.values.argmax()
+        share, error = float(shares[best]), float(of_number["first_order_error"][best])
+        cause = f"{shares['input'].values[best]} {100 * share:.0f} ± {100 * error:.0f} %"
+        names = [str(of_number[name].values) for name in ("quantity", "unit")]
+        rows.append([*names, *cells, cause])
+    return [*header, "most of the variance"], rows

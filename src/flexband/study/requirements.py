@@ -1,0 +1,129 @@
+"""How the requirements of a study are judged: by its surrogate, or by samples of the parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from flexband.analysis.parts.distribution import SamplingOptions, distribution
+from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
+from flexband.analysis.parts.points import Parts
+from flexband.analysis.selection import surrogates_of
+from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
+from flexband.error_text import error_text
+from flexband.errors import warn
+from flexband.files import try_write
+from flexband.progress import counted, listener
+from flexband.study.nominal import around_nominal, with_recorded, with_runs
+from flexband.study.progress import StudyProgress
+from flexband.study.results.answers import answer_file
+from flexband.study.results.limits import LimitCheck, check_limits_in
+from flexband.study.results.netcdf import write_netcdf
+from flexband.study.results.reliability import Doubt
+
+if TYPE_CHECKING:
+    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+    StudySurrogate = Surrogate | SurrogateOfChoices | None
+
+
+def sampled_parts(
+    progress: StudyProgress, surrogate: StudySurrogate, doubts: Sequence[Doubt], **execution: Any
+) -> xr.Dataset | None:
+    """Write how numbers are distributed over the parts, where a motion is not predictable.
+
+    That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
+    and the horizon of predictability is within the run. The runs of `predictability_horizon` and of
+    `sample_parts` are recorded with the others; both results are in one dataset. None otherwise,
+    and with choices; if runs fail, this is warned of.
+
+    Parameters
+    ----------
+    execution : of the runs: batch, executor, failed.
+    """
+    file, parts = answer_file(progress.folder.path, "parts"), None
+    if surrogate is not None and any(doubt.rare_values for doubt in doubts):
+        try:
+            parts = _sampled(progress, surrogate, **execution)
+        except Exception as error:  # whatever a response raises; the bands are there
+            warn(f"parts are not sampled: {error_text(error)}")
+    file.unlink(missing_ok=True)
+    if parts is not None:
+        try_write(lambda: write_netcdf(parts, file))
+    return parts
+
+
+def _sampled(
+    progress: StudyProgress, surrogate: Surrogate | SurrogateOfChoices, **execution: Any
+) -> xr.Dataset | None:
+    """Return the distribution and the horizon; None if the motion is predictable."""
+    study, (label, case) = progress.study, next(iter(surrogates_of(surrogate).items()))
+    space, near, options = case.space, HorizonOptions(), SamplingOptions()
+    if label or not study.source.impacts(**space.arguments_at(*space.nominal())):
+        return None
+    folder = progress.folder.path
+    requirements = around_nominal(study.requirements, folder, surrogate, study.display)
+    how = {"store": progress.store, **execution}
+    with runs_as_expanded(study.response, study.inputs, **how) as runs_of:
+
+        def run(name: str, count: int) -> Runs:
+            listener().stage(name)
+            return runs_of(case, label, counted(progress.task(name), count))
+
+        horizon = horizon_of(run("neighbouring runs", near.runs(space)), space, None, 0, near)
+        if horizon["predictable"].all():
+            return None
+        parts, count = Parts.of(space, study.scatter), options.count(requirements)
+        samples = run("samples of the parts", count)
+        made = distribution(samples, parts, requirements, None, 0, options)
+    return made.assign(horizon.variables).assign_attrs({**horizon.attrs, **made.attrs})
+
+
+def checked_requirements(
+    progress: StudyProgress,
+    surrogate: StudySurrogate,
+    doubts: Sequence[Doubt],
+    parts: xr.Dataset | None,
+    **execution: Any,
+) -> tuple[LimitCheck | None, str]:
+    """Return whether the requirements of a study are kept, or why that is not known.
+
+    Parameters
+    ----------
+    parts : result of `sampled_parts`, from which yields are taken.
+    execution : of the runs: batch, executor, failed.
+    """
+    study, folder = progress.study, progress.folder.path
+    if not study.requirements:
+        return None, ""
+    if surrogate is None:
+        return None, "the method expands no response"
+    production = None
+    if parts is not None:
+        production = parts[[name for name in parts if parts[name].dims == ("limit",)]]
+    try:
+        requirements = around_nominal(study.requirements, folder, surrogate, study.display)
+
+        def run_margin(margins: xr.Dataset) -> xr.Dataset:
+            withheld = any(doubt.rare_values for doubt in doubts)
+            if withheld and progress.store is not None:
+                margins = with_recorded(surrogate, requirements, margins, folder)
+            if study.runs_elsewhere:
+                return margins
+            how = {"store": progress.store, **execution}
+            return with_runs(study, surrogate, requirements, margins, **how)[0]
+
+        check = check_limits_in(
+            folder,
+            surrogate,
+            requirements,
+            scatter=study.scatter,
+            run_margin=run_margin,
+            production=production,
+        )
+    except Exception as error:  # the bands are there
+        return None, str(error) or type(error).__name__
+    return check, ""

@@ -1,0 +1,275 @@
+"""Parts with friction: rolling, pins in holes, gears, freewheels, and what is refused."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+
+g = 9.81
+RUBBER = fb.contact.KeepsRestitution(stiffness=1e7, exponent=1.0, restitution=0.5)
+
+
+def at(result, output):
+    return result.sel(output=output).values
+
+
+def disc(speed, *, radius=0.1, friction=0.2, **others):
+    body = fb.RigidBody(
+        mass=1.0, inertia=0.5 * radius**2, position=(0.0, radius - g / 1e7), velocity=(speed, 0.0)
+    )
+    floor = fb.contact.CircleOnLine(radius=radius)
+    contact = fb.contact.Contact("disc", (0.0, 0.0), floor, RUBBER, True, friction)
+    return fb.Mechanism(
+        bodies={"disc": body},
+        loads={"gravity": fb.Gravity(), "floor": contact, **others},
+        sensors={
+            "x": fb.Position("disc"),
+            "turn": fb.AngularVelocity("disc"),
+            "floor": fb.contact.FrictionForce("floor"),
+        },
+    )
+
+
+def test_a_disc_slides_until_it_rolls():
+    """It rolls with 2/3 of its speed from t = v/(3 µ g) on."""
+    motion = fb.simulate(disc(1.0), duration=0.4, step=0.02)
+    t = 1.0 / (3 * 0.2 * g)
+    x = t - 0.2 * g * t**2 / 2 + 2 / 3 * (0.4 - t)
+    assert at(motion, "x_X")[-1] == pytest.approx(x, abs=1e-6)
+    assert at(motion, "turn")[-1] == pytest.approx(-2 / 3 / 0.1, rel=1e-6)
+    assert abs(at(motion, "floor")[-1]) < 1e-4
+    assert at(motion, "floor")[1] == pytest.approx(-0.2 * g, rel=1e-4)
+
+
+@pytest.mark.parametrize(("inside", "sign"), [(True, 1.0), (False, -1.0)])
+def test_a_disc_rolls_in_a_bowl_and_from_a_ball(inside, sign):
+    """With the distance c of the centres, 1.5 c φ̈ = ∓g sin φ."""
+    radius, other, start = 0.1, 1.0, 0.3
+    distance = other - radius if inside else other + radius
+    kind = fb.contact.CircleInCircle if inside else fb.contact.CircleOnCircle
+    place = distance * np.sin(start), -sign * distance * np.cos(start)
+    mechanism = fb.Mechanism(
+        bodies={"disc": fb.RigidBody(mass=1.0, inertia=0.5 * radius**2, position=place)},
+        loads={
+            "gravity": fb.Gravity(),
+            "rolls": fb.contact.Contact(
+                "disc", (0.0, 0.0), kind(radii=(radius, other)), RUBBER, True, 2.0
+            ),
+        },
+        sensors={"x": fb.Position("disc"), "v": fb.Velocity("disc")},
+    )
+    motion = fb.simulate(mechanism, duration=0.3, step=0.01)
+    speed = np.hypot(at(motion, "v_X"), at(motion, "v_Y"))[-1]
+    fallen = at(motion, "x_Y")[0] - at(motion, "x_Y")[-1]
+    assert speed == pytest.approx(np.sqrt(4 / 3 * g * fallen), rel=2e-4)
+
+
+def test_a_pin_with_play_slows_down_as_one_without():
+    """A flywheel on a pin in a hole loses r sin(arctan µ) m g in both models."""
+    moment, speeds = 0.01 * np.sin(np.arctan(0.1)) * 2.0 * g, []
+    for pin in (
+        {"radius": 0.01},
+        {"radius": 0.01, "clearance": 1e-4, "law": RUBBER},
+    ):
+        wheel = fb.Mechanism(
+            bodies={"wheel": fb.RigidBody(mass=2.0, inertia=0.02, rate=-2.0)},
+            joints={"pin": fb.Revolute("wheel", (0.0, 0.0), friction=0.1, **pin)},
+            loads={"gravity": fb.Gravity(), "air": fb.ViscousFriction("wheel", (0.0, 0.0), 20.0)},
+            sensors={"turn": fb.AngularVelocity("wheel")},
+        )
+        motion = fb.simulate(wheel, duration=1.0, step=0.1)
+        speeds.append(at(motion, "turn")[-1] - at(motion, "turn")[5])
+    assert speeds[0] == pytest.approx(moment / 0.02 * 0.5, rel=1e-4)
+    assert speeds[1] == pytest.approx(speeds[0], rel=0.02)  # the hole is 1 % larger than the pin
+
+
+@pytest.mark.parametrize("efficiency", [0.9, 0.5])
+@pytest.mark.parametrize("driver", ["wheel", "pinion"])
+def test_the_efficiency_of_gears_is_that_of_power(efficiency, driver):
+    """Held in balance, the driven gear has the efficiency times the moment of ideal gears."""
+    power = 0.2 if driver == "wheel" else 0.1
+    other = 0.1 if driver == "wheel" else 0.2
+    driven, sign = ("pinion", 1.0) if driver == "wheel" else ("wheel", -1.0)
+    train = fb.Mechanism(
+        bodies={
+            "wheel": fb.RigidBody(mass=1.0, inertia=1e-2, rate=1.0),
+            "pinion": fb.RigidBody(mass=1.0, inertia=1e-2, position=(0.3, 0.0), rate=-2.0),
+        },
+        joints={
+            "a": fb.Revolute("wheel", (0.0, 0.0)),
+            "b": fb.Revolute("pinion", (0.3, 0.0)),
+            "mesh": fb.Gear("wheel", "pinion", 0.2, 0.1, efficiency=efficiency),
+        },
+        loads={
+            "drive": fb.Moment(driver, sign),
+            "load": fb.Moment(driven, sign * efficiency * other / power),
+        },
+        sensors={"turn": fb.AngularVelocity("wheel")},
+    )
+    exact = fb.GeneralizedAlpha(step_tolerance=1e-9, spectral_radius=1.0)
+    motion = fb.simulate(train, duration=0.5, step=0.05, integrator=exact)
+    np.testing.assert_allclose(at(motion, "turn"), 1.0, rtol=1e-7)
+
+
+def test_a_freewheel_lets_go_and_holds():
+    """Under the moment 1 − t it turns by 2/3 rad until 2 s, and holds what is more than that."""
+    shaft = fb.Mechanism(
+        bodies={"shaft": fb.RigidBody(mass=1.0, inertia=0.5)},
+        joints={"axle": fb.Revolute("shaft", (0.0, 0.0))},
+        loads={
+            "freewheel": fb.contact.OneWayClutch("shaft", (0.0, 0.0)),
+            "moment": fb.Moment("shaft", lambda t: 1.0 - t),
+        },
+        sensors={
+            "turn": fb.Angle("shaft"),
+            "freewheel": fb.contact.FrictionForce("freewheel", angular=True),
+        },
+    )
+    motion = fb.simulate(shaft, duration=4.0, step=0.5)
+    assert at(motion, "turn")[2] == pytest.approx(2 / 3, rel=1e-4)
+    np.testing.assert_allclose(at(motion, "turn")[5:], 4 / 3, rtol=1e-4)
+    np.testing.assert_allclose(at(motion, "freewheel")[[5, 8]], [1.5, 3.0], rtol=1e-9)
+
+
+def test_a_crank_passes_the_dead_centres_of_a_rough_guide():
+    """At a dead centre the slider stops for an instant, and no force of its guide holds the crank.
+
+    With a slider without mass in a guide that is pressed by F, the crank loses 4 r µ F a turn.
+    """
+    crank = fb.Mechanism(
+        bodies={
+            "crank": fb.RigidBody(mass=1.0, inertia=0.5, rate=5.0, points={"end": (0.1, 0.0)}),
+            "block": fb.PointMass(mass=1e-6, position=(0.1, 0.0), velocity=(0.0, 0.5)),
+            "slider": fb.PointMass(mass=1e-6, position=(0.1, 0.0)),
+        },
+        joints={
+            "axle": fb.Revolute("crank", (0.0, 0.0)),
+            "pin": fb.Revolute("block", "crank.end"),
+            "yoke": fb.Slot("block", "slider", axis=(0.0, 1.0)),
+            "guide": fb.Slot("slider", (0.0, 0.0), friction=0.2),
+        },
+        loads={"press": fb.Force("slider", 0.0, -20.0)},
+        sensors={"turn": fb.Angle("crank"), "energy": fb.KineticEnergy()},
+    )
+    motion = fb.simulate(crank, duration=2.0, step=0.05)
+    turn, energy = at(motion, "turn"), at(motion, "energy")
+    half = np.floor(turn / np.pi)
+    travel = 0.1 * (2 * half + 1 - np.cos(turn - half * np.pi))
+    assert turn[-1] > 2 * np.pi
+    np.testing.assert_allclose(energy[0] - energy, 0.2 * 20.0 * travel, atol=2e-4)
+
+
+def sledge(friction=0.3, **joints):
+    return fb.Mechanism(
+        bodies={"m": fb.RigidBody(mass=2.0, inertia=0.1, velocity=(1.0, 0.0))},
+        joints={"guide": fb.Prismatic("m", (0.0, 0.0), length=0.5, friction=friction), **joints},
+        loads={"gravity": fb.Gravity()},
+        sensors={"x": fb.Position("m")},
+    )
+
+
+def test_friction_that_sticks_goes_on_where_it_is():
+    whole = fb.simulate(sledge(), duration=0.6, step=0.05)
+    first = fb.simulate(sledge(), duration=0.4, step=0.05, keep_state=True)
+    second = fb.simulate(sledge(), duration=0.2, step=0.05, start=first)
+    np.testing.assert_allclose(at(second, "x_X"), at(whole, "x_X")[8:], rtol=0, atol=1e-12)
+
+
+def test_samples_with_friction_do_not_depend_on_each_other():
+    mus = np.array([0.1, 0.3, 0.05, 0.7])
+    together = fb.simulate(sledge(mus), duration=0.4, step=0.05)
+    for k, mu in enumerate(mus):
+        alone = fb.simulate(sledge(mu), duration=0.4, step=0.05)
+        np.testing.assert_array_equal(together[k], alone)
+
+
+def test_what_has_friction_sticks_in_modes():
+    """A pendulum whose pin sticks has only its second degree of freedom."""
+
+    def model(friction):
+        return fb.Mechanism(
+            bodies={
+                "a": fb.PointMass(mass=1.0),
+                "b": fb.PointMass(mass=1.0, position=(1.0, 0.0)),
+            },
+            joints={
+                "a": fb.Slot("a", (0.0, 0.0), friction=friction),
+                "b": fb.Slot("b", (0.0, 0.0)),
+            },
+            loads={
+                "first": fb.Spring("a", (-1.0, 0.0), 100.0, rest_length=1.0),
+                "second": fb.Spring("a", "b", 100.0, rest_length=1.0),
+            },
+            sensors={"x": fb.Position("b")},
+        )
+
+    free = fb.modes(model(None), count=2, about="start")
+    stuck = fb.modes(model(0.2), count=1, about="start")
+    assert float(free.frequency[0]) * 2 * np.pi == pytest.approx(
+        10 * (np.sqrt(5) - 1) / 2, rel=1e-6
+    )
+    assert float(stuck.frequency[0]) * 2 * np.pi == pytest.approx(10.0, rel=1e-6)
+
+
+def test_equilibrium_says_that_it_leaves_friction_out():
+    with pytest.warns(fb.errors.FlexbandWarning, match="friction of 'guide' is left out"):
+        rest = fb.equilibrium(
+            fb.Mechanism(
+                bodies={"m": fb.PointMass(mass=2.0)},
+                joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0), friction=0.3)},
+                loads={"gravity": fb.Gravity(), "spring": fb.Spring("m", (0.0, 1.0), 1e3, 1.0)},
+                sensors={"x": fb.Position("m")},
+            )
+        )
+    assert at(rest, "x_Y") == pytest.approx(-2.0 * g / 1e3)
+
+
+def test_friction_of_a_shared_reaction_is_refused():
+    with pytest.raises(fb.errors.InputError, match="friction of joint 'guide' depends"):
+        fb.simulate(sledge(other=fb.Slot("m", (0.0, 0.0))), duration=0.1, step=0.05)
+
+
+@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+def test_a_jump_of_speed_is_refused():
+    def path(t):
+        return np.where(t < 0.05, t, 0.05 + 2 * (t - 0.05))
+
+    mechanism = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0), "belt": fb.PointMass(mass=1.0)},
+        joints={
+            "motor": fb.PrescribedPath("belt", path, lambda t: 0.0),
+            "felt": fb.Slot("m", "belt", friction=0.3),
+        },
+        loads={"weight": fb.Force("m", 0.0, -1.0)},
+        sensors={"x": fb.Position("m")},
+    )
+    with pytest.raises(fb.errors.InputError, match="drive jumps at 0"):
+        fb.simulate(mechanism, duration=0.1, step=0.01)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: fb.contact.Coulomb(kinetic=-0.1), "Coulomb kinetic must be .*-0.1"),
+        (lambda: fb.contact.Coulomb(kinetic=0.3, static=0.2), "at least kinetic; got 0.2 and 0.3"),
+        (lambda: fb.contact.Coulomb(kinetic=0.3, stribeck_speed=0.0), "stribeck_speed .*got 0"),
+        (lambda: fb.contact.Coulomb(kinetic=0.3, viscous=-1.0), "viscous .*-1"),
+        (lambda: fb.Revolute("a", "b", friction=0.1), "radius .*with friction.*got 0"),
+        (lambda: fb.Revolute("a", "b", radius=0.1, friction=-0.1), "Revolute friction .*-0.1"),
+        (lambda: fb.Prismatic("a", "b", friction=0.1), "needs the length of the slider"),
+        (lambda: fb.Slot("a", "b", friction="rough"), "Slot friction .*rough"),
+        (lambda: fb.Gear("a", "b", 0.1, 0.1, efficiency=1.2), "at most 1; got 1.2"),
+        (lambda: fb.Rack("a", "b", 0.1, efficiency=0.0), "Rack efficiency .*got 0"),
+        (lambda: fb.contact.Brake("a", "b", 0.3, 0.1, -1.0), "Brake force .*-1"),
+        (lambda: fb.contact.Clutch("a", "b", 0.3, 0.0, 1.0), "Clutch radius .*got 0"),
+        (lambda: fb.contact.OneWayClutch("a", "b", sense=2), "1 or -1; got 2"),
+        (
+            lambda: disc(1.0, wall=fb.contact.Contact(
+                "disc", (0.0, 0.0), fb.contact.CircleOnLine(ends=(0.0, 1.0)), RUBBER, True, 0.1)),
+            "ends .*must be None with friction",
+        ),
+    ],
+)  # fmt: skip
+def test_what_friction_cannot_be_is_refused(build, message):
+    with pytest.raises(fb.errors.InputError, match=message):
+        build()

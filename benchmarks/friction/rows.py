@@ -108,7 +108,10 @@ def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
         of_walls = [(gap, n, numbers[0], numbers[0] + gap, centre)]
     found = []
     for gap, n, near, far, (cx, cy) in of_walls:
-        p = a.body, (cx - near * n[0], cy - near * n[1])
-        r = b.body, (cx - far * n[0], cy - far * n[1])
-        found.append(Meeting(gap, apart(q, p, r, n), apart(q, p, r, (-n[1], n[0]))))
+        p = cx - near * n[0], cy - near * n[1]
+        r = cx - far * n[0], cy - far * n[1]
+        normal = apart(q, (a.body, p), (b.body, r), n)
+        # friction acts on both at the same point, without a couple by the depth
+        sliding = apart(q, (a.body, p), (b.body, p), (-n[1], n[0]))
+        found.append(Meeting(gap, normal, sliding))
     return found

@@ -160,13 +160,10 @@ def check_finite(
 ) -> np.ndarray:
     """Return `value` as an array of floats; raise `InputError` if it is not finite real numbers.
 
-    Text, bytes, dates, booleans, complex and masked numbers and objects are none.
-
-    Parameters
-    ----------
-    name, allowed : what the value is, and what it must be, for the message.
-    rank : 1 for a number or one number per sample, shape (n,); 2 for (n, points) as well; None for
-        numbers of any shape, which may also be lists.
+    Text, bytes, dates, booleans, complex and masked numbers and objects are none. The message says
+    what the value is, `name`, and must be, `allowed`. The rank is 1 for a number or one number per
+    sample, shape (n,); 2 for (n, points) as well; None for numbers of any shape, which may also be
+    lists.
     """
     array = _real(name, value, allowed, lists=rank is None)
     if array.size == 0:

@@ -91,15 +91,7 @@ def write_json(file: Path, content: Mapping[str, Any]) -> None:
 
 
 def read_json(file: Path) -> dict[str, Any]:
-    """Return what `write_json` has written.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is not as written.
-    """
+    """Return what `write_json` has written; raise `ValueError` if it is not as written."""
     data = read_unlinked(file)
     digits, rest = data[len(BEGIN) :][:8], data[len(BEGIN) + 8 :]
     if not data.startswith(BEGIN.encode()) or digits != checksum(rest):

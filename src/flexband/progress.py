@@ -48,8 +48,7 @@ class ProgressListener:
 
     Attributes
     ----------
-    shows_stages
-        Whether a user sees the stages and the messages.
+    shows_stages : whether a user sees the stages and the messages.
     """
 
     shows_stages = True
@@ -103,7 +102,6 @@ class _Listeners(ProgressListener):
         self.shows_stages = any(listener.shows_stages for listener in self.listeners)
 
     def stage(self, name: str) -> None:
-        """Tell every listener."""
         _stage.set(name)
         self.substage(name)
 
@@ -118,7 +116,6 @@ class _Listeners(ProgressListener):
             listener.advance(done, total)
 
     def warn(self, message: str) -> None:
-        """Tell every listener."""
         for listener in self.listeners:
             listener.warn(message)
 
@@ -136,10 +133,8 @@ class Pace:
 
     Attributes
     ----------
-    many_steps
-        Steps of a run whose number is told at once.
-    long
-        Time left [s] that is worth a message.
+    many_steps : steps of a run whose number is told at once.
+    long : time left [s] that is worth a message.
     """
 
     many_steps, long = 1_000_000, 60.0

@@ -27,10 +27,8 @@ NUMBER_AND_UNIT = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?) ([^,]+)")
 class Units(NamedTuple):
     """The units of outputs.
 
-    Attributes
-    ----------
-    of : number of the unit of each output, (outputs,).
-    rounding : rounding errors of outputs of this unit, as far as the model knows them, (outputs,).
+    `of` is the number of the unit of each output; `rounding` has the errors of outputs of this
+    unit, as far as the model knows them; both have shape (outputs,).
     """
 
     of: np.ndarray
@@ -59,10 +57,7 @@ class Units(NamedTuple):
     def least_variation(self, size: np.ndarray, part: float = ROUNDING) -> np.ndarray:
         """Return by how much outputs vary at least that are not constant, (outputs,).
 
-        Parameters
-        ----------
-        size : how large each output is, (outputs,).
-        part : of the largest output of its unit that counts as a variation.
+        It is `part` of the largest size, (outputs,), of the outputs of the same unit.
         """
         least = np.maximum(largest_of(size, self.of), ROUNDING * size.max(initial=0.0))
         return np.maximum(part * least, self.rounding)
@@ -70,9 +65,7 @@ class Units(NamedTuple):
     def varies(self, spread: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Return which outputs vary by more than rounding, (outputs,); the others are constant.
 
-        Parameters
-        ----------
-        spread, size : by how much each output varies, and how large it is, (outputs,).
+        `spread` is by how much each output varies, and `size` how large it is, (outputs,).
         """
         return spread > self.least_variation(size)
 

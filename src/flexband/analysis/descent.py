@@ -114,12 +114,8 @@ def descend(
 def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarray:
     """Return the lowest points of a scan that no neighbour is below, shape (count, series).
 
-    Where there are fewer, the lowest one is repeated.
-
-    Parameters
-    ----------
-    values : shape (points, series).
-    beside : the numbers of the points next to each, shape (points, neighbours).
+    Where there are fewer, the lowest one is repeated. Values have the shape (points, series);
+    `beside` has the numbers of the points next to each, (points, neighbours).
     """
     free = np.ones(values.shape, dtype=bool)
     for neighbours in beside.T:
@@ -185,12 +181,9 @@ def lowest_of_neighbours(
 ) -> np.ndarray:
     """Return the places of the lowest values of functions that change little from each to the next.
 
-    Parameters
-    ----------
-    which : numbers of the functions, shape (functions,).
-    starts : places where searches start, shape (starts, functions, m).
-    tolerance : as in `descend`, shape (functions,).
-    descents : number of these, the lowest ones, from which there is a descent; all by default.
+    Searches for the functions with the numbers `which` start at `starts`, (starts, functions, m),
+    and descend as `descend` does, with its `tolerance`, from the lowest `descents` of them; by
+    default from all.
     """
     count, rows, m = starts.shape
     row_numbers = np.arange(rows)

@@ -19,11 +19,9 @@ def over_intervals(
 ) -> xr.Dataset:
     """Return the bounds of a functional of a response over its interval inputs and options.
 
-    Parameters
-    ----------
-    functional : returns its bounds over the intervals, dim "bound", for a combination of options.
-    at : dimension of the response -> its labels, where the bounds are needed at these only.
-    highest : a variable without this dim, which has an upper bound only.
+    `functional` returns its bounds over the intervals, dim "bound", for a combination of options;
+    `at` has the labels, by dimension of the response, where they are needed only; `highest` is a
+    variable without this dim, which has an upper bound only.
     """
     cases = surrogates_of(surrogate)
     chosen = {label: selected(case, at) for label, case in cases.items()}
@@ -31,16 +29,11 @@ def over_intervals(
 
 
 def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") -> xr.Dataset:
-    """Return the lowest of all lower and the highest of all upper bounds.
+    """Return the lowest of all lower and the highest of all upper bounds of answers, by label.
 
-    Variables with a dim "bound" are bounds, ``<name>_at`` their places. ``<name>_choice`` names the
-    combination of options that a bound is due to. Errors are the largest of all combinations;
-    ``<name>_nominal`` is that of the first.
-
-    Parameters
-    ----------
-    answers_by_label : label of the combination -> its answer.
-    highest : a variable that is an upper bound.
+    Variables with a dim "bound" are bounds, ``<name>_at`` their places; `highest` is one that is an
+    upper bound. ``<name>_choice`` names the combination of options that a bound is due to. Errors
+    are the largest of all combinations; ``<name>_nominal`` is that of the first.
     """
     names, answers = list(answers_by_label), list(answers_by_label.values())
     if len(answers) == 1:

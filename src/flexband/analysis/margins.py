@@ -144,10 +144,8 @@ def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dic
 class _Checked:
     """The margins of requirements by bands of one k.
 
-    Attributes
-    ----------
-    source : which variable tells the error of the bands; "" if none does.
-    inputs : those of the bands, in words.
+    `source` names the variable that tells the error of the bands, "" if none does; `inputs` are
+    those of the bands, in words.
     """
 
     def __init__(
@@ -281,9 +279,7 @@ def _between(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the least margin from each time to the next, and how large it is at most in all runs.
 
-    Parameters
-    ----------
-    margins : to the limits above and below, shape (2, …, times).
+    Margins are those to the limits above and below, shape (2, …, times).
     """
     where, between = corridor.where, np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:

@@ -28,10 +28,8 @@ def drops(values: np.ndarray, steps: np.ndarray | None) -> np.ndarray:
     A parabola goes through the minimum and its two neighbours, at steps a and b. With its slope d
     at the minimum and half its second derivative c, its own minimum is lower by d²/4c.
 
-    Parameters
-    ----------
-    values : curves, shape (…, times); they are not continued to where they are infinite.
-    steps : those between the times, (times − 1,); None if the curves are known at points only.
+    Curves `values`, (…, times), are not continued to where they are infinite. Of curves that are
+    known at points only, `steps`, (times − 1,), is None.
     """
     depths = np.zeros(values.shape)
     if steps is None:

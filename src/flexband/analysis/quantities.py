@@ -224,7 +224,6 @@ def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
-    """Return one output of a response."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
     if not names:
         raise InputError(

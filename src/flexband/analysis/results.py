@@ -66,10 +66,8 @@ def places(
 ) -> Variables:
     """Return a variable with the values of the interval inputs at η, if there are any.
 
-    Parameters
-    ----------
-    eta : shape (…, m), as many as places.
-    dims, shape : of the variable, besides its first dim "input".
+    Its first dim is "input"; `dims` and `shape` are those of the others, and of the places η, (…,
+    m).
     """
     intervals = Space(space.of_kind(random=False))
     if not intervals.inputs:

@@ -25,10 +25,7 @@ Labels = Mapping[str, ArrayLike]
 def surrogates_of(surrogate: AnySurrogate) -> dict[str, Surrogate]:
     """Return the surrogate of every combination of options; the label is "" without choices.
 
-    Raises
-    ------
-    InputError
-        If it is no surrogate.
+    Raise `InputError` if it is no surrogate.
     """
     check_surrogate(surrogate)
     several = isinstance(surrogate, SurrogateOfChoices)
@@ -48,16 +45,10 @@ def labels_of(surrogate: AnySurrogate) -> xr.DataArray:
 def selected(surrogate: Surrogate, at: Labels | None) -> Surrogate:
     """Return the surrogate at chosen places of the response's dimensions.
 
-    Parameters
-    ----------
-    at : dimension -> one of its labels, or a list of them; for numbers, such as times, the nearest
-        ones that the response has. Positions, from 0, where a dimension has no labels. A dimension
-        for which a single label is given is dropped.
-
-    Raises
-    ------
-    InputError
-        If there is no such dimension or label.
+    `at` maps dimensions to one of their labels, or a list; of numbers, such as times, the nearest
+    ones that the response has are taken. Where a dimension has no labels, they are positions from
+    0. A dimension with a single label is dropped. Raise `InputError` if there is no such dimension
+    or label.
     """
     if at is None:
         return surrogate

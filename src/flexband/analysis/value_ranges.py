@@ -121,9 +121,7 @@ LONG_NAMES = {
 def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) -> HybridExpansion:
     """Return the same polynomial without random variables, in η and in t with ξ from a to b.
 
-    Parameters
-    ----------
-    lower, upper : a and b of ξ = (a + b)/2 + t (b − a)/2, shape (n,).
+    That is ξ = (a + b)/2 + t (b − a)/2, where `lower` and `upper` are a and b, shape (n,).
     """
     m, index = expansion.interval_dimension, expansion.index
     transform = eye_array(len(index), format="csr")

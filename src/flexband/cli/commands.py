@@ -90,12 +90,7 @@ def _names(function: ast.FunctionDef) -> Iterator[str]:
 
 
 def load(arguments: Sequence[str]) -> None:
-    """Import the module of the first argument that is a command, which adds it to the application.
-
-    Parameters
-    ----------
-    arguments : those of the command line, options included.
-    """
+    """Import the module of the first argument that is a command, which adds its commands."""
     today, _ = renamed(arguments)
     name = next((argument for argument in today if argument in commands()), None)
     if name is None:

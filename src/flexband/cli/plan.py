@@ -65,23 +65,17 @@ class Plan:
         return replace(plan, **{k: value for k, value in changes.items() if value is not None})
 
     def as_json(self) -> dict[str, Any]:
-        """Return what study.json has of it."""
         return {**asdict(self), "values": dict(self.values)}
 
     @property
     def title(self) -> str:
-        """Name of the study."""
         return Path(self.file).stem
 
     def study(self) -> Study:
         """Return the study of the file with these options.
 
-        Raises
-        ------
-        InputError
-            If the file has no study.
-        UsageError
-            If an option is not of its method, or its value is not allowed.
+        Raise `InputError` if the file has no study, `UsageError` if an option is not of its method,
+        or its value is not allowed.
         """
         study = load_study(Path(self.file))
         method = METHODS[self.method]() if self.method else study.method
@@ -128,18 +122,10 @@ class Plan:
 
 
 def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
-    """Return the plan of the study in a folder.
+    """Return the plan of the study in a folder; raise `StoreError` if there is none.
 
-    Parameters
-    ----------
-    trust : whether to run a file, or connect to a scheduler, that only the folder names.
-
-    Raises
-    ------
-    StoreError
-        If there is no study in the folder.
-    UsageError
-        If `trust` is required.
+    With `trust`, a file is run, or a scheduler connected to, that only the folder names; raise
+    `UsageError` where that is required.
     """
     about = StudyFolder(folder).read()
     if about and not about.get("file"):

@@ -18,14 +18,13 @@ from flexband.files import try_write
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
+    from flexband.analysis.selection import AnySurrogate
     from flexband.report.page.p_boxes import p_boxes
     from flexband.report.page.page_file import read_given
     from flexband.report.page.study import write_report
     from flexband.report.pdf import print_pdf
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 @app.command("report")
@@ -84,7 +83,7 @@ def check_answers(folder: Path) -> None:
 
 
 def add_p_boxes(
-    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, folder: Path, count: int
+    surrogate: AnySurrogate | None, bands: xr.Dataset, folder: Path, count: int
 ) -> None:
     """Write the bounds of distribution functions at some times."""
     with usage():

@@ -114,14 +114,7 @@ def resume(
 
 
 def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = False) -> None:
-    """Run a study; write its report, and print its result.
-
-    Parameters
-    ----------
-    output : folder of runs and results.
-    options : how it is run.
-    as_json : whether the result is printed as JSON.
-    """
+    """Run a study into a folder, as the options say; write its report, and print its result."""
     study = plan.study()
     check_folder(output)
     about = {**plan.as_json(), "command": shlex.join(["flexband", *sys.argv[1:]])}

@@ -64,10 +64,8 @@ def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
 def state_of(folder: Path) -> dict[str, Any]:
     """Return how far the study in a folder is.
 
-    Raises
-    ------
-    StoreError
-        If there is neither study.json nor any run in the folder, or they are damaged.
+    Raise `StoreError` if there is neither study.json nor any run in the folder, or they are
+    damaged.
     """
     study_folder = StudyFolder(folder)
     alive = study_folder.in_use()
@@ -130,12 +128,8 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     """Return the numbers of recorded runs, and what failed.
 
     A run that was made several times counts as it ended last. One that failed is replaced if the
-    same point was run on a finer discretization.
-
-    Parameters
-    ----------
-    session : the first of those that opened the store since the study began or went on, from which
-        on runs count as made; None is the last.
+    same point was run on a finer discretization. Runs count as made from a session on, the first of
+    those that opened the store since the study began or went on; None is the last.
     """
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:

@@ -80,15 +80,11 @@ class _Timed:
 
     Attributes
     ----------
-    attempts
-        How often a task is tried.
-    restart
-        Time [s] for which everything waits while a worker is restarted.
-    start
-        Time [s] in which a worker must have started, and have loaded the response. Importing
+    attempts : how often a task is tried.
+    restart : time [s] for which everything waits while a worker is restarted.
+    start : time [s] in which a worker must have started, and have loaded the response. Importing
         flexband takes a process 2 s, and many times as long where others use the cores.
-    look
-        Time [s] between two looks for a worker that starts.
+    look : time [s] between two looks for a worker that starts.
     """
 
     def __init__(

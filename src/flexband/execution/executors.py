@@ -42,11 +42,9 @@ class FlowOptions:
 
     Attributes
     ----------
-    first
-        Tasks under way before any has finished. A task that has waited for less time than it
+    first : tasks under way before any has finished. A task that has waited for less time than it
         worked shows that workers may be idle, and one more is under way from then on.
-    work
-        Time [s] of work that one submission should hold: calls that are shorter are submitted
+    work : time [s] of work that one submission should hold: calls that are shorter are submitted
         several at a time, unless workers would be without.
     """
 
@@ -174,13 +172,7 @@ def with_executor(
 
 @contextmanager
 def performing(executor: ExecutorLike) -> Iterator[Performing]:
-    """Give what performs the tasks of a study, by what a user passed as `executor`.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Give what performs the tasks of a study; raise `InputError` if `executor` is none."""
     if executor is None:
         yield in_process
     elif isinstance(executor, Executor):

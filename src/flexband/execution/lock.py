@@ -29,14 +29,9 @@ class Lock:
     def __init__(self, folder: Path, name: str = FileName.STORE_LOCK, seconds: float = 0.5):
         """Take the folder, by a file of this name.
 
-        Another process that only looks whether it is locked is waited for, so many seconds.
-
-        Raises
-        ------
-        StoreError
-            If another process has it.
-        OSError
-            If the file cannot be written to, or is a symbolic link.
+        Another process that only looks whether it is locked is waited for, so many seconds. Raise
+        `StoreError` if another process has it, `OSError` if the file cannot be written to, or is a
+        symbolic link.
         """
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         holder = folder / FileName.HOLDER

@@ -57,7 +57,6 @@ class Processes(Workers):
 
     @contextmanager
     def open(self) -> Iterator[Performing]:
-        """Give what performs tasks; the processes end with the context."""
         if sys.platform == "linux":
             cores = len(os.sched_getaffinity(0))
         else:

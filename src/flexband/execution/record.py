@@ -115,7 +115,6 @@ class RunRecorder:
 
     @property
     def _shape(self) -> tuple[int, ...] | None:
-        """Shape of one run's outputs."""
         return None if self.labels is None else self.labels.shape[1:]
 
     def _index(self, settings: Sequence[str] | np.ndarray, inputs: np.ndarray, first: int) -> None:

@@ -101,12 +101,7 @@ class FMU(OneByOne):
         return self.checksum, self.times, self.outputs, self.step
 
     def sample(self, **values: Any) -> xr.DataArray:
-        """Return the outputs of one simulation, dims (output, time).
-
-        Parameters
-        ----------
-        values : variables of the FMU by name.
-        """
+        """Return the outputs of one simulation, dims (output, time)."""
         if _checksum(self.path) != self.checksum:
             raise ModelError(f"the FMU {self.path} has changed since the response was made")
         description = self._description()

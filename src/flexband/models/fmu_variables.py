@@ -23,10 +23,7 @@ def recorded(
 ) -> list[fmi.ScalarVariable]:
     """Return the variables of these names, or all outputs; they are scalar numbers.
 
-    Raises
-    ------
-    InputError
-        If there is none of a name, or it is no number.
+    Raise `InputError` if there is none of a name, or it is no number.
     """
     possible = {v.name: v for v in description.modelVariables if _is_number(v)}
     if names is None:
@@ -39,10 +36,7 @@ def recorded(
 def assigned(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
     """Return the variables that are to be set and their values, by name.
 
-    Raises
-    ------
-    InputError
-        If there is no variable of a name, it cannot be set, or not to this value.
+    Raise `InputError` if there is no variable of a name, it cannot be set, or not to this value.
     """
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
     every = {v.name: v for v in description.modelVariables}

@@ -27,7 +27,6 @@ class Samplewise(OneByOne):
         return inspect.signature(self.function)
 
     def sample(self, **values: Any) -> Any:
-        """Return what the function returns."""
         return self.function(**values)
 
 

@@ -149,12 +149,7 @@ class ExternalProgram(OneByOne):
         return {of: Template(text, f"{of[0]} {of[1]}".strip()) for of, text in texts.items()}
 
     def sample(self, **values: Any) -> np.ndarray | xr.DataArray:
-        """Run the program once, and return what `read` returns.
-
-        Parameters
-        ----------
-        values : every input by name, a number or text.
-        """
+        """Run the program once, and return what `read` returns."""
         self._check(values)
         folder = Path(tempfile.mkdtemp(prefix="flexband-"))
         try:

@@ -58,12 +58,8 @@ class Template:
     def filled(self, values: Mapping[str, Any]) -> str:
         """Return the text with the values of all inputs, numbers or texts.
 
-        Warns of a format that rounds a number by more than 0.1 %.
-
-        Raises
-        ------
-        InputError
-            If a value cannot be written in the format given.
+        Warn of a format that rounds a number by more than 0.1 %; raise `InputError` if a value
+        cannot be written in its format.
         """
 
         def written(match: re.Match[str]) -> str:

@@ -144,12 +144,7 @@ class UMBridgeModel(OneByOne):
         return self.times  # pyright: ignore[reportReturnType]
 
     def sample(self, **values: Any) -> xr.DataArray:
-        """Return the outputs of one evaluation.
-
-        Parameters
-        ----------
-        values : every input by name, a number.
-        """
+        """Return the outputs of one evaluation."""
         if values.keys() != set(self.inputs):
             raise InputError(
                 f"the inputs are {', '.join(self.inputs)}; got {', '.join(values) or 'nothing'}"

@@ -10,6 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from flexband.analysis.selection import AnySurrogate
 from flexband.errors import InputError, name_of, shown
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.response import MechanismResponse
@@ -47,7 +48,6 @@ def load_ipython_extension(ipython: Any) -> None:
 
 
 def mechanism_png(mechanism: Mechanism) -> bytes:
-    """Return the drawing of a mechanism."""
     return figure_png(draw(mechanism))
 
 
@@ -59,7 +59,6 @@ def figure_png(figure: Figure) -> bytes:
 
 
 def input_html(input_: Any) -> str:
-    """Return a table of one input."""
     return _inputs({"": input_})
 
 
@@ -73,7 +72,7 @@ def study_html(study: Study) -> str:
     return _table(("study", ""), rows) + _inputs(study.inputs)
 
 
-def surrogate_html(surrogate: Surrogate | SurrogateOfChoices) -> str:
+def surrogate_html(surrogate: AnySurrogate) -> str:
     """Return a table of a surrogate: its outputs, runs, expected error and inputs."""
     if isinstance(surrogate, SurrogateOfChoices):
         given, several = surrogate.given, list(surrogate.surrogates.values())

@@ -20,14 +20,7 @@ BROWSERS = (
 def print_pdf(page: Path, *, timeout: float = 120.0) -> Path:
     """Print a web page into a PDF file beside it; return its path.
 
-    Parameters
-    ----------
-    timeout : time [s] after which the browser is ended.
-
-    Raises
-    ------
-    InputError
-        If no browser is found, or it prints nothing.
+    Raise `InputError` if no browser is found, or it prints nothing before the timeout [s].
     """
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:

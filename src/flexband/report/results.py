@@ -19,7 +19,7 @@ from flexband.report.page.given import field_axes
 from flexband.report.page.template import write_page
 from flexband.report.plot import figures
 from flexband.report.text import tables
-from flexband.report.text.drawable import definitions, drawable_outputs
+from flexband.report.text.drawable import bounds, drawable_outputs
 from flexband.study.comparison import Comparison
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
@@ -43,11 +43,8 @@ def write_comparison_report(
 ) -> Path:
     """Write figures and report.html on several methods; return the path of the report.
 
-    Parameters
-    ----------
-    results : of `compare`, the reference first.
-    orders : k and q for which the bands of PCCI and improved PCCI are drawn, together with those of
-        the reference and of adaptive PCCI.
+    Results are those of `compare`, the reference first. The bands of PCCI and improved PCCI are
+    drawn for the orders k and q, together with those of the reference and of adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
@@ -77,7 +74,8 @@ def write_comparison_report(
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
         drawn.append(Drawing(caption, draw))
-    text = [*tables.comparison_remarks(fields), definitions(results[0].bands)]
+    definitions = ". ".join(bounds(results[0].bands).values()) + "."
+    text = [*tables.comparison_remarks(fields), definitions]
     about = f"{len(results)} methods, compared with {results[0].method.label}"
     file = folder / FileName.REPORT
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
@@ -85,8 +83,7 @@ def write_comparison_report(
 
 def file_name(name: str, taken: Collection[str] = ()) -> str:
     """Return a name as that of a file, other than those taken, which are in lower case."""
-    # Bytes of a file name, without its suffix
-    longest_name = 100
+    longest_name = 100  # bytes of a file name, without its suffix
     words = "".join(c if c.isalnum() else " " for c in name).split()
     start = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
     numbered = (f"{start}_{k}" for k in count(2))

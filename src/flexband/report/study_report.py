@@ -25,15 +25,10 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def report_study(study: Study, result: StudyResult, title: str, file: Path | None) -> Path:
-    """Write report.html into the folder of a result; return its path.
+    """Write report.html with a title into the folder of a result; return its path.
 
     What it shows of the study's code is written beside it, in page.json, so that it can be written
-    again without that code.
-
-    Parameters
-    ----------
-    title : of the report.
-    file : the study's, whose docstring is its question.
+    again without that code. The docstring of the study's file is its question.
     """
     folder, signed = result.folder, StudyFolder(result.folder).signed
     _write_path(result)
@@ -90,8 +85,7 @@ def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
 
 def _write_path(result: StudyResult) -> None:
     """Write the path of the most uncertain point, unless another one was asked for."""
-    # Attribute of a path.nc that no one asked for
-    automatic = "automatic"
+    automatic = "automatic"  # attribute of a path.nc that no one asked for
     before = read_answer(result.folder, "path")
     if before is not None and automatic not in before.attrs:
         return

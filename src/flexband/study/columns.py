@@ -17,9 +17,7 @@ from flexband.files import replaced
 def column_names(labels: xr.DataArray) -> list[str]:
     """Return the name of every value of a run: ``u``, or ``u[time=0.5]``.
 
-    Parameters
-    ----------
-    labels : runs, whose first dim is that of the runs.
+    The first dim of `labels` is that of the runs.
     """
     dims = [str(dim) for dim in labels.dims[1:]]
     texts = [

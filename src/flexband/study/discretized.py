@@ -18,12 +18,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class Discretized(WrappingResponse):
-    """A response whose discretization is taken as given.
-
-    Attributes
-    ----------
-    function : the response on this discretization.
-    """
+    """A response, `function`, whose discretization is taken as given."""
 
     function: ResponseFunction
 

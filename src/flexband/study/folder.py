@@ -18,7 +18,6 @@ from typing import Any
 import google_crc32c
 
 from flexband.errors import StoreError, shown
-from flexband.execution.growing import GrowingArrays
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import FileName, RunStatus
@@ -56,13 +55,9 @@ class StudyFolder:
         return self.runs.exists() or self.begun
 
     def has_only_failures_of_others(self, response: str) -> bool:
-        """Return whether no run succeeded here, and the response was another one.
+        """Return whether no run succeeded here, and the response had another fingerprint.
 
         This is so after the first attempt, if the response fails at once and is mended.
-
-        Parameters
-        ----------
-        response : its fingerprint.
         """
         from flexband.execution.store import open_runs  # noqa: PLC0415
 
@@ -83,10 +78,7 @@ class StudyFolder:
     def read(self) -> dict[str, Any]:
         """Return what study.json tells; nothing if there is none.
 
-        Raises
-        ------
-        StoreError
-            If it is damaged, or of a newer version of flexband.
+        Raise `StoreError` if it is damaged, or of a newer version of flexband.
         """
         file = self.path / FileName.STUDY
         try:
@@ -115,7 +107,6 @@ class StudyFolder:
         return (self.path / FileName.STUDY).exists()
 
     def forget(self) -> None:
-        """Delete study.json."""
         (self.path / FileName.STUDY).unlink(missing_ok=True)
 
     def write(self, content: dict[str, Any]) -> None:
@@ -154,16 +145,9 @@ class StudyFolder:
     ) -> Callable[[], bool]:
         """Refuse to have the folder for a study, or return what claims it once its store is open.
 
-        Parameters
-        ----------
-        file : of the study; empty if a program runs it.
-        replace : whether runs that are there are deleted.
-        allow_mismatch : whether runs there of another study are used.
-
-        Raises
-        ------
-        StoreError
-            If there are results of another study.
+        The file is that of the study, or empty if a program runs it. With `replace`, runs that are
+        there are deleted; with `allow_mismatch`, those of another study are used. Raise
+        `StoreError` if there are results of another study.
         """
         from flexband.execution.fingerprint import fingerprint  # noqa: PLC0415
 
@@ -176,27 +160,14 @@ class StudyFolder:
         self.check_claim(*claimant, replace=replace, allow_mismatch=allow_mismatch)
         return partial(try_write, partial(self.claim, *claimant))
 
-    def recorded_runs(self) -> int:
-        """Return the number of recorded runs."""
-        return GrowingArrays(self.runs).runs
-
     def check_claim(
         self, file: str, response: str, *, replace: bool, allow_mismatch: bool = False
     ) -> None:
         """Refuse to have the folder for the results of a study in a file; nothing is written.
 
-        It is the same study if the file or the response is the same.
-
-        Parameters
-        ----------
-        response : its fingerprint.
-        replace : whether results of another study may be replaced, but not those of its runs.
-        allow_mismatch : whether runs of another study are used.
-
-        Raises
-        ------
-        StoreError
-            If there are results of another study.
+        It is the same study if the file or the fingerprint of the response is the same. With
+        `replace`, results of another study may be replaced, but not those of its runs; with
+        `allow_mismatch`, its runs are used. Otherwise raise `StoreError` if there are any.
         """
         before = self._claimed()
         claim = {"file": file, "response": response}

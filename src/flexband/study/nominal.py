@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.requirements.requirement import Requirement, Requirements, several
-from flexband.analysis.selection import labels_of, surrogates_of
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
 from flexband.execution.names import FileName
@@ -24,18 +24,12 @@ from flexband.uncertainty.inputs.space import Space
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def write_nominal(
-    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
-) -> int:
+def write_nominal(study: Study, surrogate: AnySurrogate, folder: Path, **options: Any) -> int:
     """Run the nominal of each combination of options if a requirement needs it; return how many.
 
-    Parameters
-    ----------
-    options : of the runs, such as store and executor.
+    `options` are those of the runs, such as store and executor.
     """
     if not any(requirement.needs_nominal for requirement in several(study.requirements)):
         return 0
@@ -56,7 +50,7 @@ def write_nominal(
 
 
 def bands_with_nominal(
-    study: Study, surrogate: Surrogate | SurrogateOfChoices, folder: Path, **options: Any
+    study: Study, surrogate: AnySurrogate, folder: Path, **options: Any
 ) -> xr.Dataset:
     """Return the bands of a surrogate, with what nominal runs tell in their attributes.
 
@@ -77,7 +71,7 @@ def bands_with_nominal(
 def around_nominal(
     limits: Requirements,
     folder: Path,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     display: Display = Display(),
 ) -> list[Requirement]:
     """Return requirements in display units, with the nominal that a study wrote into its folder.
@@ -102,7 +96,7 @@ def around_nominal(
 
 def with_runs(
     study: Study,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     requirements: list[Requirement],
     margins: xr.Dataset,
     **options: Any,
@@ -112,11 +106,7 @@ def with_runs(
     The run is at the worst tolerances, with random inputs at their means. One that leaves the
     bounds there by more than the error of the discretization shows that the requirement is not met,
     however wrong the surrogate is. It is NaN where no run was made. The number of runs is returned
-    as well.
-
-    Parameters
-    ----------
-    options : of the runs, such as store and executor.
+    as well. `options` are those of the runs, such as store and executor.
     """
     run_margins, count = np.full(len(requirements), np.nan), 0
     cases = surrogates_of(surrogate)
@@ -154,7 +144,7 @@ def with_runs(
 
 
 def with_recorded(
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     requirements: list[Requirement],
     margins: xr.Dataset,
     folder: Path,

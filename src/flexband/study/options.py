@@ -12,12 +12,7 @@ from flexband.uncertainty.methods.method import Method
 
 
 def method_classes(public: Iterable[object]) -> dict[str, Any]:
-    """Return the classes with a method `solve`, by name: PhaseResolvedPCCI as phase-resolved-pcci.
-
-    Parameters
-    ----------
-    public : classes and other objects.
-    """
+    """Return the classes with a method `solve`: PhaseResolvedPCCI as "phase-resolved-pcci"."""
     words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
     return {
         re.sub(words, "-", candidate.__name__).lower(): candidate
@@ -27,15 +22,9 @@ def method_classes(public: Iterable[object]) -> dict[str, Any]:
 
 
 def method_options(methods: Mapping[str, type]) -> dict[str, tuple[type, dict[str, Any]]]:
-    """Return every field of the methods that is, or can be, a number.
+    """Return every field of the methods that is, or can be, a number, by its name.
 
-    Parameters
-    ----------
-    methods : name -> dataclass.
-
-    Returns
-    -------
-    Name of the field -> (bool, int or float; the default value of each method that has it).
+    Each has a type, bool, int or float, and the default value of each method that has the field.
     """
     options: dict[str, tuple[type, dict[str, Any]]] = {}
     for name, method in methods.items():
@@ -50,10 +39,7 @@ def method_options(methods: Mapping[str, type]) -> dict[str, tuple[type, dict[st
 def with_options(method: Method, values: Mapping[str, object]) -> Method:
     """Return the method with other values of some fields; None keeps the value of the method.
 
-    Raises
-    ------
-    InputError
-        If the method does not have a field of this name.
+    Raise `InputError` if the method does not have a field of this name.
     """
     given = {name: value for name, value in values.items() if value is not None}
     known = [field.name for field in fields(method)] if is_dataclass(method) else []

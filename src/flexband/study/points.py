@@ -25,10 +25,8 @@ from flexband.uncertainty.inputs.unfolding import cases
 class RequestedPoints:
     """All points of a study that were ever asked for; each keeps its number.
 
-    Attributes
-    ----------
-    names : of the numbers.
-    asked : setting and numbers of every point; the first one has the number 1.
+    `asked` has the setting and the numbers, named by `names`, of every point; the first one has the
+    number 1.
     """
 
     folder: Path
@@ -69,13 +67,9 @@ class RequestedPoints:
         return file
 
     def read(self, file: Path, labels: xr.DataArray) -> list[Result]:
-        """Return the results in a file.
+        """Return the results in a file; see `docs/how-to/studies.md`.
 
-        Raises
-        ------
-        InputError
-            If it is no table of results of points that were asked for; see
-            `docs/how-to/studies.md`.
+        Raise `InputError` if it is no table of results of points that were asked for.
         """
         entries = _netcdf(file, labels) if file.suffix == ".nc" else self._table(file, labels)
         numbers = [number for number, _, _ in entries]
@@ -141,13 +135,7 @@ def ask_points(folder: Path, needed: RunsNeeded, inputs: Mapping[str, Any]) -> P
 
 @dataclass(frozen=True)
 class Result:
-    """What came back for a point.
-
-    Attributes
-    ----------
-    inputs : its numbers, shape (inputs,).
-    values : of the response, None if the run failed for a reason.
-    """
+    """What came back for a point: inputs, (inputs,), and values, None if it failed for a reason."""
 
     setting: str
     inputs: np.ndarray

@@ -31,12 +31,8 @@ if TYPE_CHECKING:
 class StudyProgress(ProgressListener):
     """How far a study is.
 
-    Attributes
-    ----------
-    about
-        What study.json has: how to go on with the study, and how far it is.
-    period
-        Time [s] between two writings of study.json.
+    `about` is what study.json has: how to go on with the study, and how far it is. Between two
+    writings of it there is a `period` [s].
     """
 
     period = 0.5
@@ -67,9 +63,7 @@ class StudyProgress(ProgressListener):
     def recorded(self, claim: Callable[[], bool]) -> Iterator[None]:
         """Write study.json while the study runs, and why it has ended if it fails.
 
-        Parameters
-        ----------
-        claim : called once the store has been opened, which until then may refuse the study.
+        The folder is claimed once the store has been opened, which until then may refuse the study.
         """
         self.claim = claim
         if self.store is None:
@@ -81,7 +75,7 @@ class StudyProgress(ProgressListener):
             self.write("running")
         try:
             with listening(self):
-                if recorded := self.folder.recorded_runs() if self.store is not None else 0:
+                if self.store is not None and (recorded := GrowingArrays(self.folder.runs).runs):
                     there = f"{self.folder.path} has {number_of(recorded, 'recorded run')}"
                     listener().warn(f"{there}; matching runs are reused.")
                 yield
@@ -181,11 +175,9 @@ class StudyProgress(ProgressListener):
 
 
 def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tuple[float, float]:
-    """Return what `Method.peak_memory` does; the combinations of options are studied one by one.
+    """Return what `Method.peak_memory` does, for runs of a size [bytes].
 
-    Parameters
-    ----------
-    size : of the outputs of a run [bytes].
+    The combinations of options are studied one by one.
     """
     inputs = cases(located(study.response, study.inputs, store)[0])
     intervals = Space(next(iter(inputs.values()))).interval_dimension

@@ -34,12 +34,11 @@ from flexband.study.results.result import StudyResult, doubts_about, finished_re
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
 
 if TYPE_CHECKING:
+    from flexband.analysis.selection import AnySurrogate
     from flexband.execution.executors import ExecutorLike
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-    StudySurrogate = Surrogate | SurrogateOfChoices | None
+    StudySurrogate = AnySurrogate | None
 
 
 @frozen()
@@ -48,22 +47,15 @@ class RunOptions:
 
     Attributes
     ----------
-    batch
-        Most runs in one call of the response.
-    executor
-        Where runs are made, as in `propagate`.
-    failed
-        What is done about runs that fail, as in `propagate`.
-    verification_runs
-        Number of runs that verify the result, 0 for none; None for the usual number.
-    record
-        Whether runs are recorded in the folder, and those that are there used.
-    allow_mismatch
-        Whether runs in the folder that may come from another response are used.
-    replace
-        Whether runs that are in the folder are deleted before.
-    retry_failed
-        Whether recorded runs that failed are made again.
+    batch : most runs in one call of the response.
+    executor : where runs are made, as in `propagate`.
+    failed : what is done about runs that fail, as in `propagate`.
+    verification_runs : number of runs that verify the result, 0 for none; None for the usual
+        number.
+    record : whether runs are recorded in the folder, and those that are there used.
+    allow_mismatch : whether runs in the folder that may come from another response are used.
+    replace : whether runs that are in the folder are deleted before.
+    retry_failed : whether recorded runs that failed are made again.
 
     Raises
     ------
@@ -126,16 +118,12 @@ def run_study(
 
     Parameters
     ----------
-    study
-        What is run.
-    folder
-        For runs and results. It is made if it does not exist.
-    options
-        How the study is run.
-    about
-        What study.json says beside the progress: `file` of the study, `command`, and options.
-    task
-        Begins a task by its name; returns what takes the numbers of runs that are done, and of all.
+    study : what is run.
+    folder : for runs and results. It is made if it does not exist.
+    options : how the study is run.
+    about : what study.json says beside the progress: `file` of the study, `command`, and options.
+    task : begins a task by its name; returns what takes the numbers of runs that are done, and of
+        all.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import FlexbandWarning, InputError, RunError, without_warnings
 from flexband.rounding import Units
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from flexband.response import Response
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 PREFIX = "ringing_"
 """Of attributes of bands."""
@@ -68,7 +66,7 @@ class VibrationSearch:
 
 def start_vibrations(
     study: Study,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     bands: xr.Dataset,
     search: VibrationSearch = VibrationSearch(),
 ) -> list[StartVibration]:

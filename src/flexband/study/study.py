@@ -252,10 +252,7 @@ def _check_criteria(study: Study) -> None:
 def load_study(file: Path) -> Study:
     """Run a Python file and return its `study`.
 
-    Raises
-    ------
-    InputError
-        If the file does not exist, fails, or does not define a `Study` of that name.
+    Raise `InputError` if the file does not exist, fails, or does not define a `Study` of that name.
     """
     if not file.is_file():
         raise InputError(f"file must be a Python file that exists; got {str(file)!r}")

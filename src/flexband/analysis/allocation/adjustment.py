@@ -53,10 +53,7 @@ class AdjustmentOptions:
 def compensators(space: Space) -> dict[str, int]:
     """Return the number of the variable η of each `Compensator`, by name.
 
-    Raises
-    ------
-    InputError
-        If there are more than two.
+    Raise `InputError` if there are more than two.
     """
     adjusted = [name for name, size in space.chosen.items() if isinstance(size, Compensator)]
     columns = {name: k for name, k in space.columns(random=False).items() if name in adjusted}
@@ -84,14 +81,9 @@ def limited(
 ) -> tuple[list[Expansion], np.ndarray, np.ndarray]:
     """Return what is limited: expansions, the numbers of their series in the response, and limits.
 
-    Parameters
-    ----------
-    lower, upper : limits, of the shape of the response; ∓∞ where there are none.
-
-    Returns
-    -------
-    Expansions of outputs with limits at all times with any; numbers, shape (series,); lower and
-    upper limits, (2, series).
+    The limits `lower` and `upper` have the shape of the response, ∓∞ where there are none. Outputs
+    that have any are expanded at all times at which one of them is limited. The numbers have the
+    shape (series,), the lower and upper limits (2, series).
     """
     times = surrogate.times
     bounds = np.stack([lower, upper]).reshape(2, -1, times)
@@ -132,9 +124,7 @@ class Adjusted:
     def worst(self, *, vertices: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return lower and upper end of μ ± kσ where margins are least, (series,), and their η.
 
-        Parameters
-        ----------
-        vertices : whether places are searched from vertices alone, and not from a whole scan.
+        With `vertices`, places are searched from vertices alone, and not from a whole scan.
         """
         others, options = [k for k in range(self.m) if k not in self.columns], self.options
         if not vertices:

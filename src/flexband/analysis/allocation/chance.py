@@ -111,10 +111,7 @@ class Chance:
     def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
         """Return the cheapest tolerances that a search from x finds.
 
-        Raises
-        ------
-        InputError
-            If no tolerances are found that are likely enough to keep the limits.
+        Raise `InputError` if none are found that are likely enough to keep the limits.
         """
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None

@@ -171,10 +171,7 @@ def _doubtful(
 ) -> np.ndarray:
     """Return vertices at which the surrogate may be wrong about the limits, (places, m).
 
-    Parameters
-    ----------
-    error : what the surrogate may miss, (series,).
-    known : places of runs in any case.
+    `error` is what it may miss, (series,), and `known` are places of runs in any case.
     """
     tolerances, m = worst.tolerances, known.shape[1]
     if worst.sigmas or tolerances.compensators or m > options.max_variables:

@@ -52,7 +52,6 @@ class ReciprocalCost:
             )
 
     def __call__(self, tolerance: float) -> float:
-        """Return the cost of a tolerance."""
         return self.fixed + self.factor / tolerance**self.exponent
 
 
@@ -60,12 +59,9 @@ Cost = Callable[[float], float]
 
 
 def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
-    """Return a function for each tolerance, by the name of its input.
+    """Return a function for each tolerance, by the name of its input; a number B stands for B/t.
 
-    Raises
-    ------
-    InputError
-        If it is no mapping from names to costs; a number B stands for B/t.
+    Raise `InputError` if it is no mapping from names to costs.
     """
     check_instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
     if not costs:

@@ -41,12 +41,9 @@ def cheapest_grades(
     *,
     options: GradeOptions = GradeOptions(),
 ) -> Allocated:
-    """Return the cheapest grades that keep all margins of a box.
+    """Return the cheapest grades that keep all margins of a box, watched at least at `points`.
 
-    Parameters
-    ----------
-    points : where margins are watched from the beginning.
-    x : not used; grades are found without a start.
+    `x` is not used: grades are found without a start.
     """
     grades = worst.tolerances.grades
     largest = worst.tolerances.largest

@@ -58,9 +58,7 @@ def _reason(
 ) -> str:
     """Return why a limit is violated with the least tolerances.
 
-    Parameters
-    ----------
-    everything : the inputs that are fixed together, by name.
+    `everything` has the inputs that are fixed together, by name.
     """
 
     def violated(fix: set[str]) -> float:

@@ -157,12 +157,8 @@ def cheapest(
     """Return the cheapest tolerances that keep all margins of a box.
 
     When no margin is negative any more, a search without a start is tried again from random ones,
-    with the points that were found; it goes on if one of them leads to less.
-
-    Parameters
-    ----------
-    points : where margins are required from the beginning.
-    x : where the search starts; if it is not given, at tolerances in the ratio of the largest.
+    with the points that were found; it goes on if one of them leads to less. Margins are required
+    at `points` from the beginning. Without a start x, tolerances are in the ratio of the largest.
     """
     slack, tolerances = options.slack, worst.tolerances
     strict = worst.tightened(slack * worst.scale)

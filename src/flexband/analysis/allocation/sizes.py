@@ -124,11 +124,7 @@ def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -
     """Return the tolerances in parts of the largest that sizes allow, to first order, (points,).
 
     Where margins are negative without any tolerance, it is the least of these in parts of their
-    scale.
-
-    Parameters
-    ----------
-    sizes : their η, (points, sizes).
+    scale. The sizes are η, shape (points, sizes).
     """
     (low, high), tolerances = worst.tolerances.bounds, worst.tolerances
     radii = tolerances.radius(high)

@@ -49,11 +49,9 @@ class Tolerances:
     def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
         """Return the tolerances of some inputs.
 
-        Raises
-        ------
-        InputError
-            If a name is none of the inputs that have a tolerance: intervals, and distributions with
-            a number `std` that are not correlated; or a grade is looser than the surrogate.
+        Raise `InputError` if a name is none of the inputs that have a tolerance: intervals, and
+        distributions with a number `std` that are not correlated; or if a grade is looser than the
+        surrogate.
         """
         allowed = with_tolerance(space)
         for name in costs:

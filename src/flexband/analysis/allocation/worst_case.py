@@ -36,11 +36,9 @@ class WatchedPlaces:
 
     @staticmethod
     def none(m: int) -> WatchedPlaces:
-        """Return no points."""
         return WatchedPlaces(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
 
     def of(self, which: np.ndarray) -> WatchedPlaces:
-        """Return some of the points."""
         return WatchedPlaces(self.series[which], self.side[which], self.places[which])
 
     def with_new(self, other: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
@@ -61,7 +59,6 @@ class WatchedPlaces:
         return np.column_stack([self.series, self.side, rounded]).astype(int)
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self.series)
 
 

@@ -64,10 +64,8 @@ class _OutputMargins:
     def sums(self, eta: np.ndarray, times: np.ndarray, width: float) -> np.ndarray:
         """Return probabilities, and means of squared weights outside, shape (2, rows).
 
-        Parameters
-        ----------
-        eta, times : shape (rows, m) and (rows,).
-        width : what the step at the limit is smoothed by, in units of the margins; 0 for none.
+        η and times have the shapes (rows, m) and (rows,). The step at the limit is smoothed by
+        `width`, in units of the margins, unless that is 0.
         """
         sums = np.empty((2, len(eta)))
         powers = np.stack([self.weights, self.weights**2]) / len(self.weights)

@@ -224,11 +224,7 @@ def _drawn(
     """Return the numbers of samples that are drawn near the limit, and what each one counts.
 
     The sum of what is drawn, each times what it counts, over its number has the expectation of the
-    weighted mean of all samples.
-
-    Parameters
-    ----------
-    t : margins, in parts of how much they scatter.
+    weighted mean of all samples. Margins t are in parts of how much they scatter.
     """
     chance = np.sqrt(ndtr(-np.abs(t)))
     chance = np.where(t < 0, np.maximum(chance, options.min_chance_beyond), chance)

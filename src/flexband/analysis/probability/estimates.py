@@ -55,10 +55,7 @@ class ImportanceOptions:
     def uneven(self, weights: np.ndarray, count: int) -> bool:
         """Return whether weights of samples that leave limits are very unequal, or these too many.
 
-        Parameters
-        ----------
-        weights : of these samples.
-        count : number of all samples.
+        They are too many as a part of the `count` of all samples.
         """
         return count + self.batch_samples > self.max_samples or bool(
             len(weights)
@@ -135,11 +132,9 @@ class Estimate:
 def interval(
     probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return confidence intervals of estimates, by their logarithm; [0, most] where there is none.
+    """Return confidence intervals of estimates with standard errors, by their logarithm.
 
-    Parameters
-    ----------
-    error : standard errors.
+    Where there is none, the interval is [0, most].
     """
     some = probability > 0
     relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
@@ -159,12 +154,8 @@ def clear(
 
     With n = (probability / error)², an estimate is as uncertain as a count of n samples of equal
     weights. Fewer than `fewest` are not clear: they are bounded like none at all, whose weights may
-    be larger than theirs, and by Poisson's distribution.
-
-    Parameters
-    ----------
-    error : standard errors.
-    most, none : upper bounds of all, and of those without any sample.
+    be larger than theirs, and by Poisson's distribution. `most` bounds all estimates, and `none`
+    those without any sample.
     """
     some = (probability > 0) & (error > 0)
     n = np.divide(probability, error, out=np.full(probability.shape, np.inf), where=some) ** 2
@@ -202,11 +193,8 @@ def estimate(
 ) -> Estimate:
     """Return the probability of leaving limits at one η.
 
-    Parameters
-    ----------
-    near : the state at the times that decide, with which mixtures are found.
-    known : rare samples.
-    accuracy : relative standard error at which sampling ends.
+    Mixtures are found around `known` rare samples with `near`, the state at the times that decide.
+    Sampling ends at the relative standard error `accuracy`.
     """
     moved = missed_at(deviations(known.probability))
     mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng, options=options)

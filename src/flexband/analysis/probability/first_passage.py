@@ -56,9 +56,7 @@ def first_passage(
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for one limit and one combination of options.
 
-    Parameters
-    ----------
-    tolerances : how they scatter; without, probabilities are bounded over the intervals.
+    Where tolerances do not scatter, probabilities are bounded over the intervals.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)
@@ -152,9 +150,7 @@ def _everywhere(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what is known of limited outputs and times for all, NaN where nothing is limited.
 
-    Parameters
-    ----------
-    probabilities, eta : shapes (3, 2, series) and (2, series, m); bounds may be the same.
+    The shapes of probabilities and η are (3, 2, series) and (2, series, m); bounds may be the same.
     """
     count = max(1, int(np.prod(shape)))
     each = np.full((3, 2, count), np.nan)
@@ -166,9 +162,7 @@ def _everywhere(
 def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) -> np.ndarray:
     """Return the probabilities between the times too, and their confidence intervals, (3, bound).
 
-    Parameters
-    ----------
-    raw, final : of the surrogate, and with what runs correct.
+    `raw` are those of the surrogate, `final` has what runs correct.
     """
     probabilities = []
     for part, other in zip(raw, final, strict=True):

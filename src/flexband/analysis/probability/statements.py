@@ -46,14 +46,10 @@ def allowance(estimate: Estimate) -> np.ndarray:
 
 
 def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
-    """Return a result without the rare probabilities of surrogates that are not exact.
+    """Return a result without the rare probabilities of surrogates that are not `exact`.
 
-    They are 0, with intervals from 0 to what can be rare at most.
-
-    Parameters
-    ----------
-    exact : whether the error of the surrogate is negligible.
-    groups : names of a probability and of the ends of its interval.
+    They are 0, with intervals from 0 to what can be rare at most. A group has the names of a
+    probability and of the ends of its interval.
     """
     for names in groups:
         value, low, high = (result[name] for name in names)

@@ -212,10 +212,7 @@ class LimitState:
     def scatter(self, u: np.ndarray, eta: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return means and standard deviations of margins over u, (places, outputs, times) each.
 
-        Parameters
-        ----------
-        u : samples at each η, shape (points, n).
-        eta : shape (places, m).
+        There are samples u at each η; their shapes are (points, n) and (places, m).
         """
         samples = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
         blocks = self.reduced(*samples, lambda _, margins: margins)

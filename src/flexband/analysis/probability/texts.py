@@ -42,9 +42,7 @@ def verdict_on(result: xr.Dataset) -> str:
 def chance(result: xr.Dataset, *, places: bool = False) -> str:
     """Return the bounds of the probability of leaving a limit, with their confidence, as text.
 
-    Parameters
-    ----------
-    places : whether it has the values of the interval inputs at the bounds.
+    With `places`, it has the values of the interval inputs at the bounds.
     """
     names = ("between_times", "between_times_low", "between_times_high")
     values, low, high = (result[k].values for k in names)
@@ -75,9 +73,7 @@ def _clearly_more(value: np.ndarray | float, other: np.ndarray | float) -> np.nd
 def _bounds(result: xr.Dataset, values: np.ndarray, high: np.ndarray, *more: list[str]) -> str:
     """Return both bounds as text, one of them if they are the same.
 
-    Parameters
-    ----------
-    more : for each bound, where it is, and its confidence interval if it is not zero.
+    `more` says where each bound is, and its confidence interval if it is not zero.
     """
     each = zip(values, high, *more, strict=True)
     lower, upper = (

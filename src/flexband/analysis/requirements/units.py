@@ -18,10 +18,8 @@ class Unit(NamedTuple):
 
     Attributes
     ----------
-    scale
-        How many SI units one of it is.
-    powers
-        Of metre, kilogram, second, radian, ampere, kelvin.
+    scale : how many SI units one of it is.
+    powers : of metre, kilogram, second, radian, ampere, kelvin.
     """
 
     scale: float

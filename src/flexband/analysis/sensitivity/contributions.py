@@ -157,10 +157,8 @@ def _shares(
 ) -> Variables:
     """Return parts of the width: means over time, and where it is the widest; 0 of constants.
 
-    Parameters
-    ----------
-    each : what every input has of the width, shape (names, …, times).
-    vary : which outputs are not constant, shape (…).
+    `each` is what every input has of the width, (names, …, times), and `vary` which outputs are not
+    constant, (…).
     """
     times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
     outer = shape if surrogate.time is None else shape[:-1]
@@ -192,11 +190,8 @@ def _shapley(
 ) -> np.ndarray:
     """Return Shapley's values, shape (names, …).
 
-    Parameters
-    ----------
-    width : with no input fixed.
-    narrower : returns it with some inputs fixed.
-    alone : contributions.
+    The width is that with no input fixed; `narrower` returns it with some inputs fixed; `alone` are
+    contributions.
     """
     n = len(names)
     known = {frozenset[str](): width}

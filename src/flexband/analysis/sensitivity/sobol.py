@@ -157,10 +157,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
 def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
     """Return how large sampling errors are where σ is largest, in words.
 
-    Parameters
-    ----------
-    errors : shape (2, names, outputs, times).
-    std : shape (outputs, times).
+    Errors have the shape (2, names, outputs, times), σ has (outputs, times).
     """
     widest = std.argmax(axis=1)
     percent = 100 * errors[:, :, np.arange(len(widest)), widest].max()

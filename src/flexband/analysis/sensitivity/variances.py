@@ -43,12 +43,8 @@ class Variances(Protocol):
         """Return variances and their parts, shape (1 + 2 groups, rows, replicates).
 
         First is the variance, then what each group causes alone, then what each group takes part
-        in. There is one replicate where the parts are exact.
-
-        Parameters
-        ----------
-        eta : shape (rows, m).
-        times : their numbers, shape (rows,).
+        in. There is one replicate where the parts are exact. The shapes of η and of the numbers of
+        the times are (rows, m) and (rows,).
         """
         ...
 
@@ -61,12 +57,7 @@ def variances_of(
     *,
     options: VarianceOptions = VarianceOptions(),
 ) -> tuple[Variances, Variances]:
-    """Return the variances of a series for a search, and for its result.
-
-    Parameters
-    ----------
-    groups : numbers of random variables.
-    """
+    """Return the variances of a series, and of groups of ξ, for a search and for its result."""
     if series.columns is None:
         exact = Exact(series, groups, options)
         return exact, exact

@@ -32,17 +32,9 @@ def runs_as_expanded(
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
 
     Where a surrogate corrects the error of step and elements, its runs are corrected likewise
-    (`Surrogate.corrected`): what it misses of them is what its expansion misses.
-
-    Parameters
-    ----------
-    inputs : as they were given for the surrogates.
-    options : of `EvaluationOptions`, such as store and executor.
-
-    Raises
-    ------
-    InputError
-        If the response is no function, or its arguments are not the inputs.
+    (`Surrogate.corrected`): what it misses of them is what its expansion misses. Inputs are as they
+    were given for the surrogates, options those of `EvaluationOptions`. Raise `InputError` if the
+    response is no function, or its arguments are not the inputs.
     """
     check_function("response", response)
     check_names(response, inputs)

@@ -261,9 +261,7 @@ def _at_least(
 ) -> np.ndarray:
     """Return what is missed at least, root mean square, (outputs,): less would be refuted.
 
-    Parameters
-    ----------
-    square : mean square of what is missed in each run, (runs, outputs).
+    `square` is the mean square of what is missed in each run, (runs, outputs).
     """
     scale = np.sqrt(square.mean(axis=0)) + TINY
     threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors

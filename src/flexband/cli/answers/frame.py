@@ -34,11 +34,10 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from flexband.analysis.selection import AnySurrogate
     from flexband.response import ResponseFunction
     from flexband.study.presentation.display import Display
     from flexband.study.study import Study
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
 SomeSigmas = Annotated[float | None, typer.Option(help="k of the error bar μ ± kσ.")]
@@ -51,15 +50,12 @@ class SavedResult(NamedTuple):
 
     Attributes
     ----------
-    surrogate
-        Of the study.
-    folder
-        Where it is, and where answers are written.
-    display
-        In which units numbers are shown.
+    surrogate : of the study.
+    folder : where it is, and where answers are written.
+    display : in which units numbers are shown.
     """
 
-    surrogate: Surrogate | SurrogateOfChoices
+    surrogate: AnySurrogate
     folder: Path
     display: Display
 
@@ -107,20 +103,13 @@ class CommandOutput:
 
     Attributes
     ----------
-    content
-        What --json prints.
-    tables
-        Titles and tables that are printed otherwise, before the text.
-    text
-        Lines that follow.
-    name
-        Of the files that are written: NAME.nc and NAME.png.
-    data
-        Content of NAME.nc; None writes none.
-    figure
-        Makes the figure of NAME.png; None for a command that draws none.
-    drawable
-        Whether there is something to draw; otherwise an older picture is deleted.
+    content : what --json prints.
+    tables : titles and tables that are printed otherwise, before the text.
+    text : lines that follow.
+    name : of the files that are written: NAME.nc and NAME.png.
+    data : content of NAME.nc; None writes none.
+    figure : makes the figure of NAME.png; None for a command that draws none.
+    drawable : whether there is something to draw; otherwise an older picture is deleted.
     """
 
     content: Mapping[str, object]

@@ -74,10 +74,7 @@ def _tables(
 ) -> list[tuple[str, Table]]:
     """Return what parts tell of the inputs: a table of all, or one of each for several outputs.
 
-    Parameters
-    ----------
-    names : of the inputs, one row each.
-    parts : for every kind of number, those of all inputs by the output's name.
+    There is a row per name. `parts` has, for every kind of number, those of all inputs by output.
     """
     outputs = list(next(iter(parts.values())))
     if len(outputs) == 1 and len(parts) > 1:

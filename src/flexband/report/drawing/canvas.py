@@ -120,7 +120,6 @@ class Canvas:
         return np.asarray(origin) + self.unit * np.asarray(shape, dtype=float) @ [[x, y], [-y, x]]
 
     def draw_mark(self, mark: Mark) -> None:
-        """Draw a marker at each vertex."""
         places = self.places(mark.strokes[0])
         if not self._is_apart(places, mark):
             return

@@ -15,18 +15,16 @@ from flexband.report.shapes.shapes import Line, Mark
 
 @dataclass(frozen=True)
 class MatplotlibSurface:
-    """Axes to draw on. The gid of an artist is its part."""
+    """Axes to draw on, a `Surface`. The gid of an artist is its part."""
 
     axes: Axes
 
     def line(self, points: np.ndarray, style: Line) -> None:
-        """Draw a line through points [m]; NaN interrupts the line."""
         self.axes.plot(*points.T, color=COLORS[style.color], linewidth=style.width,
                        linestyle=_dashes(style), zorder=style.layer,
                        gid=style.part or None)  # fmt: skip
 
     def area(self, points: np.ndarray, style: Line) -> None:
-        """Fill a polygon [m]."""
         self.axes.fill(*points.T, facecolor=COLORS[style.fill], edgecolor=COLORS[style.color],
                        linewidth=style.width, linestyle=_dashes(style), alpha=style.alpha,
                        joinstyle="round", capstyle="round", snap=False, zorder=style.layer,
@@ -41,7 +39,6 @@ class MatplotlibSurface:
                        gid=mark.part or None)  # fmt: skip
 
     def text(self, place: np.ndarray, text: str, lettering: Lettering) -> None:
-        """Write a text at a place [m]."""
         color = None if lettering.color == "ink" else COLORS[lettering.color]
         style = "italic" if lettering.italic else "normal"
         white = {"facecolor": "white", "linewidth": 0.0, "pad": 1.0} if lettering.backed else None
@@ -50,12 +47,10 @@ class MatplotlibSurface:
                        rotation=lettering.angle, rotation_mode="anchor")  # fmt: skip
 
     def note(self, text: str) -> None:
-        """Write a text into the lower left corner."""
         size = Lettering().size
         self.axes.text(0.01, 0.01, text, transform=self.axes.transAxes, fontsize=size)
 
     def extent(self, text: str, lettering: Lettering) -> np.ndarray:
-        """Return the width and the height of a text [pt]."""
         size = lettering.size
         box = TextPath((0, 0), text, size=size, prop=FontProperties()).get_extents()
         return np.array([box.width, size])

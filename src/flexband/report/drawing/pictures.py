@@ -33,12 +33,10 @@ def mechanism_picture(mechanism: Mechanism) -> str:
 
 
 class FieldSeries(NamedTuple):
-    """What is drawn of a field: places x, shape (points,), and functions of them.
+    """What is drawn of a field: places x, (points,), and functions of them.
 
-    Attributes
-    ----------
-    realizations : shape (realizations, points).
-    lines, key : limits or a standard deviation about the mean, and what they are.
+    These are `realizations`, (realizations, points), and `lines`: limits or a standard deviation
+    about the mean, as `key` tells.
     """
 
     x: np.ndarray
@@ -62,9 +60,7 @@ def field_series(field: Field, points: int) -> FieldSeries:
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:
     """Return realizations of fields, below each other, with their limits, as an image's address.
 
-    Parameters
-    ----------
-    along : name -> "position" or "time", what the field is a function of, as far as is known.
+    Of each field, `along` says if it is a function of "position" or "time", as far as is known.
     """
     size, top, below = np.array([330.0, 110.0]), 8.0, 44.0  # [pt]
     margins = 60.0, 14.0  # [pt]: left, right

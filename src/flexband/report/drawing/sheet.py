@@ -41,12 +41,9 @@ class Sheet(NamedTuple):
 
 
 def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
-    """Return a sheet that holds a mechanism and its symbols.
+    """Return a sheet that holds a mechanism between its extremes, (2, 2) [m], and its symbols.
 
-    Parameters
-    ----------
-    extremes : the lowest and the highest coordinates of the mechanism [m], shape (2, 2).
-    space : width and height [pt]; by default as large as needed.
+    Its space, width and height [pt], is by default as large as needed.
     """
     smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
     most = largest - BEFORE - AFTER if space is None else space
@@ -69,9 +66,7 @@ def draw_on(
 ) -> S:
     """Draw a mechanism at its start on a surface, and return it; other parameters as of `draw`.
 
-    Parameters
-    ----------
-    surface_for : returns the surface, and its sheet, from `extremes` as of `sheet_for`.
+    The surface and its sheet depend on `extremes`, as of `sheet_for`.
     """
     scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
     first = sketch_mechanism(scene, tracks)

@@ -18,7 +18,7 @@ Attributes = dict[str, str | float]
 
 @dataclass(frozen=True)
 class SvgAxes:
-    """Axes of a picture: places are in their units, sizes in points.
+    """Axes of a picture, a `Surface`: places are in their units, sizes in points.
 
     Attributes
     ----------
@@ -34,16 +34,13 @@ class SvgAxes:
     elements: list[tuple[float, str]] = field(default_factory=list)
 
     def line(self, points: np.ndarray, style: Line) -> None:
-        """Draw a line through points; NaN interrupts the line."""
         self._add(style.layer, "path", {"d": self._path(points), "fill": "none"} | _pen(style))
 
     def area(self, points: np.ndarray, style: Line) -> None:
-        """Fill a polygon."""
         look = _pen(style) | {"fill": COLORS[style.fill], "opacity": style.alpha}
         self._add(style.layer, "path", {"d": f"{self._path(points)}Z"} | look)
 
     def marks(self, points: np.ndarray, mark: Mark) -> None:
-        """Draw a marker at each point."""
         half = mark.size / 2
         look: Attributes = {"fill": COLORS[mark.fill], "stroke": COLORS[mark.color]}
         look |= {"stroke-width": mark.width}
@@ -59,12 +56,10 @@ class SvgAxes:
                 self._add(mark.layer, "rect", square | {"transform": turned} | look)
 
     def text(self, place: np.ndarray, text: str, lettering: Lettering) -> None:
-        """Write a text."""
         x, y = self._in_points(place).tolist()
         self._write(x, y, text, lettering)
 
     def note(self, text: str) -> None:
-        """Write a text into the lower left corner."""
         self._write(4.0, self.size[1] - 8.0, text, Lettering(), anchor="start")
 
     def above(self, text: str, height: float, *, is_key: bool = False) -> None:
@@ -85,9 +80,7 @@ class SvgAxes:
     def picture(self, x: float, y: float) -> str:
         """Return all that was drawn, with a frame, in layers from the lowest to the highest.
 
-        Parameters
-        ----------
-        x, y : place of the frame's upper left corner in the picture [pt].
+        The frame's upper left corner is at (x, y) in the picture [pt].
         """
         self._frame()
         drawn = "\n".join(text for _, text in sorted(self.elements, key=lambda drawn: drawn[0]))
@@ -147,19 +140,12 @@ class SvgAxes:
         self._add(lettering.layer, "text", look, text)
 
     def _add(self, layer: float, name: str, attributes: Attributes, text: str = "") -> None:
-        """Add an element."""
         pairs = (f'{k}="{v}"' for k, v in attributes.items())
         self.elements.append((layer, f"<{name} {' '.join(pairs)}>{escape(text)}</{name}>"))
 
 
 def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
-    """Return a picture as the address of an image in a page.
-
-    Parameters
-    ----------
-    width, height : of the picture [pt].
-    parts : what `SvgAxes.picture` returned.
-    """
+    """Return a picture of a size [pt], made of `SvgAxes.picture`, as an image's address."""
     size = f'width="{width:.2f}pt" height="{height:.2f}pt" viewBox="0 0 {width:.2f} {height:.2f}"'
     fonts = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
     text = "\n".join(
@@ -198,6 +184,5 @@ def _pen(style: Line) -> Attributes:
 
 
 def _box(x: float, y: float, width: float, height: float) -> Attributes:
-    """Return the attributes of a rectangle."""
     sides = {"x": x, "y": y, "width": width, "height": height}
     return {name: round(float(value), 2) for name, value in sides.items()}

@@ -83,10 +83,8 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
     # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of
     # covered ink
     distance_cost, overlap_cost = 0.1, 100.0
-    # Free space [pt] around a name
-    label_padding = 3.0
-    # Distance [pt] from which on a line connects a name with its place
-    leader_distance = 20.0
+    label_padding = 3.0  # free space [pt] around a name
+    leader_distance = 20.0  # distance [pt] from which on a line connects a name with its place
     turns = np.arange(0.0, 2.0, 0.125) * np.pi
     label_directions = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     # Distances [pt] of a name from its place that are tried

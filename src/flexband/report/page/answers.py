@@ -81,7 +81,6 @@ def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck
 
 
 def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
-    """Return an answer as a part of the report."""
     inputs = "changes" if "changes" in answer.attrs else "inputs"
     verdict = "outcome" if "outcome" in answer.attrs else "verdict"
     texts = (answer.attrs.get(k) for k in (verdict, inputs, "sampling", "surrogate_not_reliable"))

@@ -16,16 +16,12 @@ JsonRecord = dict[str, Any]
 def packed(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
     """Return an array as a record that JSON can hold.
 
-    Parameters
-    ----------
-    values : numbers, any shape.
-    quantum : numbers are rounded to multiples of it, if all are finite and the multiples have at
-        most 32 bits; by default they keep all their digits.
+    Numbers are rounded to multiples of `quantum`, if all are finite and the multiples have at most
+    32 bits; by default they keep all their digits.
 
-    Returns
-    -------
-    `shape`; `data`, the bytes of all numbers, first bytes first, compressed, in base 64; `bytes`
-    per number: eight of floating-point ones, fewer of multiples of `quantum`.
+    The record has their `shape`; `data`, the bytes of all numbers, first bytes first, compressed,
+    in base 64; and `bytes` per number: eight of floating-point ones, fewer of multiples of
+    `quantum`.
     """
     array = np.ascontiguousarray(values, dtype="<f8")
     record, kind = {"shape": list(array.shape)}, "<f8"

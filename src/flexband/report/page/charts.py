@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.results import ERRORS
+from flexband.analysis.selection import AnySurrogate
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIGITS = 2e-6
@@ -34,11 +34,9 @@ def chart_data(
 ) -> JsonRecord | None:
     """Return what charts.js draws, or None if outputs are no functions of one increasing number.
 
-    Parameters
-    ----------
-    nominal : the response with every input at its nominal value, dims (output, time).
-    contributions, limits : results of `contributions` and `check_limits`.
-    units : of inputs, by name.
+    `nominal` is the response with every input at its nominal value, dims (output, time);
+    `contributions` and `limits` are results of `contributions` and `check_limits`; `units` are
+    those of inputs, by name.
     """
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if len(free) != 1 or bands.sizes[free[0]] < 2:
@@ -150,7 +148,7 @@ def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[Jso
     return curves
 
 
-def nominal_of(surrogate: Surrogate | SurrogateOfChoices | None) -> xr.DataArray | None:
+def nominal_of(surrogate: AnySurrogate | None) -> xr.DataArray | None:
     """Return the response of a surrogate with all inputs nominal, without its samples."""
     if not isinstance(surrogate, Surrogate):
         return None

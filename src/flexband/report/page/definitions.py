@@ -14,12 +14,7 @@ def definitions(
     limits: xr.Dataset | None,
     probability: xr.Dataset | None,
 ) -> list[tuple[str, str]]:
-    """Return every term of the report with its meaning.
-
-    Parameters
-    ----------
-    inputs : their table, with the kind in the second column.
-    """
+    """Return every term of the report with its meaning; `inputs` is their table."""
     chances = {
         "probability": "how likely the limit is left at any time of the motion, over the random "
         "inputs; the lower and the upper one are over all values of the interval inputs",

@@ -26,15 +26,14 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
 
 if TYPE_CHECKING:
+    from flexband.analysis.selection import AnySurrogate
     from flexband.response import ResponseFunction
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def given_by(
     study: Study,
     inputs: Mapping[str, Any],
-    surrogate: Surrogate | SurrogateOfChoices | None,
+    surrogate: AnySurrogate | None,
     file: Path | None,
     *,
     seconds: float = 0.0,

@@ -22,9 +22,6 @@ from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
-NODES = 32
-"""Of the Gauss rule for the mean and the standard deviation of a distribution."""
-
 
 def inputs_table(given: Mapping[str, Any], display: Display) -> Table:
     """Return one row per input: its name, its kind, what is known of it, and its unit if any."""
@@ -56,11 +53,7 @@ def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
     """Return the table of inputs with a column that tells how much each matters.
 
     It is the part of the error bar's width that the input is worth, both as means over time, of the
-    outputs that it matters most for.
-
-    Parameters
-    ----------
-    contributions : result of `contributions`; without it, the table is as it was.
+    outputs that it matters most for. Without contributions, the table is as it was.
     """
     if contributions is None:
         return table
@@ -81,8 +74,7 @@ def averaging(contributions: xr.Dataset) -> str:
 
 def _matters(share: xr.DataArray) -> str:
     """Return the shares of the outputs that the input matters for, the largest first."""
-    # Of which a table tells how much an input matters for them
-    max_outputs = 3
+    max_outputs = 3  # of which a table tells how much an input matters for them
     shares = {name: float(select(share, name).max()) for name in outputs_of(share)}
     largest = sorted(shares, key=lambda k: -shares[k])[:max_outputs]
     texts = [f"{percent(shares[k])} of {k}" if k else percent(shares[k]) for k in largest]
@@ -143,7 +135,6 @@ def _(field: RandomField, scale: float) -> tuple[str, str]:
 
 
 def _range(interval: Interval | Sizing | Compensator, scale: float) -> str:
-    """Return the ends of an interval."""
     return f"{number(interval.lower * scale, 6)} … {number(interval.upper * scale, 6)}"
 
 
@@ -179,7 +170,7 @@ def statistics(input_: Input) -> tuple[float, float, float, float] | None:
         return np.asarray(space.values(xi, eta)["input"])
 
     low, high = sorted(at(of_normals(ndtri([[0.05], [0.95]]), space.families)).tolist())
-    nodes, weights = space.families[0].gauss(NODES)
+    nodes, weights = space.families[0].gauss(32)
     values = at(nodes[:, None])
     mean = float(weights @ values)
     return low, high, mean, float(np.sqrt(weights @ (values - mean) ** 2))

@@ -17,10 +17,7 @@ MOST = 4
 def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     """Return which input matters most, for each limit if there are some.
 
-    Parameters
-    ----------
-    contributions : result of `contributions`, of uncertain inputs alone.
-    limits : result of `check_limits`.
+    Contributions are those of uncertain inputs alone; limits are a result of `check_limits`.
     """
     if limits is not None and "width" in contributions:
         return _for_limit(contributions, limits)
@@ -81,12 +78,7 @@ def _for_limit(contributions: xr.Dataset, limits: xr.Dataset) -> str:
 
 
 def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[str, float, str]:
-    """Return the input that matters most around the least margin of a limit, its share, and where.
-
-    Parameters
-    ----------
-    name : the output of the limit.
-    """
+    """Return the input that matters most around a limit's least margin, its share, and where."""
     input_, share, at = largest_around(contributions, limit, name)
     if at is None:
         return input_, share, averaging(contributions)

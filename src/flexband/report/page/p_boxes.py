@@ -6,32 +6,22 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_boxes import VALUES, p_box
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
 from flexband.study.presentation.display import Display
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-def p_boxes(
-    surrogate: Surrogate | SurrogateOfChoices, bands: xr.Dataset, count: int
-) -> xr.Dataset | None:
+def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Dataset | None:
     """Return the bounds of the distribution function of every output at some times.
 
-    None if there are no random inputs, or if outputs are no functions of one variable.
+    The times are those at which the error bars are the widest, and `count` equally spaced ones.
+    There are none if there are no random inputs, or if outputs are no functions of one variable.
 
-    Parameters
-    ----------
-    count : times, equally spaced, besides those at which the error bars are the widest.
-
-    Returns
-    -------
-    `distribution`, dims (output, place, bound, number), at `value` (output, place, number), and
-    `sampling_error` (output, place), the largest; the coordinate `place` is the time.
+    The result has `distribution`, dims (output, place, bound, number), at `value` (output, place,
+    number), and `sampling_error` (output, place), the largest; the coordinate `place` is the time.
     """
-    # Of the random inputs
-    samples = 1024
+    samples = 1024  # of the random inputs
     first_surrogate = next(iter(surrogates_of(surrogate).values()))
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if not first_surrogate.space.random_dimension or len(free) != 1:

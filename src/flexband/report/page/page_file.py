@@ -26,10 +26,7 @@ def write_given(folder: Path, given: JsonRecord) -> None:
 def read_given(folder: Path) -> JsonRecord:
     """Return what page.json has, nothing if there is none.
 
-    Raises
-    ------
-    InputError
-        If it, or one of the results that it belongs to, is not as written.
+    Raise `InputError` if it, or one of the results that it belongs to, is not as written.
     """
     file = folder / FileName.PAGE
     try:

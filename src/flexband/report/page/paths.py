@@ -6,16 +6,15 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.paths import path
+from flexband.analysis.selection import AnySurrogate
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def widest_path(
-    surrogate: Surrogate | SurrogateOfChoices | None, bands: xr.Dataset, sigmas: float
+    surrogate: AnySurrogate | None, bands: xr.Dataset, sigmas: float
 ) -> xr.Dataset | None:
     """Return the result of `path` for the point whose position is the most uncertain.
 
@@ -43,10 +42,8 @@ def widest_path(
 def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     """Return what paths.js draws of a result of `path`."""
     tube = None if tube is None else display.data(tube)
-    # To which part of the largest radius of a region its vertices are rounded
-    digits = 1e-4
-    # That are drawn
-    max_regions = 400
+    digits = 1e-4  # to which part of the largest radius of a region its vertices are rounded
+    max_regions = 400  # that are drawn
     if tube is None or tube["radius"].ndim != 1:
         return None
     (free,) = tube["radius"].dims

@@ -27,8 +27,7 @@ from flexband.study.results.verdicts import requirement_verdicts
 from flexband.words import number_of
 
 if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
+    from flexband.analysis.selection import AnySurrogate
 
 
 def write_report(
@@ -37,16 +36,13 @@ def write_report(
     bands: xr.Dataset,
     checked: xr.Dataset | None = None,
     contributions: xr.Dataset | None = None,
-    surrogate: Surrogate | SurrogateOfChoices | None = None,
+    surrogate: AnySurrogate | None = None,
 ) -> Path:
     """Write report.html into a folder, with the answers that are there; return its path.
 
-    Parameters
-    ----------
-    given : what `given_by` returns, with `title`; `label` of the method; `computed`, command, date
-        and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
-        for.
-    checked, contributions : results of `verify` and `contributions`.
+    `given` is what `given_by` returns, with `title`; `label` of the method; `computed`, command,
+    date and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
+    for. Results of `verify` and `contributions` are `checked` and `contributions`.
     """
     # The last starts all parts, however long a browser pauses between two scripts
     scripts = (

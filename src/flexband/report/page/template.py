@@ -22,12 +22,9 @@ ASSETS = resources.files("flexband.report.page").joinpath("assets")
 
 
 def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values: Any) -> None:
-    """Write a web page, which appears only once it is complete.
+    """Write a web page from a template in assets, which appears only once it is complete.
 
-    Parameters
-    ----------
-    template : name of a file in assets; every text in `values` is escaped.
-    scripts : names of scripts that read `data`, a tree that JSON can hold.
+    Every text in `values` is escaped. Scripts read `data`, a tree that JSON can hold.
     """
     data = values.pop("data", None)
     if data is not None:

@@ -34,10 +34,6 @@ def contributions(
     variable : "contribution" or "shapley", which adds up to the width.
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError
@@ -106,10 +102,6 @@ def tolerances(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ----------
     found : result of `allocate`.
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------

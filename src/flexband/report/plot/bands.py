@@ -65,10 +65,6 @@ def deviations(
     output : name of the output; it may be left out if there is only one.
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError
@@ -95,10 +91,6 @@ def response(response: xr.DataArray, output: str | None = None, *, ax: Axes | No
     response : as `Study.nominal` or `simulate` returns it, of one sample.
     output : name of the output; it may be left out if there is only one.
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------
@@ -127,10 +119,6 @@ def bounds(
     variable : such as "quantiles", "range", "total" or "error_bar".
     output : name of the output; it may be left out if there is only one.
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------
@@ -167,10 +155,6 @@ def p_box(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ----------
     found : result of `p_box`.
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------

@@ -37,10 +37,6 @@ def comparison(
     variable : "error_bar" or "mean".
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError
@@ -80,10 +76,6 @@ def errors(
     output : name of the output; it may be left out if there is only one.
     variable : "error_bar" or "mean".
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------

@@ -26,10 +26,6 @@ def field(field: Field, name: str = "", *, along: str = "", ax: Axes | None = No
     along : "position" or "time", what the field is a function of, for the axis.
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError
@@ -60,10 +56,6 @@ def variance_error(
     fields : name in the legend -> random field with a domain.
     along : "position" or "time", what all of them are functions of, for the axis.
     ax : axes to draw on, those of a new figure by default.
-
-    Returns
-    -------
-    The axes.
 
     Raises
     ------

@@ -25,9 +25,7 @@ WIDTH, HEIGHT = 5.6, 2.5
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
     """Draw the interval mean and, below it, the interval error bar of one output.
 
-    Parameters
-    ----------
-    results : label -> bands, all of the same multiple of σ.
+    Results are bands by their labels, all of the same multiple of σ.
     """
     figure, rows = _stacked(2)
     titles = bounds(next(iter(results.values())))
@@ -50,12 +48,7 @@ def response_figure(response: xr.DataArray, outputs: Sequence[str]) -> Figure:
 def variance_error_figure(
     fields: Mapping[str, RandomField], along: Mapping[str, str] | None = None
 ) -> Figure:
-    """Draw the variance error of random fields against position or time, Eq. (31).
-
-    Parameters
-    ----------
-    along : as in `fields_figure`.
-    """
+    """Draw the variance error of random fields against position or time, Eq. (31)."""
     figure, (axes,) = _stacked(1)
     kinds = {(along or {}).get(name, "") for name in fields}
     kind = kinds.pop() if len(kinds) == 1 else ""
@@ -68,9 +61,7 @@ def variance_error_figure(
 def fields_figure(fields: Mapping[str, Field], along: Mapping[str, str] | None = None) -> Figure:
     """Draw some realizations of each field, with its limits, or its mean and standard deviation.
 
-    Parameters
-    ----------
-    along : name -> "position" or "time", what the field is a function of, as far as is known.
+    Of each field, `along` says if it is a function of "position" or "time", as far as is known.
     """
     along = along or {}
     figure, rows = _stacked(len(fields))
@@ -126,11 +117,7 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
     """Draw the margins of limits over time, those of each unit together; below, probabilities.
 
     A least margin that is too small to be seen beside the others is drawn again from close by.
-
-    Parameters
-    ----------
-    checked : result of `check_limits`.
-    probability : result of `failure_probability`, drawn where it is not zero at all times.
+    Probabilities are drawn where they are not zero at all times.
     """
     units = checked["unit"].values if "unit" in checked.coords else np.array("")
     units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
@@ -166,12 +153,7 @@ def path_figure(path: xr.Dataset) -> Figure:
 
 
 def allocation_figure(allocation: xr.Dataset) -> Figure:
-    """Draw tolerances, and below, if there are any over time, the margins that they leave.
-
-    Parameters
-    ----------
-    allocation : result of `allocate`.
-    """
+    """Draw tolerances, and below, if there are any over time, the margins that they leave."""
     margins = "margin" in allocation and allocation["margin"].ndim == 2
     close = margins and too_small_to_see(allocation)
     figure, rows = _stacked(1 + margins + close)

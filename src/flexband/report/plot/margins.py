@@ -34,10 +34,6 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
         be told from zero. Dots are the values at the output times.
     ax : axes to draw on, those of a new figure by default.
 
-    Returns
-    -------
-    The axes.
-
     Raises
     ------
     InputError
@@ -86,7 +82,6 @@ def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
 
 
 def _with_unit(text: str, unit: str | None) -> str:
-    """Return a number with its unit."""
     return f"{text} {unit}" if unit else text
 
 

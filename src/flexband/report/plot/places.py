@@ -62,8 +62,7 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     InputError
         If `found` is no result of `path`.
     """
-    # Regions in a figure
-    max_drawn = 400
+    max_drawn = 400  # regions in a figure
     if not isinstance(found, xr.Dataset) or not {"x", "y", "x_nominal", "y_nominal"} <= set(found):
         raise InputError(f"found must be a result of path; got {shown(found)}")
     vertices = np.stack([found[name].transpose("vertex", ...).values.T for name in "xy"], axis=-1)

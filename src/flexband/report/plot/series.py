@@ -16,8 +16,8 @@ from flexband.report.text.tables import deviations, outputs_of, select
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""
 
-LONG, TITLE = 28, 68
-"""Letters of a name that has a row of a legend of its own, and of a line of a title."""
+TITLE = 68
+"""Letters of a line of a title."""
 
 
 def variable_of(name: str, result: Any, variable: str, of: str) -> xr.DataArray:
@@ -56,9 +56,7 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
 def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
     """Name the axes after one output and what it depends on.
 
-    Parameters
-    ----------
-    quantity : what is drawn, in which {} stands for the output.
+    `quantity` is what is drawn, in which {} stands for the output.
     """
     output_data = select(data, output)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
@@ -81,12 +79,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
 def fill(
     axes: Axes, x: np.ndarray, bounds: np.ndarray, color: ColorType, edge: ColorType, name: str = ""
 ) -> None:
-    """Fill between a lower and an upper bound; a single pair is a bar.
-
-    Parameters
-    ----------
-    name : in the legend, which may contain formulas.
-    """
+    """Fill between a lower and an upper bound; a single pair is a bar, `name` its legend."""
     lower, upper = bounds
     if len(x) == 1:
         axes.bar(x, upper - lower, 0.4, lower, color=color, edgecolor=edge, label=name)
@@ -101,7 +94,6 @@ def literal(text: str) -> str:
 
 
 def with_unit(name: str, unit: Any) -> str:
-    """Return a label of an axis."""
     return f"{name} [{literal(str(unit))}]".strip() if unit else name
 
 
@@ -111,7 +103,8 @@ def legend_above(axes: Axes) -> None:
     A title must be set afterwards, by `title_above`.
     """
     names = [str(text) for text in axes.get_legend_handles_labels()[1]]
-    columns = 1 if any(len(name) > LONG and "$" not in name for name in names) else 2
+    long = 28  # letters of a name that has a row of its own
+    columns = 1 if any(len(name) > long and "$" not in name for name in names) else 2
     place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "borderaxespad": 0.2}
     axes.legend(**place, ncols=columns, handlelength=1.5, columnspacing=1.2, fontsize="small")
 

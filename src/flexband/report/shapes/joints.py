@@ -242,7 +242,6 @@ def _(joint: PrescribedPath, sketch: Sketch, name: str) -> None:
 
 
 def _ground_points(joint: Joint) -> list[PointName]:
-    """Return the points of a joint that are fixed to the ground."""
     return [point for point in joint.points if not body_of(point)]
 
 

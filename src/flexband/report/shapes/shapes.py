@@ -57,12 +57,9 @@ class Stroke:
     vertices: np.ndarray
 
     def places(self, position: np.ndarray, direction: np.ndarray, unit: float = 0.0) -> np.ndarray:
-        """Return the vertices [m], shape (vertices, 2, ...).
+        """Return the vertices [m], shape (vertices, 2, ...), with so many metres (unit) per point.
 
-        Parameters
-        ----------
-        position, direction : those of all numbers, shape (tracks, 2, ...).
-        unit : metres per point.
+        Positions and directions are those of all numbers, shape (tracks, 2, ...).
         """
         x, y, right, up = self.vertices.T.reshape((4, -1, *np.ones(position.ndim - 1, dtype=int)))
         vector = np.stack([frame.axis(position, direction) for frame in self.frames])

@@ -205,14 +205,8 @@ def spring(
 ) -> tuple[Stroke, float]:
     """Return a zigzag, a dashpot, or both side by side; an actuator if it is neither.
 
-    Parameters
-    ----------
-    frame : from end to end, in parts of the distance.
-    length : the distance at the start [pt].
-
-    Returns
-    -------
-    The stroke, and how far [pt] its first symbol is to the left of the line.
+    The frame is from end to end, in parts of the distance, which at the start is `length` [pt]. How
+    far [pt] the first symbol is to the left of the line is returned as well.
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
     dashpot = [

@@ -30,19 +30,13 @@ class Track(Sensor):
 
 
 class Tracks:
-    """Positions [m], directions and forces [N] to record, numbered in the order of their making.
-
-    Parameters
-    ----------
-    mechanism : the one whose points are tracked.
-    """
+    """Positions [m], directions and forces [N] of a mechanism, numbered as they are made."""
 
     def __init__(self, mechanism: Mechanism):
         self.mechanism = mechanism
         self._tracks: dict[str, dict[Hashable, Track]] = {kind: {} for kind in KINDS}
 
     def point(self, point: PointName) -> int:
-        """Return the number of the position of a point."""
         self.mechanism.frame(point)  # refuses points that do not exist
         return self.position(lambda model: model.frame(point).position, _key(point))
 
@@ -73,7 +67,6 @@ class Tracks:
         return tables[0], tables[1]
 
     def force(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
-        """Return the number of a force [N]."""
         return self._number("force", vector, key)
 
     def reaction(self, joint: str) -> int | None:

@@ -17,11 +17,7 @@ from flexband.words import number_of
 def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     """Return why an accuracy is missed and what to do next, without full stops.
 
-    Where it is met, a vibration that the start excites is stated alone.
-
-    Parameters
-    ----------
-    checked : result of `verify`.
+    Where it is met, a vibration that the start excites is stated alone. `verify` returns `checked`.
     """
     attrs, lines = bands.attrs, list[str]()
     reasons = shortfalls(bands, checked)

@@ -8,8 +8,7 @@ from flexband.study.results.reliability import Doubt, DoubtKind
 
 def doubt_text(doubt: Doubt) -> str:
     """Return a doubt as a sentence without its full stop."""
-    # Larger errors are not stated, since the error bar has no width
-    largest_error = 10.0
+    largest_error = 10.0  # larger errors are not stated, since the error bar has no width
     sentences = {
         DoubtKind.TOLERANCE_NOT_MET: "the accuracy target was missed",
         DoubtKind.NOT_TRUSTED: "the method does not trust its result",

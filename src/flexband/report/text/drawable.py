@@ -12,12 +12,8 @@ from flexband.report.text.tables import deviations, outputs_of, select
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
     """Return x and the values of shape (..., x) of one output, those of bounds first.
 
-    This is what figures and charts draw.
-
-    Raises
-    ------
-    InputError
-        If the output depends on more than one variable.
+    This is what figures and charts draw. Raise `InputError` if the output depends on more than one
+    variable.
     """
     output_data = select(data, output)
     if "bound" in output_data.dims:
@@ -41,11 +37,6 @@ def bounds(bands: xr.Dataset) -> dict[str, str]:
         "error_bar": f"Interval error bar: the range from the lowest μ − {deviation} to the "
         f"highest μ + {deviation} over all values of the interval inputs",
     }
-
-
-def definitions(bands: xr.Dataset) -> str:
-    """Return what interval mean and interval error bar are, as sentences."""
-    return ". ".join(bounds(bands).values()) + "."
 
 
 def drawable_outputs(data: xr.DataArray) -> list[str]:

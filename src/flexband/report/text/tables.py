@@ -39,7 +39,6 @@ def outputs_of(data: xr.DataArray | xr.Dataset) -> list[str]:
 
 
 def select(data: Data, name: str) -> Data:
-    """Return the data of one of the `outputs_of`."""
     return data.isel(output=outputs_of(data).index(name)) if "output" in data.dims else data
 
 
@@ -55,16 +54,10 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
     Their ends have so many digits that they are told apart from a limit which is near: four, and
-    those that tell `TOLD` of the width.
-
-    The next column is its expected error in parts of the width, both as means over time, or, for
-    PCCI methods, the largest indicator of the truncation error in parts of the largest width. The
-    last one is whether verification runs confirm it. Of an output that is constant there is none
-    of these.
-
-    Parameters
-    ----------
-    checked : result of `verify`.
+    those that tell `TOLD` of the width. The next column is its expected error in parts of the
+    width, both as means over time, or, for PCCI methods, the largest indicator of the truncation
+    error in parts of the largest width. The last one is whether verification runs confirm it: the
+    result of `verify`. Of an output that is constant there is none of these.
     """
     bar = f"error bar μ ± {deviations(bands)}"
     shares, rows = expected_errors(bands), []

@@ -40,10 +40,8 @@ class Display:
 
     Attributes
     ----------
-    chosen
-        Display units by names of outputs and inputs.
-    units
-        Units of the numbers that the builder takes, by names of inputs.
+    chosen : display units by names of outputs and inputs.
+    units : units of the numbers that the builder takes, by names of inputs.
     """
 
     chosen: Mapping[str, str] = field(default_factory=dict)
@@ -104,7 +102,6 @@ class Display:
         return 1 / factor(_label(name), self.chosen[name], self.units[name])
 
     def input_units(self) -> dict[str, str]:
-        """Return the units in which inputs are shown, by name."""
         return {name: self.chosen.get(name, unit) for name, unit in self.units.items()}
 
     def data(self, data: Data) -> Data:

@@ -35,14 +35,8 @@ def checked_title_block(name: str, given: Any) -> dict[str, str]:
 def title_block(given: Mapping[str, str], file: Path | None) -> dict[str, str]:
     """Return the title block of a study: its own fields, others from a TOML file of its name.
 
-    Parameters
-    ----------
-    file : the study's; beside ``wiper.py`` this is ``wiper.toml``.
-
-    Raises
-    ------
-    InputError
-        If the file is no TOML, or has other fields.
+    Beside ``wiper.py`` this is ``wiper.toml``. Raise `InputError` if it is no TOML, or has other
+    fields.
     """
     beside = None if file is None else file.with_suffix(".toml")
     if beside is None or not beside.is_file():

@@ -29,27 +29,17 @@ class Unusable(Enum):
 
 
 def answer_file(folder: Path, name: str) -> Path:
-    """Return the file of an answer."""
     return folder / f"{name}.nc"
 
 
 class Answers(NamedTuple):
-    """Answers in a folder by name.
-
-    Attributes
-    ----------
-    usable
-        Those that belong to the surrogate, as they were written.
-    unusable
-        Why others cannot be used.
-    """
+    """Answers by name: usable ones, of the surrogate and as written; why others are unusable."""
 
     usable: dict[str, xr.Dataset]
     unusable: dict[str, Unusable]
 
 
 def read_answers(folder: Path, names: Iterable[str] = ANSWERS) -> Answers:
-    """Return the answers in a folder that have these names."""
     answers = Answers({}, {})
     for name in names:
         try:

@@ -18,8 +18,7 @@ from flexband.study.results.netcdf import write_netcdf
 from flexband.uncertainty.surrogates.files import save_surrogate
 
 if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
+    from flexband.analysis.selection import AnySurrogate
 
 
 def stale_results(folder: Path, names: Collection[str]) -> list[str]:
@@ -36,18 +35,14 @@ def stale_results(folder: Path, names: Collection[str]) -> list[str]:
 class ResultFiles:
     """The files of a result in a folder; what cannot be written is warned of, and left out.
 
-    Attributes
-    ----------
-    names
-        Of the files that were written.
-    changed
-        Whether the surrogate is another one than before.
+    `names` are those of the files that were written; `changed` tells whether the surrogate is
+    another one than before.
     """
 
     def __init__(self, folder: StudyFolder) -> None:
         self.folder, self.names, self.changed = folder, list[str](), False
 
-    def write_surrogate(self, surrogate: Surrogate | SurrogateOfChoices | None) -> None:
+    def write_surrogate(self, surrogate: AnySurrogate | None) -> None:
         """Write a surrogate, if the method makes one; mark answers of another one as stale."""
         file = self.folder.path / FileName.SURROGATE
         known = file.is_file() and not file.is_symlink()
@@ -62,19 +57,14 @@ class ResultFiles:
 
     def write_bands(self, bands: xr.Dataset) -> None:
         """Write the bands; delete the report of other ones."""
-        if self._write(
-            FileName.BANDS, lambda: write_netcdf(bands, self.folder.path / FileName.BANDS)
-        ):
+        if self._write_dataset(FileName.BANDS, bands):
             self._delete_report()
 
     def write_verification(self, verification: xr.Dataset) -> None:
         """Write a result of `verify`."""
-        file = self.folder.path / FileName.VERIFICATION
-        self._write(FileName.VERIFICATION, lambda: write_netcdf(verification, file))
+        self._write_dataset(FileName.VERIFICATION, verification)
 
-    def contributions(
-        self, surrogate: Surrogate | SurrogateOfChoices | None, *, sigmas: float
-    ) -> xr.Dataset | None:
+    def contributions(self, surrogate: AnySurrogate | None, *, sigmas: float) -> xr.Dataset | None:
         """Write how much each input widens the error bars; warn and return None if that fails."""
         if surrogate is None:
             return None
@@ -83,8 +73,7 @@ class ResultFiles:
         except Exception as error:  # the bands are there
             warn(f"which input matters is not known: {error}")
             return None
-        file = self.folder.path / FileName.CONTRIBUTIONS
-        self._write(FileName.CONTRIBUTIONS, lambda: write_netcdf(shares, file))
+        self._write_dataset(FileName.CONTRIBUTIONS, shares)
         return shares
 
     def stale(self) -> list[str]:
@@ -93,6 +82,9 @@ class ResultFiles:
         return stale_results(self.folder.path, self.names) + [
             name for name in pictures if (self.folder.path / name).exists()
         ]
+
+    def _write_dataset(self, name: str, dataset: xr.Dataset) -> bool:
+        return self._write(name, lambda: write_netcdf(dataset, self.folder.path / name))
 
     def _write(self, name: str, write: Callable[[], object]) -> bool:
         if written := try_write(write):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -14,14 +14,10 @@ from flexband.analysis.probability.failure import failure_probability
 from flexband.analysis.requirements.production import production_yield
 from flexband.analysis.requirements.requirement import Requirement
 from flexband.analysis.requirements.scatter import Scatter
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
-
-if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 OF_STUDY, OF_QUESTION = "the study", "a question"
 """Values of attribute "of" of limits.nc: whose limits these are."""
@@ -32,14 +28,11 @@ class LimitCheck(NamedTuple):
 
     Attributes
     ----------
-    margins
-        Result of `check_limits`.
-    probability
-        Result of `failure_probability`; None where inputs are intervals only, or adjusted.
-    written
-        Whether they were written: limits of a question never replace those of the study.
-    production
-        Result of `production_yield`; None where no scatter of the tolerances is known.
+    margins : result of `check_limits`.
+    probability : result of `failure_probability`; None where inputs are intervals only, or
+        adjusted.
+    written : whether they were written: limits of a question never replace those of the study.
+    production : result of `production_yield`; None where no scatter of the tolerances is known.
     """
 
     margins: xr.Dataset
@@ -59,7 +52,7 @@ def has_limits_of_study(folder: Path) -> bool:
         return False
 
 
-def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
+def has_probability(surrogate: AnySurrogate) -> bool:
     """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
     spaces = [case.space for case in surrogates_of(surrogate).values()]
     return all(space.random_dimension and not compensators(space) for space in spaces)
@@ -67,7 +60,7 @@ def has_probability(surrogate: Surrogate | SurrogateOfChoices) -> bool:
 
 def check_limits_in(
     folder: Path,
-    surrogate: Surrogate | SurrogateOfChoices,
+    surrogate: AnySurrogate,
     limits: Sequence[Requirement],
     *,
     of_study: bool = True,
@@ -79,13 +72,9 @@ def check_limits_in(
 ) -> LimitCheck:
     """Check limits, and write limits.nc, probability.nc and yield.nc into a folder.
 
-    Parameters
-    ----------
-    of_study : whether the limits are those of the study.
-    scatter : of the tolerances, as for `production_yield`.
-    run_margin : returns margins with what runs tell of them.
-    production : the yield, if it is known from runs.
-    options : of `failure_probability`.
+    The limits are those `of_study`, or of a question; `scatter` is as for `production_yield`, and
+    `options` as for `failure_probability`. `run_margin` returns margins with what runs tell of
+    them; `production` is the yield, if it is known from runs.
     """
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
     probability = None

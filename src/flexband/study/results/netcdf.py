@@ -52,16 +52,8 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
 def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:
     """Return a dataset that `write_netcdf` has written.
 
-    Parameters
-    ----------
-    restored : what can be done about a file that was altered, for the message.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    InputError
-        If it cannot be read, or is not as written.
+    Raise `FileNotFoundError` if there is no such file, `InputError` if it cannot be read, or is not
+    as written; then the message says how it is `restored`.
     """
     try:
         data = read_unlinked(file)

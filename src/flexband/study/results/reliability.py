@@ -18,23 +18,16 @@ class DoubtKind(StrEnum):
     NOT_VERIFIED = "not-verified"
 
 
-UNRELIABLE = frozenset({DoubtKind.NOT_TRUSTED, DoubtKind.NOT_CONFIRMED, DoubtKind.INACCURATE})
-"""Doubts that concern every answer from a result. A missed tolerance concerns rare values alone."""
-
-
 @dataclass(frozen=True)
 class Doubt:
     """A reason why a result is not what was asked for.
 
     Attributes
     ----------
-    kind
-        What is doubtful.
-    error
-        In parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
+    kind : what is doubtful.
+    error : in parts of the bar's width: expected, if it is TOLERANCE_NOT_MET; inferred from
         verification runs, if it is INACCURATE.
-    target
-        The tolerance that is not met.
+    target : the tolerance that is not met.
     """
 
     kind: DoubtKind
@@ -44,7 +37,7 @@ class Doubt:
     @property
     def unreliable(self) -> bool:
         """Whether no answer from the result is reliable."""
-        return self.kind in UNRELIABLE
+        return self.kind in (DoubtKind.NOT_TRUSTED, DoubtKind.NOT_CONFIRMED, DoubtKind.INACCURATE)
 
     @property
     def rare_values(self) -> bool:
@@ -52,7 +45,6 @@ class Doubt:
         return self.unreliable or self.kind is DoubtKind.TOLERANCE_NOT_MET
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields as JSON has them."""
         return asdict(self)
 
     @classmethod

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.analysis.requirements.production import production_yield
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
@@ -22,9 +22,7 @@ from flexband.study.results.limits import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.files import load_surrogate
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
 
 if TYPE_CHECKING:
@@ -38,43 +36,28 @@ class StudyResult:
 
     Attributes
     ----------
-    folder
-        Where the files are.
-    label
-        Of the method.
-    bands
-        Interval mean and interval error bar, as `propagate` returns them.
-    surrogate
-        As `expand` returns it; None if the method makes none.
-    verification
-        Result of `verify`; None if no runs verified the result.
-    contributions
-        Result of `contributions`; None without a surrogate, or where they failed.
-    limits
-        Whether the limits of the study are kept; None if it has none, or they are not checked.
-    limits_unchecked
-        Why limits that the study has are not checked; empty if they are.
-    doubts
-        Why the result is not what was asked for.
-    parts
-        Results of `sample_parts` and `predictability_horizon` in one dataset, if impacts make the
-        motion unpredictable; else None.
-    seconds_per_run
-        Mean time of a run [s], with all that is made of it.
-    files
-        Names of the files that were written.
-    stale
-        Names of files in the folder that belong to earlier results.
-    computed
-        By which command and file the result was computed, and when, as texts by name.
-    reused
-        Whether the folder had this result already, so that nothing was computed.
+    folder : where the files are.
+    label : of the method.
+    bands : interval mean and interval error bar, as `propagate` returns them.
+    surrogate : as `expand` returns it; None if the method makes none.
+    verification : result of `verify`; None if no runs verified the result.
+    contributions : result of `contributions`; None without a surrogate, or where they failed.
+    limits : whether the limits of the study are kept; None if it has none, or they are not checked.
+    limits_unchecked : why limits that the study has are not checked; empty if they are.
+    doubts : why the result is not what was asked for.
+    parts : results of `sample_parts` and `predictability_horizon` in one dataset, if impacts make
+        the motion unpredictable; else None.
+    seconds_per_run : mean time of a run [s], with all that is made of it.
+    files : names of the files that were written.
+    stale : names of files in the folder that belong to earlier results.
+    computed : by which command and file the result was computed, and when, as texts by name.
+    reused : whether the folder had this result already, so that nothing was computed.
     """
 
     folder: Path
     label: str
     bands: xr.Dataset
-    surrogate: Surrogate | SurrogateOfChoices | None
+    surrogate: AnySurrogate | None
     verification: xr.Dataset | None
     contributions: xr.Dataset | None
     limits: LimitCheck | None
@@ -99,7 +82,6 @@ class StudyResult:
 
     @property
     def answers(self) -> list[str]:
-        """Names of the answers of the result."""
         sampled = ["parts"] * (self.parts is not None)
         if self.limits is None:
             return sampled
@@ -169,11 +151,8 @@ class StudyResult:
 def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
     """Return the result in a folder; None unless it is that of this study, and as written.
 
-    A study.json that is damaged is warned of, and written again.
-
-    Parameters
-    ----------
-    identity : hash of the study.
+    A study.json that is damaged is warned of, and written again. `identity` is the hash of the
+    study.
     """
     try:
         about = folder.read()
@@ -231,13 +210,10 @@ def doubts_about(
     requested: bool,
     inaccurate_share: float = 0.25,
 ) -> tuple[Doubt, ...]:
-    """Return why a result is not what was asked for.
+    """Return why a result is not what was asked for; verification may be `requested`, and fail.
 
-    Parameters
-    ----------
-    requested : whether runs were to verify it.
-    inaccurate_share : an error that verification runs imply, in parts of the error bar's width,
-        above which a result is doubtful, unless its tolerance is larger.
+    If verification runs imply an error above `inaccurate_share` of the error bar's width, the
+    result is doubtful, unless its tolerance is larger.
     """
     attrs, doubts = bands.attrs, []
     tolerance = attrs.get("tolerance")

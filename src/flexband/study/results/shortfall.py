@@ -32,9 +32,7 @@ class Shortfall(StrEnum):
 def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Shortfall]:
     """Return why an accuracy is missed, what is to be mended first at the front; none if it is met.
 
-    Parameters
-    ----------
-    checked : result of `verify`.
+    `verify` returns `checked`.
     """
     attrs, reasons = bands.attrs, list[Shortfall]()
     failed = attrs.get("runs_failed", 0) or "not_refined" in attrs

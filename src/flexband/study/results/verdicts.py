@@ -16,9 +16,6 @@ from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 if TYPE_CHECKING:
     from flexband.study.results.limits import LimitCheck
 
-AROUND = 0.025
-"""Part of all times before and after the one at which a margin is least."""
-
 
 class Verdict(StrEnum):
     """Whether a requirement is met."""
@@ -95,10 +92,7 @@ def requirement_verdicts(
 ) -> list[RequirementVerdict]:
     """Return the verdict on every requirement that was checked.
 
-    Parameters
-    ----------
-    contributions : result of `contributions`, of uncertain inputs alone.
-    verification : result of `verify`.
+    Contributions are those of uncertain inputs alone; `verify` returns the verification.
     """
     margins = check.margins
     return [_verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])]
@@ -238,15 +232,8 @@ def largest_around(
 ) -> tuple[str, float, float | None]:
     """Return the input that matters most around the least margin of a limit, its share, and where.
 
-    Parameters
-    ----------
-    contributions : result of `contributions`.
-    output : name of the limited output; "" without dim "output".
-
-    Returns
-    -------
-    The name; by which part the error bar is narrower without its uncertainty; the value of the last
-    dim around which that is, None if it is a mean.
+    The share is the part by which the error bar is narrower without its uncertainty. It is around a
+    value of the last dim, None if it is a mean. The limited output is "" without dim "output".
     """
     width, parts = contributions["width"], contributions["contribution"]
     if output and "output" in width.dims:
@@ -256,7 +243,7 @@ def largest_around(
     if "least_margin_at" in limit and limit["least_margin_at"].dtype.kind == "f" and last:
         where = float(limit["least_margin_at"])
         index = int(np.abs(width[last].values - where).argmin())
-        reach = int(AROUND * width.sizes[last])
+        reach = int(0.025 * width.sizes[last])
         around = {last: slice(max(0, index - reach), index + reach + 1)}
         width, parts = width.isel(around), parts.isel(around)
     share = parts.mean([d for d in parts.dims if d != "name"]) / (float(width.mean()) or np.inf)

@@ -65,7 +65,6 @@ class StopReason(StrEnum):
 
     @property
     def text(self) -> str:
-        """The reason as a sentence."""
         return {
             StopReason.TOLERANCE_MET: "the expansion meets its tolerance",
             StopReason.BUDGET_USED: "the budget is used up",
@@ -162,12 +161,10 @@ class Adaptation:
 
     @property
     def fitted(self) -> ResponseRuns:
-        """The runs of the design."""
         return self.made.fitted
 
     @property
     def held(self) -> ResponseRuns:
-        """The runs held out."""
         return self.made.held
 
     @property

@@ -169,11 +169,7 @@ def in_place_of_runs(
     """Return expansions of all outputs, with the changes of their parts, and these changes.
 
     Where it can be, expansions take the memory of the runs. Neither the runs nor the fits can be
-    used afterwards.
-
-    Parameters
-    ----------
-    changes : of the parts of each fit; None where there is none.
+    used afterwards. The parts of each fit have a change, or None.
     """
     pairs = list(zip(fits, changes, strict=True))
     expansions = [

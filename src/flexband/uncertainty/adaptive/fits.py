@@ -55,11 +55,8 @@ class Split(NamedTuple):
     ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
 
-        A stage with fewer carriers stands for one that has not been found.
-
-        Parameters
-        ----------
-        counted : which outputs count, (outputs,).
+        A stage with fewer carriers stands for one that has not been found. Outputs that are not
+        `counted`, (outputs,), are left out.
         """
         carriers = np.minimum(carriers, len(stages) - 1)
         used = np.unique(carriers[counted])
@@ -70,11 +67,8 @@ class Split(NamedTuple):
         """Return combinations of runs, relative to the size of each output, (rows, parts, times).
 
         Parts are the base, real and imaginary part of each envelope, and phases times the mean
-        envelope, of every output.
-
-        Parameters
-        ----------
-        combined : makes rows of the parts of all runs, (runs, series) to (rows, series).
+        envelope, of every output. Those of all runs, (runs, series), are `combined` to (rows,
+        series).
         """
         parts = []
         for stage, which in zip(self.stages, self.outputs, strict=True):
@@ -167,13 +161,11 @@ class PartsFit(NamedTuple):
         return self.parts.formed()
 
     def at(self, times: slice | np.ndarray) -> PartsFit:
-        """Return the fit at some of the times."""
         rows = self.columns.width
         return self._replace(parts=self.parts.of_rows(rows, np.arange(rows), times))
 
     @property
     def expansion(self) -> Expansion:
-        """The expansion of its outputs."""
         return expansion_of(self.outputs, self.formed, self.columns)
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ from flexband.uncertainty.phases.layout import PartColumns
 
 @dataclass(frozen=True)
 class NestedDesign:
-    """Terms and their runs, each at a point of nested sequences.
+    """Terms and their runs, each at a point of nested sequences: a `GrowingDesign`.
 
     Attributes
     ----------
@@ -65,7 +65,6 @@ class NestedDesign:
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
-        """ξ and η of the runs, shapes (terms, n) and (terms, m)."""
         m = self.interval_dimension
         eta = interval_sequence(self.max_interval_order + 1)[self.index[:, :m]]
         random = zip(self.families, self.index[:, m:].T, strict=True)
@@ -74,7 +73,6 @@ class NestedDesign:
 
     @property
     def highest(self) -> np.ndarray:
-        """The highest order there may be in each variable."""
         intervals = [self.max_interval_order] * self.interval_dimension
         return np.array([*intervals, *(family.highest for family in self.families)])
 
@@ -112,7 +110,6 @@ class NestedDesign:
         return min(len(self), 1 + self.index.shape[1])
 
     def small(self, series: np.ndarray) -> HybridExpansion:
-        """Return the expansion of small series that are known in the first few runs."""
         first = replace(self, index=self.index[: len(series)])
         return HybridExpansion(tuple(self.families), first.index, first.inverse @ series)
 

@@ -97,7 +97,6 @@ class AdaptivePCCI(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        """Name and tolerance."""
         return f"{self.name} ({100 * self.tolerance:g} %)"
 
     def runs(self, space: Space) -> int:

@@ -88,11 +88,7 @@ class RareValues(NamedTuple):
 
         A function of a few sums of random variables, such as a linear one, shows along them alone
         what it does at rare values. Where no series has a slope, all variables count alike. The m
-        interval variables are in the middle.
-
-        Parameters
-        ----------
-        slopes : of series, shape (n, series), in standard deviations of ξ.
+        interval variables are in the middle. Slopes, (n, series), are in standard deviations of ξ.
         """
         slopes = slopes.round(TIE_DIGITS)
         if not slopes.any():
@@ -111,11 +107,9 @@ class RareValues(NamedTuple):
 
     @staticmethod
     def joined(parts: Sequence[RareValues]) -> RareValues:
-        """Return all values of several parts."""
         return RareValues(*map(np.concatenate, zip(*parts, strict=True)))
 
     def which(self, rows: slice | np.ndarray) -> RareValues:
-        """Return some of the values."""
         return RareValues(*(v[rows] for v in self))
 
     def first(self, share: np.ndarray, count: int) -> RareValues:
@@ -147,11 +141,8 @@ def _directions(
     They lie along each ξ of an order above 1, between each two that a term of order above 2
     multiplies, and among all that terms of three or more multiply. Of several variables, distances
     are as rare as `distances` are of one. Weights give the mean of the expectations that the three
-    kinds of directions tell, over those along all ξ and the mean of those between two.
-
-    Parameters
-    ----------
-    index : orders of the polynomials in each ξ, shape (N, n).
+    kinds of directions tell, over those along all ξ and the mean of those between two. Orders in
+    each ξ are those of the index, (N, n).
     """
     n, factors, far = index.shape[1], index > 0, np.array(options.distances)
     unit, pairs = np.eye(n), factors[index.sum(axis=1) > 2]

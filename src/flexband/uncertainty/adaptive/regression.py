@@ -39,7 +39,6 @@ class SampledDesign:
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
-        """ξ and η of the runs, shapes (runs, n) and (runs, m)."""
         return nested_points(self.count, self.interval_dimension, self.families)
 
     sampled: ClassVar[bool] = True

@@ -75,12 +75,8 @@ def solved(
 ) -> tuple[Adaptation, dict[str, object]]:
     """Return the runs on the discretization that is fine enough, or on the one that is given.
 
-    If finer ones fail, it is the finest of which the error is known.
-
-    Parameters
-    ----------
-    begin : makes the first runs of a response.
-    evaluate : the response on the coarsest discretization.
+    If finer ones fail, it is the finest of which the error is known. `begin` makes the first runs
+    of a response; `evaluate` is the response on the coarsest discretization.
     """
     left_out = evaluate.left_out
     if not left_out:
@@ -137,11 +133,9 @@ def _percent(part: float) -> str:
 
 
 class OutputErrors(NamedTuple):
-    """Errors of outputs on a level, in parts of the error bar's width.
+    """Errors of outputs on a level, in parts of the error bar's width, (outputs,).
 
-    Attributes
-    ----------
-    values, corrected : each error, and whether it is what a correction leaves, (outputs,).
+    `corrected` tells of each whether it is what a correction leaves.
     """
 
     values: np.ndarray
@@ -172,10 +166,7 @@ class Levels:
     def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
         """Return how often what was left out must be halved; nothing if that is enough.
 
-        Parameters
-        ----------
-        course : the runs on a level.
-        names : what has been halved for it.
+        The course has the runs on a level, for which `names` have been halved.
         """
         errors, largest, corrected = {}, {}, {}
         vanishing = self._vanishing(course.error.own_width, len(names))
@@ -246,16 +237,10 @@ class Levels:
     def _waves(
         self, course: Adaptation, now: OutputErrors, slow: np.ndarray, count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return which outputs vibrate with phases that the step does not resolve.
+        """Return which outputs vibrate with phases that the step does not resolve, each (outputs,).
 
-        Parameters
-        ----------
-        slow : which errors fall too slowly.
-        count : halvings of the step so far.
-
-        Returns
-        -------
-        Those that the step does not resolve yet, and those that no affordable one does, (outputs,).
+        Those that it does not resolve yet come first, then those that no affordable step does.
+        `slow` are errors that fall too slowly, and `count` the halvings of the step so far.
         """
         options, none = self.options, np.zeros(len(slow), bool)
         asked = slow & ~now.corrected & (now.values > self.allowed)

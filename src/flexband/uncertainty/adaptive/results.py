@@ -144,12 +144,7 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
 
 
 def what_helps(attrs: Mapping[str, Any]) -> str:
-    """Return what helps against the larger part of an error, expansion's or discretization's.
-
-    Parameters
-    ----------
-    attrs : the attributes of a result.
-    """
+    """Return what helps against the larger part of an error, expansion's or discretization's."""
     of_discretization = attrs["refined"] and (
         attrs["discretization_error"] > attrs["expansion_error"] or in_words(attrs)
     )

@@ -14,20 +14,13 @@ MIN_HELD = 2
 
 
 class ResponseRuns(NamedTuple):
-    """Runs of a response.
-
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    values : shape (runs, outputs, times).
-    """
+    """Runs of a response at ξ, (runs, n), and η, (runs, m): values (runs, outputs, times)."""
 
     xi: np.ndarray
     eta: np.ndarray
     values: np.ndarray
 
     def at(self, times: slice) -> ResponseRuns:
-        """Return the runs at some of the times."""
         return self._replace(values=self.values[..., times])
 
     def which(self, rows: slice) -> ResponseRuns:
@@ -40,18 +33,11 @@ class ResponseRuns(NamedTuple):
 
     @staticmethod
     def joined(*parts: ResponseRuns) -> ResponseRuns:
-        """Return all runs of several parts."""
         return ResponseRuns(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 class RareRuns(NamedTuple):
-    """Runs at rare values of random variables.
-
-    Attributes
-    ----------
-    runs : values of shape (points, outputs, times).
-    weight : of an expectation, shape (points,).
-    """
+    """Runs at rare values of random variables, and their weights in an expectation, (points,)."""
 
     runs: ResponseRuns
     weight: np.ndarray
@@ -98,21 +84,17 @@ class RunBuffer:
 
     @property
     def all(self) -> ResponseRuns:
-        """All runs."""
         return self.memory.which(slice(self.count))
 
     @property
     def fitted(self) -> ResponseRuns:
-        """The runs that are fitted."""
         return self.memory.which(slice(self.fit_count))
 
     @property
     def held(self) -> ResponseRuns:
-        """The runs held out."""
         return self.memory.which(slice(self.fit_count, self.count))
 
     def fit(self, new: ResponseRuns) -> None:
-        """Add runs that are fitted."""
         first, end = self.fit_count, self.fit_count + len(new.values)
         self._make_room(len(new.values))
         for array, held, added in zip(self.memory, self.held, new, strict=True):
@@ -122,7 +104,6 @@ class RunBuffer:
         self.fit_count, self.count = end, self.count + len(new.values)
 
     def hold(self, new: ResponseRuns) -> None:
-        """Add runs that are held out."""
         self._make_room(len(new.values))
         for array, added in zip(self.memory, new, strict=True):
             array[self.count : self.count + len(added)] = added

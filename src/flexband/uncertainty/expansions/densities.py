@@ -69,12 +69,10 @@ class DensityPolynomials:
 
     @property
     def name(self) -> str:
-        """That of the distribution."""
         return self.density.name
 
     @property
     def bounded(self) -> bool:
-        """Whether ξ has finite bounds."""
         return self.density.bounded
 
     @cached_property

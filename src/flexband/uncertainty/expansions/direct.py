@@ -18,10 +18,8 @@ from flexband.uncertainty.expansions.substitution import Substitution, substitut
 class DirectExpansion:
     """The `Expansion` of outputs by their values at fixed times, Eq. (11).
 
-    Attributes
-    ----------
-    outputs : numbers of the response's outputs.
-    values : the expansion of their values, all times of one output after the other.
+    The expansion of the values has all times of one output after the other; `outputs` are numbers
+    of the response's ones.
     """
 
     outputs: np.ndarray

@@ -18,13 +18,7 @@ SIGMAS = (0.0, -1.0, 1.0)
 
 @dataclass(frozen=True)
 class Extremes:
-    """Bounds of μ + c σ over the interval variables, and where they are reached.
-
-    Attributes
-    ----------
-    values : lower and upper bound, shape (2, …).
-    places : η of the bounds, shape (2, …, m).
-    """
+    """Lower and upper bound of μ + c σ over the interval variables, (2, …), at η, (2, …, m)."""
 
     values: np.ndarray
     places: np.ndarray
@@ -111,9 +105,7 @@ def extremes_of(
 ) -> list[Extremes]:
     """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`.
 
-    Parameters
-    ----------
-    of : the multiples of kσ, if others are needed.
+    `of` are the multiples of kσ, if others are needed.
     """
     multiples = [sigmas * c for c in of]
     bounds = [

@@ -216,12 +216,8 @@ class HybridExpansion:
     def placed(self, rows: int, whole: int, places: np.ndarray) -> HybridExpansion:
         """Return an expansion of more rows, in which those of its series (rows, times) are some.
 
-        The others are zero.
-
-        Parameters
-        ----------
-        rows, whole : its number of rows, and that of the new one.
-        places : the numbers of its rows in the new one.
+        `rows` is its number of rows, and `whole` that of the new one, in which its rows have
+        `places`. The others are zero.
         """
         series = self.coefficients.reshape(len(self.index), rows, -1)
         wide = np.zeros((len(series), whole, series.shape[2]))

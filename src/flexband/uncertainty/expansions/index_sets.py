@@ -35,17 +35,8 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
 def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.ndarray:
     """Return the terms ν with Σ ν_v^q ≤ p^q, the constant first, shape (terms, variables).
 
-    These are all terms up to the total order p for q = 1, and a hyperbolic set for q < 1.
-
-    Parameters
-    ----------
-    order, q_norm : p, and q above 0 and at most 1.
-    most : terms that there may be.
-
-    Raises
-    ------
-    InputError
-        If there are more.
+    These are all terms up to the total order p for q = 1, and a hyperbolic set for q < 1, where q
+    is above 0 and at most 1. Raise `InputError` if there are more than `most`.
     """
     sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
 

@@ -54,12 +54,10 @@ class Interpolation:
         return self._combined(self.polynomials.terms(xi, eta) @ self.inverse)
 
     def of_rows(self, rows: int, which: np.ndarray, times: slice | np.ndarray) -> Interpolation:
-        """Return the expansion of some of its rows, by place, at some of the times."""
         del rows
         return replace(self, values=self.values[..., times], rows=self.rows[which])
 
     def formed(self) -> HybridExpansion:
-        """Return the expansion with its coefficients."""
         return replace(self.polynomials, coefficients=self._combined(self.inverse))
 
     def _combined(self, factors: np.ndarray) -> np.ndarray:
@@ -75,10 +73,8 @@ class Interpolation:
 def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
     """Return one expansion of the rows of all parts, whose coefficients take the place of the runs.
 
-    Parameters
-    ----------
-    parts : of different rows, through the first of the same runs each, with terms that are the
-        first of the same terms. Further terms become zero.
+    Parts are of different rows, through the first of the same runs each, with terms that are the
+    first of the same terms. Further terms become zero.
     """
     longest = max(parts, key=lambda part: len(part.index))
     values = longest.values

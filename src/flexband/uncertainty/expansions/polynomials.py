@@ -29,15 +29,10 @@ def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
 
 
 def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the not-a-knot cubic spline through y(x) at other places, shape (..., places).
+    """Return the not-a-knot cubic spline through y(x), (..., n), at other places, (..., places).
 
     It is `scipy.interpolate.CubicSpline`, bit for bit, whose package takes half a second to import.
-
-    Parameters
-    ----------
-    x : increasing places, shape (n,).
-    y : real or complex values, shape (..., n).
-    at : places from the first to the last of x.
+    `x` increases, y is real or complex, and the places `at` lie from the first to the last of x.
     """
     if len(x) < 4:
         return scipy.interpolate.CubicSpline(x, y, axis=-1)(at)

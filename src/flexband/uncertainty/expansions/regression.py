@@ -122,11 +122,8 @@ def sparse_fit(
     The best of four fits is returned: of the candidates of order one, of those in one variable, of
     all, and of those of order one with the products of the most important variable.
 
-    Parameters
-    ----------
-    values : of the candidates in the runs, shape (runs, candidates), the constant first.
-    index : orders of the candidates, shape (candidates, variables).
-    series, weight : shape (runs, series), and the weight of each series, shape (series,).
+    `values` of the candidates have shape (runs, candidates), the constant first; their orders,
+    `index`, (candidates, variables); the series (runs, series), and their weights (series,).
     """
     y, orders = weight * series, index.sum(axis=1)
     y -= y.mean(axis=0)  # the constant term is always taken

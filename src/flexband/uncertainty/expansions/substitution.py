@@ -93,17 +93,9 @@ def substituted(
     substitutions: Mapping[int, Substitution],
     families: Sequence[Family],
 ) -> HybridExpansion:
-    """Return an expansion in other variables.
+    """Return an expansion in other variables, by number, η first; `families` are those that remain.
 
-    Parameters
-    ----------
-    substitutions : by the number of the variable, η first.
-    families : of the random variables that remain.
-
-    Raises
-    ------
-    InputError
-        If a random variable is too curved a function of the new one.
+    Raise `InputError` if a random variable is too curved a function of the new one.
     """
     for variable, substitution in substitutions.items():
         if substitution.missed is not None:

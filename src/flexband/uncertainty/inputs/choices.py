@@ -51,7 +51,6 @@ class Choice:
         object.__setattr__(self, "options", tuple(options))
 
     def __repr__(self) -> str:
-        """Return it as it is written."""
         return f"Choice({', '.join(map(repr, self.options))})"
 
 
@@ -79,11 +78,9 @@ class Chosen(Input):
         """All values that the number can have."""
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return values of η."""
         return self.covered.value(standard)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return η of values."""
         return self.covered.standard(value)
 
 
@@ -117,7 +114,6 @@ class Sizing(Chosen):
 
     @property
     def tolerance_or_std(self) -> float:
-        """The tolerance."""
         return self.tolerance
 
     @property
@@ -145,5 +141,4 @@ class Compensator(Chosen):
 
     @property
     def covered(self) -> Interval:
-        """All values to which it can be adjusted."""
         return Interval(self.lower, self.upper)

@@ -21,7 +21,6 @@ class Constant(Input):
 
     @property
     def dimension(self) -> int:
-        """Zero."""
         return 0
 
     def __repr__(self) -> str:
@@ -29,11 +28,9 @@ class Constant(Input):
         return repr(self.constant)
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return the value n times."""
         return np.full(len(standard), self.constant)
 
     def as_numbers(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
-        """Return nothing: it is not uncertain."""
         return {}
 
     def recorded(self, name: str, standard: np.ndarray) -> dict[str, np.ndarray]:
@@ -43,7 +40,6 @@ class Constant(Input):
         return {name: np.full(len(standard), float(self.constant))}
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return no standard variables, shape (n, 0)."""
         return np.zeros((np.size(value), 0))
 
 

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 LIGHT, NEAR, FAR = 0.85, 4.0, 7.0
 """Least exponent c of a tail e^{−x^c} that counts as light, between these values of a normal z."""
 
-MISSED = 1e-3
-"""Part of the variance that polynomials of order `HERMITE.highest` may miss without a remark."""
-
 NO_SCATTER = (
     "An input that does not scatter is written as a number, or as an Interval, in place of the "
     "distribution"
@@ -80,7 +77,8 @@ class Distribution(Input):
             return
         super().__post_init__()
         self.check()
-        if isinstance(self.family, Hermite) and (missed := self._missed()) > MISSED:
+        unremarked = 1e-3  # part of the variance that polynomials of the highest order may miss
+        if isinstance(self.family, Hermite) and (missed := self._missed()) > unremarked:
             warn(
                 f"{self!r} has a heavy tail: expansions up to order {HERMITE.highest} miss "
                 f"{100 * missed:.2g} % of its variance; use LHSScanning with many samples"
@@ -133,7 +131,6 @@ class Distribution(Input):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
         named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
@@ -145,11 +142,9 @@ class Distribution(Input):
         return self.replaced(middles) if middles else self
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> Self:
-        """Return the distribution with other numbers or intervals as parameters."""
         return replace(self, **parameters)
 
     def at(self, parameters: Mapping[str, Numbers]) -> Self:
-        """Return the distributions at values of parameters, numbers or of shape (n,)."""
         if not parameters:
             return self
         distribution = object.__new__(type(self))

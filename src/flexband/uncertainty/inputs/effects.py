@@ -24,9 +24,6 @@ from flexband.uncertainty.inputs.space import Space
 ROUNDING = 4 * np.finfo(float).eps
 """Relative difference of equal values: products of matrices round differently row by row."""
 
-FEW = 64
-"""First runs that may show that all inputs have effects."""
-
 
 def never_read(response: ResponseFunction, inputs: Mapping[str, Input]) -> list[str]:
     """Return the inputs that the code of a response never reads.
@@ -56,15 +53,10 @@ def without_effect(
 ) -> tuple[dict[str, int], list[str]]:
     """Return the inputs that provably change no value, and others that may change none.
 
-    The first are given with the number of their values in the runs.
-
-    It is a proof if there are pairs of runs at every combination of two values or more of every
-    other variable. Samples have no pairs, so that random inputs are then judged together.
-
-    Parameters
-    ----------
-    points : ξ of shape (runs, n) and η of shape (runs, m).
-    values : of the runs, shape (runs, …).
+    The first are given with the number of their values in the runs, shape (runs, …), at points ξ
+    and η, (runs, n) and (runs, m). It is a proof if there are pairs of runs at every combination of
+    two values or more of every other variable. Samples have no pairs, so that random inputs are
+    then judged together.
     """
     runs, masks = _Runs.of(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
@@ -89,7 +81,7 @@ def all_have_effects(
 
     Parameters are those of `without_effect`.
     """
-    few = slice(FEW)
+    few = slice(64)
     runs, masks = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
 

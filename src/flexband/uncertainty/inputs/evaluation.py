@@ -62,9 +62,7 @@ def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
 def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -> str:
     """Return the inputs of a run in words: of many, those that are farthest out among the runs.
 
-    Parameters
-    ----------
-    values : of all runs, shape (runs,), by the name of the input.
+    Values are those of all runs, shape (runs,), by the name of the input.
     """
     max_inputs, few_inputs = 6, 4  # inputs that are all named in a sentence; of more, so many are
     names, out = list(values), []
@@ -174,10 +172,7 @@ def check_labels(part: xr.DataArray) -> None:
 def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
     """Return a batch with the order of dims and of labels of the first one.
 
-    Raises
-    ------
-    InputError
-        If it has other dims, labels or coordinates.
+    Raise `InputError` if it has other dims, labels or coordinates.
     """
     first = labels.dims[1:], labels.shape[1:]
     if set(part.dims) != set(labels.dims):

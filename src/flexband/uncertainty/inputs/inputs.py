@@ -192,7 +192,6 @@ class Interval(Input):
 
     @property
     def tolerance_or_std(self) -> float:
-        """Half the width."""
         return (self.upper - self.lower) / 2
 
     def standard(self, value: np.ndarray) -> np.ndarray:

@@ -77,10 +77,7 @@ class NarrowedInputs:
 def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     """Return the part of the inputs that narrower ones span.
 
-    Raises
-    ------
-    InputError
-        If a name is none of the inputs, or a new input is not within the old one.
+    Raise `InputError` if a name is none of the inputs, or a new input is not within the old one.
     """
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")

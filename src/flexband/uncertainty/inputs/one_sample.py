@@ -26,13 +26,9 @@ def of_one_sample(response: Response, arguments: Arguments, error: Exception) ->
     """Return an error with the line that helps if a response is a function of one sample.
 
     It is one if it fails with arrays of several equal samples, or does not return as many values,
-    and returns numbers for the plain numbers of one of them.
-
-    Parameters
-    ----------
-    response, arguments : the response, and the arguments of a call: arrays of shape (n,), and
-        functions of position.
-    error : what the call raised, or what is wrong with the values that it returned.
+    and returns numbers for the plain numbers of one of them. `error` is what a call with these
+    arguments, arrays of shape (n,) and functions of position, raised, or what is wrong with the
+    values that it returned.
     """
     if response.one_by_one or not _of_response(error):
         return None

@@ -20,20 +20,16 @@ class Score(Input):
     distribution: Distribution
 
     def __repr__(self) -> str:
-        """Return that of the distribution."""
         return repr(self.distribution)
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """The parameters that are intervals, by name."""
         return self.distribution.intervals
 
     def at(self, parameters: Mapping[str, Numbers]) -> Input:
-        """Return the input at values of the parameters, numbers or of shape (n,)."""
         return Score(self.distribution.at(parameters))
 
     def value(self, standard: np.ndarray) -> np.ndarray:
-        """Return the values at scores, shape (n, 1)."""
         return self.distribution.at_normal(standard[:, 0])
 
     def mean_or_midpoint(self) -> Numbers:
@@ -41,7 +37,6 @@ class Score(Input):
         return self.distribution.midpoint().mean_or_midpoint()
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return the scores of values."""
         return self.distribution.to_normal(value)
 
 
@@ -66,7 +61,6 @@ class PBox(Score):
         return _Transported(self._middle, self.distribution.at(parameters))
 
     def replaced(self, parameters: Mapping[str, float | Input]) -> Distribution:
-        """Return the distribution with other parameters."""
         return self.distribution.replaced(parameters)
 
     def value(self, standard: np.ndarray) -> np.ndarray:

@@ -42,11 +42,7 @@ def stretched(
     """Return samples that are farther out, each along a random direction, and their weights.
 
     Along it they are uniformly distributed up to `farthest` on both sides. The weight is the
-    standard normal density over theirs.
-
-    Parameters
-    ----------
-    normals : samples of standard normal variables, shape (samples, n).
+    standard normal density over theirs. Samples of normal variables have the shape (samples, n).
     """
     direction = rng.standard_normal(normals.shape)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

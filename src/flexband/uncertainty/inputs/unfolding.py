@@ -27,12 +27,7 @@ def unfolded(given: GivenInputs) -> dict[str, Input]:
     """Return all inputs in the order of their names.
 
     Correlated inputs come one by one, an interval that is a parameter as ``input.parameter``, and a
-    number is a constant.
-
-    Raises
-    ------
-    InputError
-        If one is of another kind, or two have the same name.
+    number is a constant. Raise `InputError` if one is of another kind, or two have the same name.
     """
     check_instance("inputs", given, Mapping, "a dict of names and inputs")
     inputs: dict[str, Input] = {}
@@ -78,10 +73,8 @@ def checked_input(label: str, value: GivenInput, allowed: str) -> Input:
 def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
     """Return the inputs of every combination of options, which are constants in them.
 
-    Returns
-    -------
-    Label of the combination, such as ``"steel"`` or ``"steel, 3"`` -> inputs; one entry with an
-    empty label if there is no choice.
+    The label of a combination is ``"steel"`` or ``"steel, 3"``, for instance; it is empty if there
+    is no choice.
     """
     max_cases = 1000  # combinations of options, each of which has an expansion of its own
     check_instance("inputs", inputs, Mapping, "a dict of names and inputs")

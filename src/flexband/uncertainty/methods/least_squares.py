@@ -90,7 +90,6 @@ class RegressionPCCI(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        """Name and order p, with q if it is below 1."""
         return f"{self.name} ({self.order}{f', q = {self.q_norm:g}' * (self.q_norm < 1)})"
 
     def index(self, space: Space) -> np.ndarray:

@@ -79,11 +79,8 @@ class Evaluate(ABC):
     ) -> Surrogate:
         """Return a surrogate whose error of step and elements is corrected by finer runs.
 
-        Parameters
-        ----------
-        runs : ξ, η and values of those that it was fitted to.
-        nodes : of each interval variable, if the runs are at their tensor product with Gauss points
-            of the random variables.
+        It was fitted to runs: ξ, η and values. If they are at a tensor product with Gauss points of
+        the random variables, `nodes` are those of each interval variable.
         """
         raise InputError(f"correct=True needs {REFINEMENTS}")
 
@@ -129,12 +126,7 @@ class Method(ABC):
         """Return the number of runs, or the most there may be."""
 
     def finer_runs(self, space: Space, names: int) -> int:
-        """Return the most runs of a correction on finer discretizations.
-
-        Parameters
-        ----------
-        names : how many of step and elements can be finer.
-        """
+        """Return the most runs of a correction if this many of step and elements can be finer."""
         return 0
 
     @abstractmethod

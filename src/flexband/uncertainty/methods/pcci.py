@@ -100,7 +100,6 @@ class PCCI(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        """Name and orders (k, q)."""
         return f"{self.name} ({shown(self.random_order)}, {shown(self.interval_order)})"
 
     def __post_init__(self) -> None:

@@ -87,7 +87,6 @@ class PerturbationChebyshev(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        """Name and order q."""
         return f"{self.name} ({shown(self.interval_order)}{', improved' * self.improved})"
 
     def runs(self, space: Space) -> int:

@@ -133,7 +133,6 @@ class LHSScanning(Scanning):
     name = "LHS–Scanning"
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples, shape (samples, dimension)."""
         return latin_hypercube_normals(self.samples, dimension, self.seed)
 
 
@@ -152,7 +151,6 @@ class SobolScanning(Scanning):
     lost = 0
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples, shape (samples, dimension)."""
         return ndtri(sobol(self.samples, dimension, self.seed))
 
 
@@ -167,5 +165,4 @@ class MonteCarlo(Scanning):
     name = "Monte Carlo"
 
     def normals(self, dimension: int) -> np.ndarray:
-        """Return the samples, shape (samples, dimension)."""
         return np.random.default_rng(self.seed).standard_normal((self.samples, dimension))

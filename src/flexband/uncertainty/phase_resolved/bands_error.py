@@ -55,12 +55,7 @@ class TensorDesign:
     """Runs at a tensor product of nodes, and the expansion with one term for each.
 
     Of every variable v there is a node polynomial w_v, zero at all nodes and of unit mean square.
-
-    Attributes
-    ----------
-    nodes : points of each interval variable.
-    families, orders : polynomials and order of each random variable, whose nodes are the roots of
-        the polynomial of the next order.
+    The nodes of a random variable are the roots of the polynomial of the next order of its family.
     """
 
     nodes: Sequence[np.ndarray]
@@ -102,14 +97,9 @@ class TensorDesign:
     ) -> np.ndarray:
         """Return the mean square of a_v in each variable, intervals first, (outputs, variables).
 
-        The likeliest ones are sought from equal ones on, if what is missed of a run is normally
-        distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate what the
-        runs cannot.
-
-        Parameters
-        ----------
-        held : the held-out runs.
-        missed : of these, shape (runs, outputs, times).
+        The likeliest ones are sought from equal ones on, if what is missed of a held-out run is
+        normally distributed, with the variance Σ_v a_v² w_v²; as few steps as these do not separate
+        what the runs cannot. What is missed has the shape (runs, outputs, times).
         """
         w = np.concatenate([self.of_intervals(held.eta), self.of_random(held.xi)], axis=1)
         square = np.mean(missed**2, axis=2)
@@ -140,10 +130,7 @@ def error_of_bands(
 ) -> np.ndarray:
     """Return the error expected of mean and error bar, shape (2, outputs, times).
 
-    Parameters
-    ----------
-    held : the held-out runs.
-    error : what the expansion misses in them.
+    It follows from the error of the expansion in held-out runs.
     """
     intervals, random = len(design.nodes), len(design.families)
     if not intervals + random:
@@ -182,12 +169,7 @@ def largest_error(error: ExpectedError, m: int) -> np.ndarray:
     """Return the error of μ ± σ anywhere that the worst of all held-out runs tells.
 
     Its shape is (outputs, times). The mean square of few runs is often that of one alone: where it
-    is far from all others, the mean is far too small.
-
-    Parameters
-    ----------
-    error : what the expansion misses in held-out runs.
-    m : number of interval variables.
+    is far from all others, the mean is far too small. There are m interval variables.
     """
     worst = np.abs(error.choice.missed).max(axis=0)
     return share(m) * running(np.hypot(worst, error.choice.overshoot), error.window)

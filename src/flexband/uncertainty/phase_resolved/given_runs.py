@@ -30,13 +30,7 @@ def corrected_expansion(
     """Return the surrogate of a method that expands values, corrected, with the error it expects.
 
     The error of the expansion is what the method expects, if it does, or what it misses in runs
-    that are made and held out here.
-
-    Parameters
-    ----------
-    runs : ξ, η and values of the runs of the surrogate.
-    nodes : of each interval variable, if the runs are at the tensor product with Gauss points of
-        the random variables.
+    that are made and held out here. Runs and nodes are as of `Evaluate.corrected`.
     """
     space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
     m, families = space.interval_dimension, space.families

@@ -93,11 +93,9 @@ class Carrier:
             of_output[:] += factor * signal
 
     def runs(self, which: slice) -> Carrier:
-        """Return the carrier in some of the runs."""
         return Carrier(self.phase[which], self.envelope[which], self.frequency)
 
     def at(self, times: slice) -> Carrier:
-        """Return the carrier at some of the times."""
         return Carrier(self.phase[..., times], self.envelope[..., times], self.frequency)
 
 
@@ -114,13 +112,9 @@ def track(
 ) -> Carrier | None:
     """Return the carrier near a phase ψ, or None if its frequency leaves [f/2, 2f] in some run.
 
-    Parameters
-    ----------
-    F : shape (runs, outputs, times), at steps of dt.
-    frequency, psi : estimates of f and of ψ, shape (runs, times).
-    scale : size of each output, shape (outputs,).
-    passes : number of corrections of ψ.
-    align : whether a constant is added to the phase of each run, to align the envelopes of all.
+    F has shape (runs, outputs, times), at steps of dt; `frequency` and `psi`, (runs, times),
+    estimate f and ψ, which is corrected in `passes`; `scale` is the size of each output. With
+    `align`, a constant is added to the phase of each run, to align the envelopes of all.
     """
     times = F.shape[-1]
     half = min(max(3, round(options.window_periods / (frequency * dt))), (times - 1) // 2)

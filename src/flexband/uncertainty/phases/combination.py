@@ -17,9 +17,7 @@ from flexband.uncertainty.phases.layout import PartColumns
 def combined(expansions: Sequence[Expansion], weights: np.ndarray) -> Expansion:
     """Return the expansion of linear combinations of all outputs.
 
-    Parameters
-    ----------
-    weights : of the outputs by number, shape (combinations, outputs).
+    Weights are those of the outputs by number, shape (combinations, outputs).
     """
     summands = [expansion for expansion in expansions if np.any(weights[:, expansion.outputs])]
     parts = reduce(

@@ -25,15 +25,12 @@ class Stage(NamedTuple):
         return sum((c.signal for c in self.carriers), self.base)
 
     def runs(self, which: slice) -> Stage:
-        """Return some of the runs."""
         return Stage([c.runs(which) for c in self.carriers], self.base[which])
 
     def at(self, times: slice) -> Stage:
-        """Return the runs at some of the times."""
         return Stage([c.at(times) for c in self.carriers], self.base[..., times])
 
     def of(self, outputs: np.ndarray) -> Stage:
-        """Return some of the outputs."""
         carriers = [Carrier(c.phase, c.envelope[:, outputs], c.frequency) for c in self.carriers]
         return Stage(carriers, self.base[:, outputs])
 
@@ -52,12 +49,8 @@ def decompose(
     tracked once more in the rest without all others. If a carrier is lost but its frequency is near
     a multiple h of the first one, it is tried as a harmonic, with the phase h φ₁.
 
-    A stage takes 1 + 2c times the memory of the runs with c carriers. Those that are released by
-    the caller are not kept.
-
-    Parameters
-    ----------
-    F : shape (runs, outputs, times), at steps of dt.
+    The runs F have the shape (runs, outputs, times), at steps of dt. A stage takes 1 + 2c times the
+    memory of the runs with c carriers. Those that are released by the caller are not kept.
     """
     carriers: list[Carrier] = []
     rest = F
@@ -90,14 +83,9 @@ def follow(
 ) -> Stage | None:
     """Return runs split into base and carriers near known ones, or None if one of them is lost.
 
-    Phases start at the known ones, so that those of runs which differ little, as on another
-    discretization, differ little, too.
-
-    Parameters
-    ----------
-    F : shape (runs, outputs, times), at steps of dt.
-    phases : of the known carriers in every run, each of shape (runs, times).
-    frequencies : of the known carriers.
+    F has shape (runs, outputs, times), at steps of dt; `phases`, each (runs, times), and
+    `frequencies` are those of the known carriers. Phases start at the known ones, so that those of
+    runs which differ little, as on another discretization, differ little, too.
     """
     scale, rest = _scale(F), np.copy(F)
     carriers: list[Carrier] = []
@@ -135,11 +123,8 @@ def _track_again(
 ) -> None:
     """Track each of several carriers once more, in the rest of the runs without all others.
 
-    Parameters
-    ----------
-    rest : the runs without carriers, shape (runs, outputs, times), changed in place.
-    carriers : changed in place.
-    multiples : of the first carrier's phase; 0: not a harmonic.
+    The rest, (runs, outputs, times), and the carriers are changed in place. Harmonics have
+    multiples of the first carrier's phase, other carriers 0.
     """
     for j in range(len(carriers) if len(carriers) > 1 else 0):
         old, h = carriers[j], multiples[j]
@@ -187,13 +172,9 @@ def detect(
 ) -> list[np.ndarray]:
     """Return the frequency in every run, shape (runs,), of each candidate, the strongest first.
 
-    A candidate is a maximum of the energy E(f) of the variation between the runs in the band
-    [f/b, b f], if it is twice the energy of the neighbouring bands. The frequency in a run is the
-    centre of its energy in [f/1.25, 1.25 f].
-
-    Parameters
-    ----------
-    energy, varying : `spectra` of the runs, at so many times.
+    A candidate is a maximum of the energy E(f) of the variation between the runs in the band [f/b,
+    b f], if it is twice the energy of the neighbouring bands. The frequency in a run is the centre
+    of its energy in [f/1.25, 1.25 f]. `spectra` returns the energy and what varies.
     """
     frequency, ratio = np.fft.rfftfreq(times, dt), options.band_ratio
     summed = np.concatenate([[0.0], np.cumsum(varying)])

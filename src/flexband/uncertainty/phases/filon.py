@@ -86,10 +86,8 @@ class Grid(NamedTuple):
 def by_axes(sections, orders, norms, grid, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
-    Parameters
-    ----------
-    orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
-    grid, psi : points, and Ψ_j there, (points, N).
+    `orders`, (N, n), and `norms` are the orders of Ψ_j in each variable, and γ_j; `psi`, (points,
+    N), is Ψ_j at the points `grid`.
     """
     outputs, carriers = parts.outputs, parts.carriers
     times, _, width = sections.coefficients.shape

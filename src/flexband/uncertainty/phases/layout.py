@@ -39,19 +39,16 @@ class PartColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> PartColumns:
-        """Return the columns for these numbers of outputs and carriers."""
         return PartColumns(
             outputs, carriers, outputs, outputs + 1, 2 * outputs + 1, 2 * outputs + 1
         )
 
     @staticmethod
     def of_stage(stage: Stage) -> PartColumns:
-        """Return the columns of the parts of runs."""
         return PartColumns.of(stage.base.shape[1], len(stage.carriers))
 
     @property
     def width(self) -> int:
-        """Number of columns."""
         return self.phase + self.carriers * self.block
 
     @property
@@ -90,11 +87,8 @@ class PartColumns(NamedTuple):
     def join(self, series: np.ndarray, *, single: bool = False) -> np.ndarray:
         """Return F = base + Σ Re[Z e^{iφ}] of series of the parts, shape (…, outputs, times).
 
-        Without carriers this is a view of the series.
-
-        Parameters
-        ----------
-        single : whether cos φ and sin φ are computed in single precision, ten times as fast.
+        Without carriers this is a view of the series. With `single`, cos φ and sin φ are computed
+        in single precision, ten times as fast.
         """
         base, carriers = self.unpack(series)
         F = base.copy() if self.carriers else base
@@ -153,7 +147,6 @@ class MomentColumns(NamedTuple):
 
     @staticmethod
     def of(outputs: int, carriers: int) -> MomentColumns:
-        """Return the columns for these numbers of outputs and carriers."""
         turns = len(turning_parts(carriers))
         factors = 2, 2 + carriers, 2 + 2 * carriers, 2 + 2 * carriers + turns
         block = 2 + 2 * carriers + 2 * turns
@@ -161,7 +154,6 @@ class MomentColumns(NamedTuple):
 
     @property
     def width(self) -> int:
-        """Number of columns."""
         return self.phase + self.carriers
 
 

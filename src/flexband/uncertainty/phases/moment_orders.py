@@ -47,7 +47,6 @@ class Sizes(NamedTuple):
         return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
-        """Return the largest ones."""
         chosen = np.argsort(-self.size, kind="stable")[:count]
         return Sizes(self.orders[chosen], self.size[chosen])
 
@@ -143,10 +142,8 @@ def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
 def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
     """Return the polynomials in η of smooth moments, and how values give their coefficients.
 
-    Returns
-    -------
-    An expansion that has the polynomials only; the points η, shape (terms, m), of the values; and
-    the matrix from values to coefficients.
+    They are an expansion that has the polynomials only; the points η, shape (terms, m), of the
+    values; and the matrix from values to coefficients.
     """
     index = moment_orders(terms)
     eta = interval_sequence(int(index.max(initial=0)) + 1)[index]

@@ -140,12 +140,7 @@ def workspace(width, points, carriers):
 
 @compiled
 def average(rows, psi, weights, parts, turning, work, mean, base, first, square, second):
-    """Fill what `fill` takes by a rule in ξ.
-
-    Parameters
-    ----------
-    psi : Ψ at the points ξ, shape (N, points).
-    """
+    """Fill what `fill` takes by a rule in ξ, at whose points Ψ has the shape (N, points)."""
     values, wb, cos, sin, re, im, w_re, w_im = work
     multiply(rows.T, psi, values)
     for c in range(parts.carriers):
@@ -180,10 +175,7 @@ def average(rows, psi, weights, parts, turning, work, mean, base, first, square,
 def by_points(sections, psi, weights, parts, columns, turning, table):
     """Fill the table, (times, points of η, width), by a rule in ξ shared by all.
 
-    Parameters
-    ----------
-    sections : with parts of the columns `parts`.
-    psi : Ψ at points of ξ, (N, points).
+    The sections have parts of the columns `parts`; `psi` is Ψ at points of ξ, (N, points).
     """
     times, _, width = sections.coefficients.shape
     rows, work = np.empty((len(psi), width)), workspace(width, len(weights), parts.carriers)

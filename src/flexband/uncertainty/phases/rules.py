@@ -27,14 +27,10 @@ def resolving_rule(
 
     The rule is a product of rules in one variable, for normal ξ along rotated axes; a rotation does
     not change their density. If the phase depends on several normal ξ, the axes are the principal
-    directions of ∂φ/∂ξ over times and carriers. The phase then changes along few of them, often
-    one, and the others need few points.
+    directions of `slope`, ∂φ/∂ξ at ξ = η = 0, (carriers × times, n). The phase then changes along
+    few of them, often one, and the others need few points.
 
-    Parameters
-    ----------
-    families : the polynomials of every ξ.
-    orders, reach : order and largest phase change [rad] of every ξ.
-    slope : ∂φ/∂ξ at ξ = η = 0, (carriers × times, n).
+    `orders` and `reach` are the order and the largest phase change [rad] of every ξ.
     """
     axes, orders, reach = _principal_axes(families, orders, reach, slope)
     if math.prod(map(_rule_size, families, orders, reach)) > MOMENTS.max_rule_points:
@@ -114,7 +110,6 @@ def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray
 
 
 def _rule_size(family: Family, order: float, a: float) -> int:
-    """Return the number of points of `rule`."""
     if order == 0:
         return 1
     if family.bounded:  # two points per wave of e^{2iφ}, and some more

@@ -30,11 +30,9 @@ from flexband.uncertainty.phases.options import MOMENTS
 def by_saddles(sections, orders, norms, rule, weights, psi, parts, columns, turning, table):
     """Fill the table, as `by_points` does.
 
-    Parameters
-    ----------
-    orders, norms : orders of Ψ_j in each variable, (N, n), and γ_j.
-    rule, weights : points ζ, the first axis along the slope of the phase, and weights.
-    psi : Ψ at samples of ξ, (N, samples), for phases that have no saddle nearby.
+    `orders`, (N, n), and `norms` are the orders of Ψ_j in each variable, and γ_j. The points ζ of
+    the `rule`, the first axis along the slope of the phase, have `weights`; `psi` is Ψ at samples
+    of ξ, (N, samples), for phases that have no saddle nearby.
     """
     outputs, carriers = parts.outputs, parts.carriers
     times, _, width = sections.coefficients.shape

@@ -35,7 +35,6 @@ class PartTerms:
 
     @staticmethod
     def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
-        """Return the terms of an expansion of parts."""
         parts = expansion.coefficients.reshape(len(expansion.index), columns.width, -1)
         coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
         return PartTerms(expansion, columns, coefficients)
@@ -136,9 +135,8 @@ class PartTerms:
     def table(self, eta: np.ndarray, rule: Rule | None = None) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width).
 
-        Parameters
-        ----------
-        rule : points ξ and weights of expectations; by default the best that is affordable.
+        The rule has points ξ and weights of expectations; by default it is the best that is
+        affordable.
         """
         m, expansion = self.interval_dimension, self.expansion
         families, norms = expansion.families, expansion.norms

@@ -74,10 +74,7 @@ def between_times(
 def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Return how far runs go above and below both neighbouring values, (runs, …, times).
 
-    Parameters
-    ----------
-    values : runs at more times.
-    labels : of the response, for its times.
+    `values` are runs at more times; `labels` are those of the response.
     """
     count, more = labels.shape[-1], values.shape[-1]
     parts = (more - 1) // max(1, count - 1)

@@ -72,7 +72,6 @@ class Evaluated:
         return self.space.arguments_at(xi[runs], eta[runs])
 
     def take(self, runs: np.ndarray, values: np.ndarray) -> None:
-        """Take the values of runs."""
         assert self.labels is not None
         if self.values is None:
             empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)

@@ -107,19 +107,10 @@ def check_stored(
     store: Store,
     limits: DifferenceLimits = DifferenceLimits(),
 ) -> None:
-    """Compare runs of a store, which were made again, with what it has.
+    """Compare `values` of all runs, (runs, …), of which `old` of a store were made again as `new`.
 
-    Parameters
-    ----------
-    values : of all runs, shape (runs, …).
-    old, new : of those that were made again.
-    labels : of a response.
-
-    Raises
-    ------
-    StoreError
-        If they differ by more than `limits.wrong`; a warning says if they differ by more than
-        `limits.rounding`.
+    If they differ by more than `limits.wrong`, raise a `StoreError`; a warning says if they differ
+    by more than `limits.rounding`. `labels` are those of a response.
     """
     pairs = zip(old, new, strict=True)
     off, name = max(_apart(values, *pair, labels) for pair in pairs)

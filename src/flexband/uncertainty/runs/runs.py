@@ -380,7 +380,6 @@ class Level(Evaluate):
         return corrected_expansion(surrogate, runs, self, nodes)
 
     def refinements(self) -> dict[str, Level]:
-        """Return the response on finer discretizations, by the name of what is finer."""
         return self._finer_levels
 
     @cached_property

@@ -58,10 +58,8 @@ def digest(arrays: Mapping[str, np.ndarray]) -> str:
 def read_archive(file: Path) -> Archive:
     """Return the record and the arrays of numbers and texts.
 
-    Raises
-    ------
-    ValueError, KeyError, OSError, zipfile.BadZipFile and others
-        If the file is not as `write_archive` writes it.
+    Raise `ValueError`, `KeyError`, `OSError`, `zipfile.BadZipFile` or another error if the file is
+    not as `write_archive` writes it.
     """
     with zipfile.ZipFile(file) as archive:
         if not _is_plausible(archive, file):

@@ -20,20 +20,13 @@ PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
 def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return bands over all combinations of options.
+    """Return bands over all combinations of options, of which each has bands by its label.
 
-    Parameters
-    ----------
-    given : the inputs, choices included.
-    bands_by_label : label of the combination -> its bands.
-
-    Returns
-    -------
-    The dataset of bands, with the lowest of all lower and the highest of all upper bounds, and the
-    largest of the errors expected. `mean_choice` and `error_bar_choice` tell which combination a
-    bound is due to; `mean_by_choice` and `error_bar_by_choice` have the bands of every one, along
-    the dim "choice". ``attrs["choice_runs"]`` counts the runs of each. Other attributes are those
-    of the combination with the largest expected error.
+    These are the lowest of all lower and the highest of all upper bounds, and the largest of the
+    errors expected; the inputs, choices included, are `given`. `mean_choice` and `error_bar_choice`
+    tell which combination a bound is due to; `mean_by_choice` and `error_bar_by_choice` have the
+    bands of every one, along the dim "choice". ``attrs["choice_runs"]`` counts the runs of each.
+    Other attributes are those of the combination with the largest expected error.
     """
     names, bands = list(bands_by_label), list(bands_by_label.values())
     worst = max(bands, key=lambda case_bands: case_bands.attrs.get("expected_error", 0.0))

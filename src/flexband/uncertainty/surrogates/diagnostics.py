@@ -14,10 +14,6 @@ from flexband.rounding import Units, largest_of
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 
-SHARE = 0.5
-"""Error of the bands as a part of what is missed of runs, root mean square. A bound averages over
-random variables, but is attained at ends of intervals."""
-
 SMALLEST = 2e-5
 """Errors below this part of the error bar's width, or of the variation, are not told from none."""
 
@@ -36,10 +32,8 @@ which converge to nothing."""
 class Quantities(NamedTuple):
     """The vectors and tensors of which outputs are components.
 
-    Attributes
-    ----------
-    of : number of the vector or tensor, (outputs,).
-    tensor : whether it is a tensor, whose components are all judged by the largest one.
+    `of` numbers that of each output; `tensor` tells whether it is a tensor, whose components are
+    all judged by the largest one; both have shape (outputs,).
     """
 
     of: np.ndarray
@@ -47,7 +41,6 @@ class Quantities(NamedTuple):
 
     @staticmethod
     def alone(outputs: int) -> Quantities:
-        """Return quantities that are each a single output."""
         return Quantities(np.arange(outputs), np.zeros(outputs, bool))
 
     def at_least(self, sizes: np.ndarray, tensors: float = SMALL) -> np.ndarray:
@@ -62,10 +55,7 @@ class Quantities(NamedTuple):
 def step(values: xr.DataArray) -> float:
     """Return the step of time; 1 where there is none, or it has no coordinate.
 
-    Raises
-    ------
-    InputError
-        Where it is not equidistant.
+    Raise `InputError` where it is not equidistant.
     """
     axes = axes_of(values)
     if axes.times < 2 or axes.time not in values.coords:
@@ -94,11 +84,14 @@ def variation(F: np.ndarray) -> np.ndarray:
 
 
 def share(m: int) -> float:
-    """Return the error of bands over m intervals as a part of what is missed of generic runs."""
+    """Return the error of bands over m intervals as a part of what is missed of generic runs.
+
+    A bound averages over random variables, but is attained at ends of intervals.
+    """
     # with more intervals than this, m of them, the part is √(m / 3) times larger: what is
     # missed in every one alike adds up at a corner, but hardly at generic points
     alone = 3
-    return SHARE * math.sqrt(max(1.0, m / alone))
+    return 0.5 * math.sqrt(max(1.0, m / alone))
 
 
 def unseen(runs: int) -> float:
@@ -122,10 +115,7 @@ def missed_part(
 ) -> np.ndarray:
     """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
 
-    Parameters
-    ----------
-    units : of the outputs.
-    quantities : of which each output is a component.
+    `units` are those of the outputs; `quantities` says what each is a component of.
     """
     varied = np.where(varying(F, units), variation(F), np.inf)
     return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
@@ -136,11 +126,8 @@ def trust(
 ) -> xr.Dataset:
     """Return `trusted`, labelled like a response, and in words why outputs are not trusted.
 
-    Parameters
-    ----------
-    labels : a response of shape (runs, …).
-    missed : the part that is missed of each output.
-    of : words for what it is a part of.
+    `missed` is the part of each output that is missed, and `of` says of what; `labels` are a
+    response of shape (runs, …).
     """
     axes = axes_of(labels)
     doubts = [

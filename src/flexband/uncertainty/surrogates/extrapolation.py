@@ -24,10 +24,8 @@ def reached(xi: np.ndarray) -> dict[str, list[float]]:
 def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]) -> None:
     """Warn of the random input whose values are farthest beyond the runs, if that is far.
 
-    Parameters
-    ----------
-    xi : ξ at which a surrogate is evaluated, shape (points, n).
-    attrs : those of `reached`; without them, runs count as usual.
+    `xi` is where a surrogate is evaluated, shape (points, n). `attrs` are those of `reached`;
+    without them, runs count as usual.
     """
     usual = 5.0  # values of |ξ| up to which an expansion may be evaluated, wherever the runs are
     n = space.random_dimension

@@ -36,9 +36,7 @@ class HeldOut:
     def nearest(self, distance: np.ndarray) -> np.ndarray:
         """Return which runs judge a part of the inputs: those inside, but eight at least.
 
-        Parameters
-        ----------
-        distance : of each run from that part, 0 inside, shape (runs,).
+        `distance` is that of each run from the part, 0 inside, shape (runs,).
         """
         # runs that judge a part of the inputs; where fewer are inside, the nearest to it
         # count too

@@ -31,16 +31,11 @@ def narrowed_diagnostics(
     held: HeldOut | None,
     values: np.ndarray,
 ) -> xr.Dataset:
-    """Return the diagnostics of a surrogate for a part of its inputs.
+    """Return the diagnostics of a surrogate for a part of its inputs, from those of the whole.
 
     Without held-out runs, errors are those of the whole, of which the error in a part is hardly
-    more. The error of the discretization is that of the whole: a shift of the bands stays.
-
-    Parameters
-    ----------
-    diagnostics, labels : of the whole.
-    held : the held-out runs that judge the part; None if the method has none.
-    values : of the surrogate at these, shape (runs, outputs, times).
+    more. The error of the discretization is that of the whole: a shift of the bands stays. `values`
+    are those of the surrogate at the held-out runs that judge the part, (runs, outputs, times).
     """
     # errors as parts of the width of the bands, which are found with the bands
     relative = ("expected_error", "expansion_error", "discretization_error")

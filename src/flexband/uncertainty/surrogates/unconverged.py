@@ -30,7 +30,6 @@ class Remedy(StrEnum):
 
     @property
     def text(self) -> str:
-        """The advice in words."""
         return {
             Remedy.DAMPING: "damp them (retardation_time of members)",
             Remedy.SPECTRAL_RADIUS: "choose a smaller spectral_radius",
@@ -51,9 +50,6 @@ REMEDIES = {
     Cause.STAGNANT: (Remedy.LEAVE_OUT,),
 }
 PREFIX = "unconverged_"
-
-TOO_COARSE = "what is given is too coarse, or what is left out would have to be halved more often"
-"""Why a discretization that the method chooses misses the tolerance, if nothing else stopped it."""
 
 
 @dataclass(frozen=True)
@@ -103,12 +99,7 @@ def of_attributes(attrs: Mapping[str, Any]) -> list[Unconverged]:
 
 
 def in_words(attrs: Mapping[str, Any]) -> str:
-    """Return which outputs do not converge, why, and what helps, without a full stop; "" if all do.
-
-    Parameters
-    ----------
-    attrs : of a result.
-    """
+    """Return in words which outputs do not converge, why, and what helps; "" if all do."""
     groups: dict[tuple[str, Cause], list[Unconverged]] = {}
     for verdict in of_attributes(attrs):
         groups.setdefault((verdict.part, verdict.cause), []).append(verdict)
@@ -128,10 +119,8 @@ def in_words(attrs: Mapping[str, Any]) -> str:
 
 
 def why_not_finer(attrs: Mapping[str, Any]) -> str:
-    """Return why a discretization that the method chose misses the tolerance.
-
-    Parameters
-    ----------
-    attrs : of a result.
-    """
-    return attrs.get("not_refined") or in_words(attrs) or TOO_COARSE
+    """Return why a discretization that the method chose misses the tolerance."""
+    too_coarse = (
+        "what is given is too coarse, or what is left out would have to be halved more often"
+    )
+    return attrs.get("not_refined") or in_words(attrs) or too_coarse

@@ -130,13 +130,10 @@ class VerificationVerdict:
 def verdict(
     checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
 ) -> dict[str, str | float]:
-    """Return the attributes "confirmed", "verdict" in words, and "inferred_share".
+    """Return the attributes "confirmed", "verdict" in words, and "inferred_share", of good runs.
 
-    Parameters
-    ----------
-    good : the runs that did not fail.
-    sampled, held_out : numbers of these runs, and of runs of the method, that are samples of the
-        whole space.
+    `sampled` and `held_out` count those of them, and of the runs of the method, that are samples of
+    the whole space.
     """
     judged = VerificationVerdict.of(checked, good)
     return {

@@ -14,8 +14,7 @@ from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.simulate import TimeGrid, simulated
 from flexband.mechanics.static_response import StaticResponse
 from flexband.report.page.arrays import JsonRecord, packed
-from flexband.report.page.motion.forces import force_arrows, traces_of
-from flexband.report.page.motion.record import recorded
+from flexband.report.page.motion.record import force_arrows, recorded, traces_of
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
 from flexband.report.shapes.scene import Scene
 from flexband.report.shapes.sketch import Outline
@@ -132,8 +131,7 @@ def _recorded(
     response: DynamicResponse | StaticResponse, mechanism: Mechanism
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return times [s] and outputs (samples, outputs, times), NaN for samples that fail."""
-    # Most instants that are kept of a motion
-    frames = 250
+    frames = 250  # most instants that are kept of a motion
     if isinstance(response, StaticResponse):
         at_rest = response.outputs(mechanism, {})
         values = at_rest.values.reshape(-1, at_rest.shape[-1], 1)

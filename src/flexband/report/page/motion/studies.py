@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexband.analysis.resampling import OverOutput
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import without_warnings
 from flexband.mechanics.response import SensorResponse
@@ -13,23 +13,18 @@ from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
 def study_motion(
     study: Study,
-    surrogate: Surrogate | SurrogateOfChoices | None = None,
+    surrogate: AnySurrogate | None = None,
     *,
     samples: int = SAMPLES,
 ) -> tuple[JsonRecord | None, list[str]]:
     """Return `motion_data` of a study, with every choice at its first option.
 
-    Parameters
-    ----------
-    surrogate : of the study, for the step and the elements that it was computed with, if these were
-        left out, and the domains of fields. Without one, fields without a domain take runs.
-    samples : as in `motion_data`.
+    The surrogate has the step and the elements that it was computed with, if these were left out,
+    and the domains of fields. Without one, fields without a domain take runs.
     """
     response, inputs, remarks = study.source, study.inputs, []
     if not isinstance(response, SensorResponse):

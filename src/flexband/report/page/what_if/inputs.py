@@ -31,10 +31,8 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
 def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
     """Return the random inputs whose scatter can be scaled, and why others cannot.
 
-    Parameters
-    ----------
-    inputs : where Python finds the inputs of the surrogate.
-    resolved : whether the page can compute all moments for less scatter.
+    Python finds the inputs of the surrogate at `inputs`; `resolved` is whether the page can compute
+    all moments for less scatter.
     """
     scatters, remarks, columns = [], [], space.columns(random=True)
     for name, input_ in space.of_kind(random=True).items():
@@ -66,11 +64,9 @@ def _kind(input_: Input) -> str:
 def _scatter(input_: Input, old: str) -> JsonRecord | None:
     """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
 
-    Returns
-    -------
-    `of`, what is scaled, and its `size`, of a LogNormal that of the logarithm; the `least` scale;
-    `python`, in which {0} and {1} stand
-    for the `ends` a + b s at the scale s, and `fixed` for s = 0.
+    It is `of`, what is scaled, and its `size`, of a LogNormal that of the logarithm; the `least`
+    scale; `python`, in which {0} and {1} stand for the `ends` a + b s at the scale s, and `fixed`
+    for s = 0.
     """
     # Least scatter of a field, which cannot be replaced by a number, in parts of that of
     # the study

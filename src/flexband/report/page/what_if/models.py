@@ -24,16 +24,11 @@ from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.terms import PartTerms
 
-IN_PAIRS = (3, 5)
-"""Points per axis for pairs of axes in such a rule: first tried, and where these are too few."""
-
 
 def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     """Return an expansion as a tree of numbers, lists and packed arrays.
 
-    Parameters
-    ----------
-    scale : sizes of the outputs by which their coefficients are divided, shape (outputs,).
+    Coefficients are divided by the scale of their outputs, shape (outputs,).
     """
     tree = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
     if isinstance(expansion, PhaseExpansion):
@@ -95,7 +90,7 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     ]
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
     known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
-    for in_pairs in IN_PAIRS:
+    for in_pairs in (3, 5):  # points per axis for pairs of axes
         points, weights = axis_rule(*families, in_pairs)
         if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > max_evaluations:
             return None

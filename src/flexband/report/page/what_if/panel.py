@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
-from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCRIPTS = (
@@ -29,24 +28,18 @@ SCRIPTS = (
 
 
 def what_if(
-    surrogate: Surrogate | SurrogateOfChoices | None,
+    surrogate: AnySurrogate | None,
     bands: xr.Dataset,
     display: Display = Display(),
     *,
     max_coefficients: int = 1_500_000,
 ) -> tuple[JsonRecord | None, list[str]]:
-    """Return the data of the panel, or None where there can be none.
+    """Return the data of the panel, or None, and sentences that tell why there is none.
 
-    Parameters
-    ----------
-    surrogate : what `expand` or `load_surrogate` returns; None if the method has none.
-    bands : those of the surrogate.
-    display : the units in which numbers are shown; coefficients and Python keep the others.
-    max_coefficients : of a surrogate in a page, by default some 4 MB.
-
-    Returns
-    -------
-    A tree that JSON can hold, with packed arrays, and sentences that tell why there is none.
+    The surrogate is None if the method has none; `bands` are its own. Numbers are shown in the
+    units of `display`; coefficients and Python keep the others. A page takes a surrogate of
+    `max_coefficients`, by default some 4 MB. The data are a tree that JSON can hold, with packed
+    arrays.
     """
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]

@@ -22,9 +22,6 @@ from flexband.uncertainty.surrogates.diagnostics import rms
 SECOND_ORDER = 4 / 3
 """The error of a method of order two, as a multiple of the difference from half the step."""
 
-MAX_HALVINGS = 7
-"""Halvings by which errors do not fall at once from one level to the next."""
-
 SmallExpansion = Callable[[np.ndarray], HybridExpansion]
 """The expansion of small series that are known in the runs of a design, shape (runs, series)."""
 
@@ -89,7 +86,6 @@ class RunChanges(NamedTuple):
 
     @property
     def held(self) -> slice:
-        """The runs that are held out."""
         return slice(self.fitted, None)
 
     @property
@@ -193,5 +189,6 @@ class Extrapolation(NamedTuple):
         """
         coarse, fine, finest = self.levels
         before, further = self.before, rms(finest - fine)
-        changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**MAX_HALVINGS * before)
+        max_halvings = 7  # by which errors do not fall at once from one level to the next
+        changes = (before > ROUNDING * rms(coarse)) & (further > 0.5**max_halvings * before)
         return np.where(changes, self.after / np.where(changes, before, 1.0), np.inf)

@@ -191,12 +191,9 @@ class FitCorrection(NamedTuple):
 
 
 class DiscretizationCorrection(NamedTuple):
-    """The correction of all outputs by what is finer, and the error that is left.
+    """The correction of all outputs by what is finer, of each fit, and the error that is left.
 
-    Attributes
-    ----------
-    fits : corrections of the outputs of each fit.
-    error : expected of mean and error bar, (2, outputs, times).
+    It is expected of mean and error bar, (2, outputs, times).
     """
 
     fits: list[FitCorrection]
@@ -204,12 +201,7 @@ class DiscretizationCorrection(NamedTuple):
 
     @staticmethod
     def none(choice: BestFits, error: np.ndarray) -> DiscretizationCorrection:
-        """Return no correction, where the error of both bands is at most so large.
-
-        Parameters
-        ----------
-        error : shape (outputs, times).
-        """
+        """Return no correction; the error of both bands, (outputs, times), is at most so large."""
         fits = [FitCorrection.none(fit) for fit in choice.fits]
         return DiscretizationCorrection(fits, np.stack([error, error]))
 
@@ -290,9 +282,7 @@ def _decided(
 ) -> list[FitCorrection]:
     """Return corrections of a fit of those outputs only of which little error is left in all.
 
-    Parameters
-    ----------
-    missed : by the sum of the corrections, (outputs, times).
+    The sum of the corrections missed so much, (outputs, times).
     """
     before = sum(part.before for part in parts)
     after = sum(part.after for part in parts) + rms(missed[None])
@@ -307,11 +297,8 @@ def corrected(
 ) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
     """Return fits, divided so that each is corrected as a whole, and how their parts change.
 
-    None stands for no change. Outputs of a fit share phases, which are corrected of all or none.
-
-    Parameters
-    ----------
-    corrections : of the fits, one for each part of the discretization.
+    There is a correction for each part of the discretization. None stands for no change. Outputs of
+    a fit share phases, which are corrected of all or none.
     """
     if not corrections:
         return list(fits), [None] * len(fits)

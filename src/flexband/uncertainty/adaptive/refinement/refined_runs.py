@@ -54,10 +54,7 @@ class RefinedRuns(NamedTuple):
     def with_design(self, design: ResponseRuns, evaluate: Evaluate, name: str) -> RefinedRuns:
         """Return these runs after others at points of the design, which are made here.
 
-        Parameters
-        ----------
-        evaluate : the response on the finer discretization.
-        name : of what is finer.
+        `evaluate` is the response on the finer discretization, and `name` what is finer.
         """
         fine = _made(evaluate, design, f"tell the error of the {name}")
         coarse = ResponseRuns.joined(design, self.coarse)
@@ -90,11 +87,7 @@ def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[
     """Return runs again on finer discretizations, by the name of what is finer.
 
     None are returned if one fails, which is an error where the discretization is left to the
-    method.
-
-    Parameters
-    ----------
-    fitted : number of them at points of the design; the others are held out.
+    method. The first ones are `fitted`, at points of the design; the others are held out.
     """
     runs: dict[str, RefinedRuns] = {}
     try:

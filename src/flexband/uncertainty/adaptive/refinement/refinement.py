@@ -80,12 +80,8 @@ class Refinement:
         """Return what corrects each part of the discretization, with the error that is left.
 
         None are returned if a finer run fails, which is an error where the discretization is left
-        to the method.
-
-        Parameters
-        ----------
-        error : of the expansions that are corrected.
-        dt : step of the times.
+        to the method. The error is that of the expansions that are corrected, dt the step of the
+        times.
         """
         options, finer = self.options, self.evaluate.refinements() if self.corrects else {}
         held = coarse.held.which(slice(options.held))
@@ -119,15 +115,10 @@ class Refinement:
         }
 
     def spectrum(self, name: str, dt: float) -> ErrorSpectrum:
-        """Return at which frequencies runs differ from those on a finer level.
+        """Return at which frequencies runs differ from those where what is named is finer.
 
         It is that of a held-out run at the times of all steps, or, if the response tells nothing of
-        these, of all refined runs as far as their times show it.
-
-        Parameters
-        ----------
-        name : of what is finer.
-        dt : step of the times.
+        these, of all refined runs as far as their times, dt apart, show it.
         """
         if name not in self.spectra:
             assert self.runs is not None

@@ -47,9 +47,7 @@ class ErrorSpectrum(NamedTuple):
     def after(self, halvings: int, lag: np.ndarray) -> np.ndarray:
         """Return the energy that is left after further halvings, (outputs, frequencies).
 
-        Parameters
-        ----------
-        lag : of each frequency, before them.
+        `lag` is that of each frequency before them.
         """
         before = np.maximum(np.minimum(lag, 1.0), 1e-12)
         return self.energy * (np.minimum(lag / 4.0 ** max(halvings, 0), 1.0) / before) ** 2

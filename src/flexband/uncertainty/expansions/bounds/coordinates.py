@@ -20,11 +20,8 @@ from flexband.uncertainty.expansions.bounds.terms import (
 def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
     """Move the variables of active lanes to the best values to try; leave those active that move.
 
-    Parameters
-    ----------
-    terms, coefficients : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
-    lines : see `search`.
-    active, eta : shapes (lanes,) and (m, lanes).
+    `coefficients` are those of the series in each lane, (terms, lanes); `lines` as in `search`;
+    `active` and `eta` have shapes (lanes,) and (m, lanes).
     """
     tried, polynomials, counts = lines
     (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.depends.shape[1]

@@ -23,12 +23,8 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
     It ends when most lanes have arrived; the others stay active, to be gone on with in company.
-
-    Parameters
-    ----------
-    terms, coefficients : `Terms`, and the coefficients of the series in each lane, (terms, lanes).
-    reach : part of Newton's step to try next, 1 at a start.
-    active, reach, least : shape (lanes,).
+    `coefficients` are those of the series in each lane, (terms, lanes); `reach` is the part of
+    Newton's step to try next, 1 at a start; `active`, `reach` and `least` have shape (lanes,).
     """
     m, lanes = eta.shape
     groups, orders = terms.depends.shape[1], largest(terms.order, 0, len(terms.order)) + 1

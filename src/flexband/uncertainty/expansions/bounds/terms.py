@@ -69,7 +69,6 @@ class ExpansionTerms(NamedTuple):
 
 @compiled
 def fill(array, value):
-    """Set all numbers of an array."""
     numbers = array.flat
     for k in range(array.size):
         numbers[k] = value
@@ -101,7 +100,6 @@ def multiply(a, b, product):
 
 @compiled
 def sum_of(values):
-    """Return the sum of values."""
     sum_of_values = values[0]
     for k in range(1, len(values)):
         sum_of_values += values[k]

@@ -43,12 +43,10 @@ class Uniform(Distribution):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy("uniform")(self.lower, self.upper - self.lower)
 
     @property
     def family(self) -> Family:
-        """Legendre polynomials."""
         return LEGENDRE
 
     def check(self) -> None:
@@ -80,13 +78,11 @@ class Triangular(Distribution):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         width = self.upper - self.lower
         return of_scipy("triang")((self.mode - self.lower) / width, self.lower, width)
 
     @property
     def kinks(self) -> list[float]:
-        """The mode."""
         place = float(ndtri((self.mode - self.lower) / (self.upper - self.lower)))
         return [place] if np.isfinite(place) else []
 
@@ -130,7 +126,6 @@ class Beta(Moments):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy("beta")(*self.parameters, self.lower, self.upper - self.lower)
 
     def of_moments(self, mean: Numbers, std: Numbers) -> tuple[Numbers, Numbers]:

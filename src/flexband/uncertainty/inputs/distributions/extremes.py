@@ -42,7 +42,6 @@ class Weibull(Moments):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         scale, shape = self.parameters
         return of_scipy("weibull_min")(shape, self.location, scale)
 
@@ -108,6 +107,5 @@ class Gumbel(Spread):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         scale = self.spread * np.sqrt(6) / np.pi
         return of_scipy("gumbel_r")(self.mean - np.euler_gamma * scale, scale)

@@ -44,20 +44,16 @@ class Normal(Spread):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy("norm")(self.mean, self.spread)
 
     @property
     def family(self) -> Family:
-        """Hermite polynomials."""
         return HERMITE
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return mean + std z."""
         return self.mean + self.spread * z
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
-        """Return (value − mean)/std."""
         return (value - self.mean) / self.spread
 
     def _missed(self) -> float:
@@ -112,7 +108,6 @@ class LogNormal(Spread):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         mean, std = self.logarithm
         return of_scipy("lognorm")(std, scale=np.exp(mean))
 
@@ -157,12 +152,10 @@ class LogNormal(Spread):
             object.__setattr__(self, name, value)
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the number at a standard normal variable."""
         mean, std = self.logarithm
         return np.exp(mean + std * z)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
-        """Return the standard normal variable of values."""
         mean, std = self.logarithm
         return (np.log(value) - mean) / std
 
@@ -188,7 +181,6 @@ class TruncatedNormal(Spread):
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy("truncnorm")(*self._limits(), self.mean, self.spread)
 
     def check(self) -> None:

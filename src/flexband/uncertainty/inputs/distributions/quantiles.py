@@ -24,10 +24,8 @@ TRANSFORM = np.linalg.inv(legendre.legvander(NODES, POINTS - 1))
 class Quantiles:
     """An increasing function of a standard normal variable.
 
-    Attributes
-    ----------
-    panels : their ends, increasing, shape (panels, 2).
-    coefficients : of Legendre polynomials, shape (panels, POINTS).
+    On each of its panels, with increasing ends, (panels, 2), it has coefficients of Legendre
+    polynomials, (panels, POINTS).
     """
 
     panels: np.ndarray
@@ -39,14 +37,8 @@ class Quantiles:
     ) -> Quantiles:
         """Return the polynomials of a function of z, as far as `reach` and as it is finite.
 
-        Parameters
-        ----------
-        kinks : values of z at which it is not smooth.
-
-        Raises
-        ------
-        InputError
-            If it is noise, as where the values of a distribution differ by rounding only.
+        It is not smooth at its kinks. Raise `InputError` if it is noise, as where the values of a
+        distribution differ by rounding only.
         """
         width = 0.5  # of a panel that is not halved
         # a panel is halved, so often at most, while its last two coefficients are larger

@@ -121,7 +121,6 @@ class Samples(Distribution):
         return Kernels(mean + shrink * centres, weights, float(shrink * width))
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
-        """Return z of values: the inverse of `at_normal`."""
         at_once = 10**6  # numbers in memory when kernels are summed
         value = np.asarray(value, dtype=float)
         centres, weights, width = self.kernels

@@ -49,18 +49,15 @@ class ScipyDistribution(Distribution):
     parameters: tuple[tuple[str, float], ...] = ()
 
     def __repr__(self) -> str:
-        """Return how SciPy writes it."""
         given = ", ".join(f"{name}={value!r}" for name, value in self.parameters)
         return f"scipy.stats.{self.distribution}({given})"
 
     @property
     def name(self) -> str:
-        """Its name in SciPy."""
         return self.distribution
 
     @property
     def frozen(self) -> FrozenDistribution:
-        """The distribution of SciPy."""
         return of_scipy(self.distribution)(**dict(self.parameters))
 
     @property
@@ -80,7 +77,6 @@ class ScipyDistribution(Distribution):
         return super().at({"parameters": named})  # pyright: ignore[reportArgumentType]
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the increasing function of a standard normal z that is distributed so."""
         if any(np.ndim(value) for value in self._named().values()):
             return super().at_normal(z)
         z = np.asarray(z, dtype=float)
@@ -137,10 +133,7 @@ class ScipyDistribution(Distribution):
 def as_input(value: Given) -> Given | Distribution:
     """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
 
-    Raises
-    ------
-    InputError
-        If it is not frozen, discrete, or not one that `scipy.stats` has by name.
+    Raise `InputError` if it is not frozen, discrete, or not one that `scipy.stats` has by name.
     """
     if not type(value).__module__.startswith("scipy.stats."):
         return value

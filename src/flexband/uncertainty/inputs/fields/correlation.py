@@ -78,7 +78,6 @@ class Matern:
         object.__setattr__(self, "nu", nu)
 
     def __call__(self, distance: np.ndarray) -> np.ndarray:
-        """Return the correlations."""
         nu = self.nu
         s = np.sqrt(2 * nu) * np.abs(check_finite("distance", distance, rank=None))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
@@ -103,10 +102,7 @@ def equidistant(
 ) -> tuple[float, np.ndarray]:
     """Return the correlation length as a float, and equidistant nodes on the domain.
 
-    Raises
-    ------
-    InputError
-        For what no field can have.
+    Raise `InputError` for what no field can have.
     """
     # fewest correlation lengths in a domain: squares of polynomials over fewer overflow
     min_lengths = 1e-305
@@ -126,10 +122,8 @@ def equidistant(
 def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:
     """Return the correlations of the field at positions x with each other.
 
-    Raises
-    ------
-    InputError
-        If they are not 1 at distance 0 or not symmetric; see `check_eigenvalues` as well.
+    Raise `InputError` if they are not 1 at distance 0 or not symmetric; see `check_eigenvalues` as
+    well.
     """
     matrix = correlations(correlation, (x[:, None] - x) / length)
     if np.abs(np.diagonal(matrix) - 1).max() > ROUNDING:

@@ -145,7 +145,6 @@ class Field(Input):
 
 
 def fields_of(inputs: Mapping[str, object]) -> dict[str, Field]:
-    """Return the fields among inputs."""
     return {name: input_ for name, input_ in inputs.items() if isinstance(input_, Field)}
 
 
@@ -153,11 +152,7 @@ def profile(name: str, value: Profile | Interval | np.ndarray, x: np.ndarray) ->
     """Return a parameter at positions x of shape (…, points), shape x.shape or (n, points).
 
     It is a `Profile`, one number per sample, shape (n,), or an interval, of which it is the middle.
-
-    Raises
-    ------
-    InputError
-        If the function does not return one finite number per position.
+    Raise `InputError` if the function does not return one finite number per position.
     """
     if isinstance(value, Interval):
         value = (value.lower + value.upper) / 2

@@ -99,13 +99,7 @@ def galerkin(
 
 
 class Polynomials(NamedTuple):
-    """Orthonormal Legendre polynomials h_j on equal elements from 0 to D.
-
-    Attributes
-    ----------
-    elements, each : number of elements, and of polynomials on each.
-    width : of an element.
-    """
+    """Orthonormal Legendre polynomials h_j from 0 to D, `each` on equal elements of a width."""
 
     elements: int
     each: int

@@ -113,7 +113,6 @@ class IntervalField(Field):
         return near**3 * (10 - 15 * near + 6 * near**2) if self.smooth else near
 
     def nominal(self, x: np.ndarray) -> np.ndarray:
-        """Return the middle of the limits at positions x, shape x.shape."""
         low, high = self.limits(x)
         return (low + high) / 2
 

@@ -145,12 +145,10 @@ class RandomField(Field):
 
     @property
     def intervals(self) -> dict[str, Interval]:
-        """Mean and standard deviation, where they are intervals."""
         named = {"mean": self.mean, "std": self.std}
         return {name: value for name, value in named.items() if isinstance(value, Interval)}
 
     def at(self, parameters: Mapping[str, Numbers]) -> Self:
-        """Return the field at values of parameters that are intervals, numbers or of shape (n,)."""
         if not parameters:
             return self
         _ = self.expansion  # the copy has it
@@ -164,7 +162,6 @@ class RandomField(Field):
         return np.zeros((1, self.dimension))
 
     def nominal(self, x: np.ndarray) -> np.ndarray:
-        """Return the mean at positions x, shape x.shape."""
         return self._check_mean(profile("RandomField mean", self.mean, x))
 
     def deviation(self, x: np.ndarray) -> np.ndarray:

@@ -39,13 +39,7 @@ class Series(ABC):
     eigenvectors: np.ndarray
 
     def first(self, terms: int) -> Self:
-        """Return the expansion with the first terms only.
-
-        Raises
-        ------
-        InputError
-            If there are not so many.
-        """
+        """Return the expansion with the first terms only; raise `InputError` if there are fewer."""
         if terms > len(self.eigenvalues):
             raise InputError(
                 f"RandomField terms must be {len(self.eigenvalues)} or less here; got {terms}"
@@ -89,10 +83,7 @@ Discretization = Callable[[Correlation, float, tuple[float, float], int], Series
 def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues above rounding, the largest first, and eigenvectors in columns.
 
-    Raises
-    ------
-    InputError
-        If a matrix of correlations is not positive semidefinite.
+    Raise `InputError` if a matrix of correlations is not positive semidefinite.
     """
     smallest = 1e-12  # eigenvalue, relative to the largest, that is told from rounding
     decompositions = []

@@ -88,27 +88,28 @@ class Meeting(NamedTuple):
 def meetings(q: np.ndarray, touch: Touch) -> list[Meeting]:
     """Return the gaps of a contact."""
     kind, a, b, numbers, _ = touch
-    centre, other = placed(q, a), placed(q, b)
-    x, y = centre[0] - other[0], centre[1] - other[1]
-    if kind in ("line", "stop"):
-        if kind == "line":
-            walls = [(numbers[1], numbers[0], 0.0)]
-        else:
-            walls = [(0.0, 0.0, numbers[0]), (math.pi, 0.0, -numbers[1])]
-        of_walls = []
-        for angle, radius, height in walls:
-            n, _ = turned(q, b.body, (math.cos(angle), math.sin(angle)))
-            gap = n[0] * x + n[1] * y - radius - height
-            of_walls.append((gap, n, radius, radius + gap, centre))
+    (cx, cy), other = placed(q, a), placed(q, b)
+    x, y = cx - other[0], cy - other[1]
+    of_walls = []  # gap, normal and radius
+    if kind == "line":
+        radius, angle = numbers
+        n, _ = turned(q, b.body, (math.cos(angle), math.sin(angle)))
+        of_walls = [(n[0] * x + n[1] * y - radius, n, radius)]
+    elif kind == "stop":
+        for side, height in ((1.0, numbers[0]), (-1.0, -numbers[1])):
+            n, _ = turned(q, b.body, (side, 0.0))
+            of_walls.append((n[0] * x + n[1] * y - height, n, 0.0))
     else:
-        d = cmath.sqrt(x * x + y * y)
-        hole = kind == "hole"
-        n = (-x / d, -y / d) if hole else (x / d, y / d)
-        gap = numbers[1] - numbers[0] - d if hole else d - numbers[0] - numbers[1]
-        of_walls = [(gap, n, numbers[0], numbers[0] + gap, centre)]
-    found = []
-    for gap, n, near, far, (cx, cy) in of_walls:
-        p = a.body, (cx - near * n[0], cy - near * n[1])
-        r = b.body, (cx - far * n[0], cy - far * n[1])
-        found.append(Meeting(gap, apart(q, p, r, n), apart(q, p, r, (-n[1], n[0]))))
-    return found
+        d, radius = cmath.sqrt(x * x + y * y), numbers[0]
+        n = (-x / d, -y / d) if kind == "hole" else (x / d, y / d)
+        gap = numbers[1] - radius - d if kind == "hole" else d - radius - numbers[1]
+        of_walls = [(gap, n, radius)]
+    of_touch = []
+    for gap, n, radius in of_walls:
+        p = cx - radius * n[0], cy - radius * n[1]
+        r = p[0] - gap * n[0], p[1] - gap * n[1]
+        normal = apart(q, (a.body, p), (b.body, r), n)
+        # friction acts on both at the same point, without a couple by the depth
+        sliding = apart(q, (a.body, p), (b.body, p), (-n[1], n[0]))
+        of_touch.append(Meeting(gap, normal, sliding))
+    return of_touch

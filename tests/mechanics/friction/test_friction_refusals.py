@@ -92,7 +92,7 @@ def test_what_is_in_range_is_taken_by_all_parts(kinetic, rise, speed, viscous):
         (lambda: fb.Revolute("a", "b", friction=0.1), "Revolute radius [m], with friction, must"),
         (lambda: fb.Revolute("a", "b", friction=0.1, radius=0.0), "must be positive; got 0"),
         (lambda: fb.Revolute("a", "b", friction=0.1, radius=-0.2), "Revolute radius [m] must be"),
-        (lambda: fb.Prismatic("a", "b", friction=0.1), "Prismatic with friction needs the length"),
+        (lambda: fb.Prismatic("a", "b", friction=0.1), "Prismatic with friction needs"),
         (lambda: fb.Prismatic("a", "b", friction=0.1, length=0.0), "length [m] must be positive"),
         (lambda: Coulomb(kinetic=0.1, stribeck_speed=0.0), "stribeck_speed [m/s] must be positive"),
         (

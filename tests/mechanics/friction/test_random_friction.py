@@ -5,7 +5,7 @@ import pytest
 from benchmarks.friction.friction import judged
 
 
-@pytest.mark.parametrize("seed", [11, 23])
+@pytest.mark.parametrize("seed", [10, 23])
 def test_random_mechanisms_stick_and_slide_when_they_should(seed):
     kind, outcome, text, _ = judged(seed, 1e-10)
     assert outcome == "right", f"{kind}: {text}"

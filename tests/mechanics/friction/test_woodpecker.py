@@ -11,7 +11,7 @@ import pytest
 import flexband as fb
 from flexband.contact import CircleOnLine, Contact, Contacts, KeepsRestitution
 
-SMALL = 0.05
+SMALL = 0.02
 SLEEVE, BIRD = (3e-4, 5e-9 / SMALL**2), (4.5e-3, 7e-7 / SMALL**2)  # kg, kg m²
 SPRING = 0.0056 / SMALL**2  # N m/rad
 RADIUS, HEIGHT, TO_SPRING, TO_BIRD, BEAK_UP, BEAK_BACK = (
@@ -76,16 +76,17 @@ def test_the_sleeve_jams_above_the_published_coefficient():
         assert abs(y[-1]) < 1e-5 if jams else y[-1] < -2e-4
 
 
-def test_the_cycle_has_the_published_amplitude_and_about_its_period():
-    """−0.53 rad and 0.1452 s, from the state after the sleeve has begun to slide.
+def test_the_cycle_swings_as_published_and_hits_when_an_independent_program_does():
+    """It begins with the published state in which the sleeve has begun to slide.
 
-    The amplitude is theirs within 2 % and the rounding of its two digits. The period depends on what happens during an impact with
-    friction: 15 % longer where it takes time than where it is an instant.
+    The bird swings back to −0.53 rad, as published. The beak hits the pole at the instants of the
+    model of the paper with these contacts, in explicit steps of 0.5 µs. Its period is 15 % longer
+    than the 0.1452 s of the paper, whose impacts with friction take no time.
     """
-    motion = simulated(
-        toy(0.3, bird=-0.2788 * SMALL, fall=0.3411, turn=-7.4583 * SMALL), 0.45, 2e-3
-    )
+    start = {"bird": -0.2788 * SMALL, "fall": 0.3411, "turn": -7.4583 * SMALL}
+    motion = simulated(toy(0.3, **start), 0.45, 1e-3)
     hits = motion.sel(output=["beak_t1", "beak_t2", "beak_t3"]).values[:, -1]
-    np.testing.assert_allclose(np.diff(hits), 0.1452, rtol=0.16)
-    swing = motion.sel(output="bird", time=slice(hits[0], hits[1])).values
-    assert swing.min() / SMALL == pytest.approx(-0.53, abs=0.02 * 0.53 + 0.005)
+    np.testing.assert_allclose(hits, [0.0810, 0.2496, 0.4163], rtol=5e-3)
+    np.testing.assert_allclose(np.diff(hits), 0.1452, rtol=0.17)
+    swing = motion.sel(output="bird", time=slice(0, hits[0])).values
+    assert swing.min() / SMALL == pytest.approx(-0.53, rel=3e-3)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_positive
+from flexband.errors import InputError, check_non_negative, check_numbers, check_positive
 from flexband.mechanics.contact.friction import Coulomb, Friction, FrictionEntry, Travel, as_coulomb
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Vector, angle
@@ -120,7 +120,7 @@ class OneWayClutch(PairLoad):
     sense: int = 1
 
     def __post_init__(self) -> None:
-        if self.sense not in (1, -1):
+        if check_numbers("OneWayClutch sense", self.sense) not in (1, -1):
             raise InputError(f"OneWayClutch sense must be 1 or -1; got {self.sense!r}")
 
     def enters(self, model: LoadModel) -> Entries:

@@ -121,14 +121,15 @@ def update_margins(structure, values, now, work, limits, step):
         update_friction(structure, values, now, z, work.r)
         sliding_rates(structure, values, now, work)
         for k in range(count):
-            N, sense, held = load(z, normal + k), load(z, mode + k), sticks(state, z, k)
-            idle = where(held, none, where(less(none, N), none, filled(1.0)))
-            slid = sense * load(z, speed + k)
-            slid = slid + rest_speed(structure, values, limits, step, k)
+            N, u, held = load(z, normal + k), load(z, speed + k), sticks(state, z, k)
+            idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
+            sense = where(less(u, none), filled(-1.0), filled(1.0))
+            sense = where(idle, sense, load(z, mode + k))
+            slid = sense * u + rest_speed(structure, values, limits, step, k)
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
-            store(z, first + k, where(idle, filled(1.0), margin))
-            store(z, first + gaps + k, where(idle, none, rate))
+            store(z, first + k, margin)
+            store(z, first + gaps + k, rate)
             store(z, first + 2 * gaps + k, filled(1.0))
             store(z, first + 3 * gaps + k, N)
 

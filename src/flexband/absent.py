@@ -31,11 +31,6 @@ ABSENT = (
         "docs/how-to/models.md.",
     ),
     Absent(
-        "friction with presliding",
-        "LuGre Dahl Bristle BristleFriction",
-        "Coulomb friction sticks without moving. Write bristles as a ForceLaw with `states`.",
-    ),
-    Absent(
         "belts and chains",
         "Belt Chain Pulley Sprocket BeltDrive",
         "Gear couples two angles by a fixed ratio, as a belt without slip and stretch does; a "

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         Clutch as Clutch,
         OneWayClutch as OneWayClutch,
     )
+    from flexband.mechanics.loads.bristles import LuGre as LuGre
     from flexband.mechanics.loads.contacts import (
         AngularStop as AngularStop,
         Contact as Contact,

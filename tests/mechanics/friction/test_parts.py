@@ -120,6 +120,32 @@ def test_a_freewheel_lets_go_and_holds():
     np.testing.assert_allclose(at(motion, "freewheel")[[5, 8]], [1.5, 3.0], rtol=1e-9)
 
 
+def test_bristles_bend_until_they_slide():
+    """Pulled with the speed u from z = 0, z = g/σ₀ (1 − exp(−σ₀ u t/g)); the line turns."""
+    u, numbers = 0.02, {"stiffness": 1e4, "damping": 30.0, "viscous": 5.0, "stribeck_speed": 0.05}
+    guide = {"angle": 0.7, "points": {"end": (0.3, 0.0)}}
+    mechanism = fb.Mechanism(
+        bodies={
+            "m": fb.PointMass(mass=1.0, position=(0.3, 0.1)),
+            "bed": fb.RigidBody(mass=1.0, inertia=1.0, **guide),
+        },
+        joints={
+            "bed": fb.Weld("bed", (0.0, 0.0), 0.7),
+            "drive": fb.PrescribedTravel("m", "bed", lambda t: 0.3 + u * np.asarray(t)),
+            "line": fb.Slot("m", "bed"),
+        },
+        loads={"felt": fb.contact.LuGre("m", "bed", 2.0, 3.0, **numbers)},
+        sensors={"z": fb.LawState("felt", "z", "m"), "F": fb.Reaction("drive")},
+    )
+    motion = fb.simulate(mechanism, duration=0.05, step=1e-4)
+    t, level = motion["time"].values, 2.0 + np.exp(-((u / 0.05) ** 2))
+    bent = np.exp(-1e4 * u * t / level)
+    np.testing.assert_allclose(at(motion, "z"), level / 1e4 * (1 - bent), atol=2e-8)
+    force = np.hypot(at(motion, "F_X"), at(motion, "F_Y"))
+    exact = level * (1 - bent) + 30.0 * u * bent + 5.0 * u
+    np.testing.assert_allclose(force[5:], exact[5:], rtol=1e-3)
+
+
 def sledge(friction=0.3, **joints):
     return fb.Mechanism(
         bodies={"m": fb.RigidBody(mass=2.0, inertia=0.1, velocity=(1.0, 0.0))},
@@ -224,6 +250,9 @@ def test_a_jump_of_speed_is_refused():
         (lambda: fb.contact.Brake("a", "b", 0.3, 0.1, -1.0), "Brake force .*-1"),
         (lambda: fb.contact.Clutch("a", "b", 0.3, 0.0, 1.0), "Clutch radius .*got 0"),
         (lambda: fb.contact.OneWayClutch("a", "b", sense=2), "1 or -1; got 2"),
+        (lambda: fb.contact.LuGre("a", "b", 2.0, 1.0, 1e4), "at least kinetic; got 1.0 and 2.0"),
+        (lambda: fb.contact.LuGre("a", "b", 0.0, 1.0, 1e4), "LuGre kinetic .*got 0"),
+        (lambda: fb.contact.LuGre("a", "b", 1.0, 1.0, -1.0), "LuGre stiffness .*-1"),
         (
             lambda: disc(1.0, wall=fb.contact.Contact(
                 "disc", (0.0, 0.0), fb.contact.CircleOnLine(ends=(0.0, 1.0)), RUBBER, True, 0.1)),

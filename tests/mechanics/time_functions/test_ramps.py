@@ -57,3 +57,15 @@ def test_a_run_sees_no_kink_and_every_sample_has_its_speed():
 def test_refusals(given):
     with pytest.raises(fb.errors.InputError, match=f"ramp {next(iter(given))}"):
         fb.ramp(**{"to": 1.0, "duration": 1.0} | given)
+
+
+def test_a_ramp_is_a_load():
+    """A mass under a force that rises to F within d moves with F (t − d/2)/m at last."""
+    force = fb.ramp(np.array([0.5, 2.0]), 0.5)
+    mass = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=2.0)},
+        loads={"f": fb.Force("m", force, 0.0)},
+        sensors={"v": fb.Velocity("m")},
+    )
+    motion = fb.simulate(mass, duration=1.0, step=0.01)
+    np.testing.assert_allclose(motion.sel(output="v_X")[:, -1], force.to * 0.75 / 2.0, rtol=1e-4)

@@ -43,7 +43,7 @@ class Brake(PairLoad):
     ...         "wheel", (0.0, 0.0), friction=0.4, radius=0.1, force=5.0)},
     ...     sensors={"turn": fb.Angle("wheel")},
     ... )
-    >>> float(fb.simulate(wheel, duration=2.0, step=0.1)[0, -1].round(4))  # [rad], J ω²/(2 r µ F)
+    >>> float(fb.simulate(wheel, duration=2.0, step=0.1)[0, -1].round(2))  # [rad], J ω²/(2 r µ F)
     5.0
     """
 

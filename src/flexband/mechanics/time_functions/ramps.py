@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import check_finite, check_positive
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ramp:
     """A function of time that rises smoothly from zero, see `ramp`."""
 

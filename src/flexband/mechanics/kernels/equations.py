@@ -128,9 +128,10 @@ def residual(structure, values, now, z, r, memory):
     add_elastic_forces(structure, values, z, r)
     add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
     add_loads(structure, values, now, z, r, memory)
-    update_friction(structure, values, now, z, r)
+    if state.angle > state.friction:
+        update_friction(structure, values, now, z, r)
+        add_friction(structure, values, now, z, r)
     add_constraints(structure.terms, values.terms, functions, now, z, r)
-    add_friction(structure, values, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 

@@ -204,6 +204,8 @@ def add_jacobian(structure, values, now, z, weight, matrix):
     """Add Φ_q, and `weight` times Σ λ Φ_qq without angles, of joints and of what sticks."""
     friction, state = structure.friction, structure.state
     add_constraint_tangent(structure, values, structure.terms, values.terms, now, z, weight, matrix)
+    if state.angle == state.friction:
+        return
     add_constraint_tangent(
         structure, values, friction.terms, values.friction.terms, now, z, weight, matrix
     )
@@ -219,19 +221,22 @@ def add_jacobian(structure, values, now, z, weight, matrix):
 @compiled
 def subtract_speed_errors(structure, values, now, z, r):
     """Subtract Φ_q v + Φ_t of joints, and of what sticks, from the multipliers' rows of r."""
-    friction, numbers = structure.friction, values.friction
-    update_distances(structure, values, z)
+    friction, numbers, state = structure.friction, values.friction, structure.state
     subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
-    subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
-    keep_sticking(structure.state, z, r)
+    if state.angle > state.friction:
+        update_distances(structure, values, z)
+        subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
+        keep_sticking(state, z, r)
 
 
 @compiled
 def subtract_rate_errors(structure, values, now, z, a, r, s):
     """Subtract Φ_q q̈ + γ of joints, and of what sticks, from r, and Φ_q a + γ from s."""
     friction, numbers, state = structure.friction, values.friction, structure.state
-    update_distances(structure, values, z)
     subtract_acceleration_errors(structure, values, structure.terms, values.terms, now, z, a, r, s)
+    if state.angle == state.friction:
+        return
+    update_distances(structure, values, z)
     subtract_acceleration_errors(structure, values, friction.terms, numbers.terms, now, z, a, r, s)
     subtract_drift_of_circles(structure, values, z, r, s)
     keep_sticking(state, z, r)

@@ -247,17 +247,17 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     state, pending, none = structure.state, chosen, filled(0.0)
     left_out = none
     count = state.angle - state.friction
-    if count > 0:
-        begin_to_stick(structure, values, now, work, limits, step, chosen)
-        begin_sticking(structure, values, work.z)
+    if count == 0:
+        return accelerate(structure, values, now, work, chosen), none
+    begin_to_stick(structure, values, now, work, limits, step, chosen)
+    begin_sticking(structure, values, work.z)
     for _ in range(1 + STICK.changes * count):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
         if not any_true(pending):
             break
-    if count > 0:
-        bring_to_rest(structure, values, now, work, chosen)
+    bring_to_rest(structure, values, now, work, chosen)
     jammed = where(chosen, pending, none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))

@@ -216,6 +216,24 @@ def test_friction_of_a_shared_reaction_is_refused():
         fb.simulate(sledge(other=fb.Slot("m", (0.0, 0.0))), duration=0.1, step=0.05)
 
 
+@pytest.mark.parametrize(
+    "part",
+    [
+        {"loads": {"brake": fb.contact.Brake("m", (0.0, 0.0), 0.3, 0.1, 1.0)}},
+        {"joints": {"brake": fb.Revolute("m", (0.0, 0.0), friction=0.3, radius=0.1)}},
+    ],
+)
+def test_a_point_mass_does_not_turn_against_friction(part):
+    with pytest.raises(fb.errors.InputError, match="friction of 'brake' must be against something"):
+        fb.simulate(
+            fb.Mechanism(
+                bodies={"m": fb.PointMass(mass=1.0)}, sensors={"x": fb.Position("m")}, **part
+            ),
+            duration=0.1,
+            step=0.05,
+        )
+
+
 @pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 def test_a_jump_of_speed_is_refused():
     def path(t):

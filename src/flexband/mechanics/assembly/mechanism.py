@@ -37,6 +37,7 @@ from flexband.mechanics.kernels.forms import (
     add,
     at_point,
     constraint_force,
+    moves,
     scale,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
@@ -319,7 +320,15 @@ class Mechanism:
         joints = self.joints.items()
         entered = [(name, joint.frictions(self.frame)) for name, joint in joints]
         entered += [(name, entries.frictions) for name, entries in self.entries.items()]
-        return [(name, friction) for name, group in entered for friction in group]
+        frictions = [(name, friction) for name, group in entered for friction in group]
+        for name, friction in frictions:
+            travel = friction.whole_travel
+            if not (travel.terms or any(moves(polar.vector) for polar in travel.polar)):
+                raise InputError(
+                    f"friction of {name!r} must be against something that moves: only bodies that "
+                    "rotate have an angle, and a point mass does not"
+                )
+        return frictions
 
     @property
     def rows_with_multipliers(self) -> list[Form]:

@@ -20,7 +20,7 @@ import json
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,7 +30,7 @@ import xarray as xr
 
 import flexband as fb
 from benchmarks.harness import options, report
-from benchmarks.honesty.contact_mechanisms import FAMILIES, Family
+from benchmarks.honesty.contact_mechanisms import FAMILIES
 from benchmarks.honesty.honesty import compared
 from benchmarks.honesty.problems import Bands, Case
 from benchmarks.honesty.rates import (
@@ -96,7 +96,6 @@ class Drawn:
     family: str
     seed: int
     response: Any
-    nominal: Mapping[str, float]
     inputs: Mapping[str, fb.Input]
     points: tuple[int, int]
 
@@ -151,6 +150,8 @@ def draw(seed: int) -> tuple[Drawn, np.random.Generator]:
         both for both in DIMENSIONS if sum(both) <= len(nominal) and nodes(*both, family.runs)
     ]
     n, m = fitting[rng.integers(len(fitting))]
+    every = list(family.builder(**nominal).sensors)
+    sensors = [str(k) for k in rng.permutation(every)[: rng.integers(1, 3)]]
     chosen = [str(k) for k in rng.permutation(list(nominal))[: n + m]]
     inputs: dict[str, fb.Input] = {}
     for k, parameter in enumerate(chosen):
@@ -162,17 +163,16 @@ def draw(seed: int) -> tuple[Drawn, np.random.Generator]:
     duration = float(np.exp(rng.uniform(*np.log(family.duration))))
     points = nodes(n, m, family.runs)
     assert points is not None
-    return Drawn(name, seed, _response(family, nominal, duration), nominal, inputs, points), rng
 
-
-def _response(family: Family, nominal: Mapping[str, float], duration: float) -> Any:
     def builder(**values: np.ndarray) -> fb.Mechanism:
-        return family.builder(**nominal, **values)
+        made = family.builder(**nominal, **values)
+        return replace(made, sensors={name: made.sensors[name] for name in sensors})
 
-    return fb.dynamic_response(
+    response = fb.dynamic_response(
         builder, duration=duration, step=duration / TIMES, threads=1,
         integrator=fb.GeneralizedAlpha(step_tolerance=1e-6),
     )  # fmt: skip
+    return Drawn(name, seed, response, inputs, points), rng
 
 
 def varying_outputs(reference: Reference, units: np.ndarray) -> np.ndarray:
@@ -316,15 +316,18 @@ def rates(cases: Sequence[dict[str, Any]]) -> list[Rate]:
     def untrue(one: Outcome) -> bool:
         return false(one, TOLERANCE)
 
+    def misleading(one: Outcome) -> bool:
+        return too_small(one) and one.true > TOLERANCE
+
     def kept(one: Outcome) -> bool:
-        return not too_small(one) or one.true <= TOLERANCE
+        return not misleading(one)
 
     few = f"too small by {FACTOR:g}"
     return [
         of(f"studies with claims {few}", [c["whole"] for c in done], too_small, "at most 1 %"),
-        of(f"outputs with claims {few}", [o["whole"] for o in outputs], too_small, "at most 1 %"),
-        of(f"trusted outputs with claims {few}", trusted, too_small, "at most 1 %"),
-        of("trusted outputs, false", trusted, untrue, "at most 1 %"),
+        of(f"outputs with claims {few}", [o["whole"] for o in outputs], misleading, "at most 1 %"),
+        of(f"confirmed outputs with claims {few}", trusted, misleading, "at most 1 %"),
+        of("confirmed outputs, false", trusted, untrue, "at most 1 %"),
         rate("verdicts that are false", decided, "at most 1 %"),
         of("bands before the horizon, right", before, kept, "90 %"),
     ]

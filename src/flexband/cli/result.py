@@ -15,7 +15,6 @@ from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
-from flexband.report.text.parts import parts_line
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Verdict
 from flexband.words import number_of
@@ -64,8 +63,6 @@ def print_result(
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
     table = tables.summary_table(study.display.data(result.bands), result.verification)
     answer = answer_of(study, result) if reported else []
-    if result.parts is not None:
-        answer = [parts_line(result.parts), *answer]
     notes = remarks(study, result)
     if as_json:
         doubts = [doubt_text(doubt) for doubt in result.doubts]

@@ -44,7 +44,8 @@ def verdict(
 ) -> list[str]:
     """Return what the first lines of the report say after the verdicts on requirements."""
     doubts: Sequence[Doubt] = given["doubts"]
-    lines = [doubt_line(doubt) for doubt in doubts]
+    unpredictable = given.get("unpredictable", "")
+    lines = [*filter(None, [unpredictable]), *(doubt_line(doubt) for doubt in doubts)]
     lines.append(tables.error_in_words(bands))
     if checked is not None:
         lines.append(tables.checked_in_words(checked))

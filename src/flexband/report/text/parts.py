@@ -11,16 +11,24 @@ from flexband.rounding import Units
 from flexband.words import number_of
 
 
-def parts_line(parts: xr.Dataset) -> str:
-    """Return from when on a motion is not predictable, and what holds then, as a sentence."""
+def horizon_line(parts: xr.Dataset) -> str:
+    """Return from when on the motion of a part is not predictable, and what holds then."""
     low = parts["horizon_low"]
     first = low[np.unravel_index(low.values.argmin(), low.shape)]
     time = f"{number(float(first), 3)} {parts['horizon'].attrs.get('units', '')}".rstrip()
-    output = f" ({first['output'].values})" if "output" in first.coords else ""
+    output = f" ({first['output'].values} first)" if "output" in first.coords else ""
+    samples = number_of(parts.attrs["samples"], "sampled part")
     return (
-        f"Impacts make single motions unpredictable after {time}{output}: peaks and counts are "
-        f"those of {number_of(parts.attrs['samples'], 'sampled part')} ({parts.attrs['scatter']})."
+        f"Impacts make the motion of a single part unpredictable after {time}{output}: the bands "
+        f"tell nothing later. How peaks and counts are distributed is told by {samples}."
     )
+
+
+def sampling_line(parts: xr.Dataset) -> str:
+    """Return which parts were sampled, as a sentence."""
+    scatter = parts.attrs["scatter"]
+    tolerances = f" with {scatter}" * bool(scatter)
+    return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}."
 
 
 def parts_table(parts: xr.Dataset) -> Table:

@@ -227,8 +227,13 @@ def checked_in_words(checked: xr.Dataset) -> str:
     return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
-def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
-    """Return what diagnostics and the result of `verify` mean, as sentences."""
+def remarks(
+    bands: xr.Dataset, checked: xr.Dataset | None = None, *, predictable: bool = True
+) -> list[str]:
+    """Return what diagnostics and the result of `verify` mean, as sentences.
+
+    Where a motion is not `predictable`, nothing that is advised helps.
+    """
     lines = [] if checked is None else [str(checked.attrs["verdict"])]
     if failed := bands.attrs.get("runs_failed", 0):
         runs = bands.attrs["runs"]
@@ -285,7 +290,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
             for frequency, steps in zip(*carriers, strict=False)
         ]
-    lines += advice_on(bands, checked)
+    lines += advice_on(bands, checked) if predictable else []
     if "choice" in bands.dims:
         for name in outputs_of(bands):
             ends = select(bands["error_bar_choice"], name).values.reshape(2, -1)

@@ -294,8 +294,8 @@ FAMILIES = {
     ),
     "worn pin": Family(
         worn_pin,
-        {"clearance": (0.1e-3, 0.6e-3, 0.1), "mass": (0.1, 0.2, 0.1)},
-        (0.004, 0.02),
+        {"clearance": (0.2e-3, 0.6e-3, 0.1), "mass": (0.1, 0.2, 0.1)},
+        (0.006, 0.02),
         chaotic=True,
     ),
     "rattling mass": Family(
@@ -305,7 +305,7 @@ FAMILIES = {
             "restitution": (0.6, 0.9, 0.05), "gap": (0.005, 0.02, 0.1), "speed": (0.2, 0.5, 0.1),
             "drive": (10.0, 40.0, 0.1), "rate": (20.0, 60.0, 0.05), "lower": (0.005, 0.02, 0.1),
         },
-        (0.3, 1.0),
+        (0.5, 1.2),
         chaotic=True,
     ),
     "stopped pendulum": Family(
@@ -315,7 +315,7 @@ FAMILIES = {
             "friction": (0.05, 0.3, 0.1), "angle": (0.4, 0.9, 0.1), "left": (0.2, 0.4, 0.1),
             "right": (0.1, 0.2, 0.1), "restitution": (0.5, 0.9, 0.05),
         },
-        (0.5, 1.5),
+        (0.8, 2.5),
         chaotic=True,
     ),
     "ball in a hole": Family(
@@ -323,9 +323,9 @@ FAMILIES = {
         {
             "mass": MASS, "radius": (0.02, 0.03, 0.03), "hole": (0.06, 0.1, 0.03),
             "x": (0.005, 0.02, 0.1), "speed": (0.1, 0.6, 0.1), "friction": FRICTION,
-            "restitution": (0.6, 0.9, 0.05),
+            "restitution": (0.8, 0.95, 0.05),
         },
-        (0.3, 1.2),
+        (0.6, 2.0),
         chaotic=True,
     ),
     "guide with play": Family(
@@ -334,11 +334,11 @@ FAMILIES = {
             **CRANK, "speed": (10.0, 30.0, 0.03), "play": (1e-4, 1e-3, 0.1),
             "restitution": (0.4, 0.8, 0.05),
         },
-        (0.1, 0.3),
+        (0.15, 0.4),
         chaotic=True,
     ),
     "jumping cam": Family(
-        cam, {**CAM, "speed": (140.0, 220.0, 0.03)}, (0.04, 0.1), chaotic=True, runs=1100
+        cam, {**CAM, "speed": (140.0, 220.0, 0.03)}, (0.05, 0.15), chaotic=True, runs=1100
     ),
 }  # fmt: skip
 """All families by name; a spread is that of an interval's half, or two standard deviations."""

@@ -46,16 +46,16 @@ from benchmarks.honesty.rates import (
 )
 from benchmarks.honesty.references import grid
 
-TIMES = 60
+TIMES = 40
 TOLERANCE = 0.01
-RANDOM_NODES, INTERVAL_NODES = (37, 19, 13), (65, 33, 17, 9)
+RANDOM_NODES, INTERVAL_NODES = (37, 19, 13), (33, 17, 9)
 """Numbers of points from −4.5 to 4.5 standard deviations, and from end to end of an interval."""
 
 DIMENSIONS = [(0, 2), (1, 1), (2, 0), (0, 3), (1, 2), (2, 1), (0, 4), (2, 2)]
 """Numbers of random and interval inputs that are drawn."""
 
 SIGMAS = 3.0
-PARTS = 1000
+PARTS = 600
 """Independent samples that tell the true shares of parts."""
 
 

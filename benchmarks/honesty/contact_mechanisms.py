@@ -219,7 +219,7 @@ class Family:
     ranges: Mapping[str, tuple[float, float, float]]
     duration: tuple[float, float]
     chaotic: bool = False
-    runs: int = 1400
+    runs: int = 1200
 
 
 MASS, RESTITUTION, FRICTION = (0.5, 2.0, 0.1), (0.3, 0.9, 0.05), (0.05, 0.4, 0.15)
@@ -241,7 +241,7 @@ FAMILIES = {
             "restitution": (0.2, 0.7, 0.05), "gap": (0.02, 0.04, 0.1), "speed": (1.0, 2.0, 0.1),
         },
         (0.06, 0.2),
-        runs=5000,
+        runs=2200,
     ),
     "stop that some meet": Family(
         moved_mass,
@@ -250,7 +250,7 @@ FAMILIES = {
             "restitution": RESTITUTION, "gap": (0.07, 0.1, 0.1), "speed": (0.8, 1.1, 0.1),
         },
         (0.2, 0.5),
-        runs=5000,
+        runs=2200,
     ),
     "landing": Family(
         landing,
@@ -259,7 +259,7 @@ FAMILIES = {
             "damping": (1.0, 20.0, 0.1), "restitution": (0.05, 0.3, 0.1),
         },
         (0.3, 0.6),
-        runs=5000,
+        runs=2200,
     ),
     "brake": Family(
         brake,
@@ -268,7 +268,7 @@ FAMILIES = {
             "force": (10.0, 30.0, 0.1), "stiffness": (0.1, 1.0, 0.1),
         },
         (0.5, 2.0),
-        runs=5000,
+        runs=2200,
     ),
     "slide": Family(
         slide,
@@ -290,7 +290,7 @@ FAMILIES = {
             "damping": (0.02, 0.1, 0.1), "restitution": (0.2, 0.8, 0.05),
         },
         (0.6, 1.2),
-        runs=5000,
+        runs=2200,
     ),
     "worn pin": Family(
         worn_pin,

@@ -82,8 +82,12 @@ def distribution(
     quantities: Quantities | None,
     seed: int,
     options: SamplingOptions,
+    case: str = "",
 ) -> xr.Dataset:
-    """Return what `sample_parts` does; `run` returns runs at points."""
+    """Return what `sample_parts` does; `run` returns runs at points.
+
+    They are those of a combination of options, `case`; "" without choices.
+    """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
     good = np.full(count, True)
@@ -94,7 +98,7 @@ def distribution(
         good[[first + k for k in made.failed]] = False
         response = made.values.isel(sample=good[first:end])
         blocks.append(numbers_of(response, quantities))
-        margins.append(margins_of(requirements, response, blocks[-1]))
+        margins.append(margins_of(requirements, response, blocks[-1], case))
     numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
     values = parts.space.numbers_at(xi[good], eta[good])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
@@ -120,14 +124,14 @@ def distribution(
 
 
 def margins_of(
-    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray
+    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray, case: str
 ) -> np.ndarray:
     """Return least margins of outputs, or of numbers by name, (requirements, samples)."""
     as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
         values = as_outputs if requirement.output in names else response
-        inside = requirement.corridor(values).margin(values.values, values.values)
+        inside = requirement.corridor(values, case).margin(values.values, values.values)
         margins.append(inside.reshape(len(values), -1).min(axis=1))
     return np.reshape(margins, (len(margins), len(numbers)))
 

@@ -33,6 +33,14 @@ def sampling_line(parts: xr.Dataset) -> str:
 
 def parts_table(parts: xr.Dataset) -> Table:
     """Return quantiles of each number that varies, with their intervals, and what it depends on."""
+    if "choice" in parts.dims:
+        tables = {
+            str(label): parts_table(parts.sel(choice=label)) for label in parts["choice"].values
+        }
+        rows = [
+            [f"{row[0]}, {label}", *row[1:]] for label, table in tables.items() for row in table[1]
+        ]
+        return next(iter(tables.values()))[0], rows
     header = ["", "unit", *(f"{100 * p:g} % below" for p in parts["probability"].values)]
     ends = np.concatenate([parts["quantile_low"].values, parts["quantile_high"].values])
     size, spread = np.abs(parts["quantile"].values).max(axis=0), np.ptp(ends, axis=0)

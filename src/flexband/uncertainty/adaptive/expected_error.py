@@ -145,7 +145,7 @@ class ExpectedError:
         groups = np.split(choice.missed, [generic])
         squares = [np.mean(group**2, axis=0) for group in groups if len(group)]
         square = np.max([*squares, choice.later**2], axis=0)
-        not_followed = _steps(F) | (missed >= DOUBT)  # a bound is where most is missed
+        not_followed = missed >= DOUBT / 2  # a bound may be where most is missed
         largest = np.max(choice.missed[:, not_followed] ** 2, axis=0, initial=0.0)
         square[not_followed] = np.maximum(square[not_followed], largest)
         part = np.where(not_followed, 1.0, share(m))[:, None]
@@ -156,15 +156,6 @@ class ExpectedError:
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
         return ExpectedError(choice, values, size, window, missed, quantities)
-
-
-def _steps(F: np.ndarray, part: float = 0.5) -> np.ndarray:
-    """Return which outputs of runs F, (runs, outputs, times), change in steps, as a count does.
-
-    Most of such a change is between two times.
-    """
-    most = np.abs(np.diff(F, axis=2)).max(axis=2, initial=0.0)
-    return most.sum(axis=0) > part * np.ptp(F, axis=2).sum(axis=0)
 
 
 def _scattered(times: int, most: int = 48) -> np.ndarray:

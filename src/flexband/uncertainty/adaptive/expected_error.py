@@ -148,7 +148,7 @@ class ExpectedError:
         not_followed = missed >= DOUBT / 2  # a bound may be where most is missed
         largest = np.max(choice.missed[:, not_followed] ** 2, axis=0, initial=0.0)
         square[not_followed] = np.maximum(square[not_followed], largest)
-        part = np.where(not_followed, 1.0, share(m))[:, None]
+        part = np.where(not_followed, max(1.0, share(m)), share(m))[:, None]
         values = part * np.hypot(np.sqrt(square), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)

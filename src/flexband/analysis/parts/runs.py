@@ -31,8 +31,8 @@ def plain_runs(
     check_names(response, inputs)
     if choices := choices_of(inputs):
         raise InputError(
-            f"inputs must have no Choice; got {', '.join(choices)}: a study samples every option, or "
-            "let the response take one"
+            f"inputs must have no Choice; got {', '.join(choices)}. A study samples every option; "
+            "here the response must choose one"
         )
     placed, explored = located(response, inputs, as_store(options.store))
     space = Space(placed)

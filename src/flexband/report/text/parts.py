@@ -8,19 +8,23 @@ import xarray as xr
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table
 from flexband.rounding import Units
+from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.words import number_of
 
 
-def horizon_line(parts: xr.Dataset) -> str:
+def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
     """Return from when on the motion of a part is not predictable, and what holds then."""
     low = parts["horizon_low"]
-    first = low[np.unravel_index(low.values.argmin(), low.shape)]
-    time = f"{number(float(first), 3)} {parts['horizon'].attrs.get('units', '')}".rstrip()
-    output = f" ({first['output'].values} first)" if "output" in first.coords else ""
+    low = low.min("choice") if "choice" in low.dims else low
+    names = names_of_outputs(low.expand_dims("sample").expand_dims("time", -1))
+    unit = parts["horizon"].attrs.get("units", "")
+    ends = sorted((end, name) for end, name in zip(low.values.ravel(), names, strict=True))
+    ends = [f"{name} after {number(end, 3)} {unit}".rstrip() for end, name in ends if end < np.inf]
+    more = f" and {len(ends) - most} more" * (len(ends) > most)
     samples = number_of(parts.attrs["samples"], "sampled part")
     return (
-        f"Impacts make the motion of a single part unpredictable after {time}{output}: the bands "
-        f"tell nothing later. How peaks and counts are distributed is told by {samples}."
+        f"Impacts make the motion of a single part unpredictable: {', '.join(ends[:most])}{more}. "
+        f"Bands hold until then at most; {samples} tell how peaks and counts are distributed."
     )
 
 

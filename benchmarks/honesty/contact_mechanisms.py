@@ -130,17 +130,23 @@ def rough_crank(crank, rod, stiffness, load, speed, guide, pin):
 
 
 def crank_with_play(crank, rod, stiffness, load, speed, play, restitution):
-    """Return a slider–crank whose guide has play."""
-    smooth = mechanisms.slider_crank(crank, rod, stiffness, 0.0, load, speed)
+    """Return a slider–crank whose guide has play, and whose pin is above the slider's middle."""
+    smooth, high = mechanisms.slider_crank(crank, rod, stiffness, 0.0, load, speed), 0.01
+    slider = fb.RigidBody(
+        mass=load, inertia=0.01, position=(crank + rod, -high), points={"pin": (0.0, high)}
+    )
     guide = fb.Prismatic(
-        "slider", ORIGIN, clearance=play, length=0.15, height=0.05, law=law(1e9, restitution)
+        "slider", (0.0, -high), clearance=play, length=0.15, height=0.05, law=law(1e9, restitution)
     )
     sensors = {
         "slider": fb.Position("slider"),
         "turn": fb.Angle("slider"),
         "guide": fb.contact.Contacts("guide", first=0),
     }
-    return replace(smooth, joints={**smooth.joints, "guide": guide}, sensors=sensors)
+    joints = {**smooth.joints, "C": fb.Revolute("slider.pin", "rod.end"), "guide": guide}
+    return replace(
+        smooth, bodies={**smooth.bodies, "slider": slider}, joints=joints, sensors=sensors
+    )
 
 
 def door(inertia, rate, opening, damping, restitution):

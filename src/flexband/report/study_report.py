@@ -14,7 +14,7 @@ from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
 from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.text import tables
-from flexband.report.text.parts import horizon_line
+from flexband.report.text.parts import horizon_line, sampling_line
 from flexband.study.folder import StudyFolder
 from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
@@ -70,11 +70,9 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    about = tables.remarks(
-        study.display.data(result.bands),
-        result.verification,
-        predictable=result.parts is None,
-    )
+    if result.parts is not None:  # no advice on bands helps
+        return [*tables.failures(result.bands), sampling_line(result.parts)]
+    about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]
 
 

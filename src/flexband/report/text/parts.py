@@ -29,10 +29,21 @@ def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
 
 
 def sampling_line(parts: xr.Dataset) -> str:
-    """Return which parts were sampled, as a sentence."""
+    """Return which parts were sampled, as a sentence without its full stop."""
     scatter = parts.attrs["scatter"]
     tolerances = f" with {scatter}" * bool(scatter)
-    return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}."
+    return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}"
+
+
+def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
+    """Return the bands of outputs that are predictable for the whole run; None without any."""
+    if parts is None:
+        return bands
+    every = parts["predictable"]
+    every = every.all("choice") if "choice" in every.dims else every
+    if "output" not in every.dims:
+        return bands if every.all() else None
+    return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
 
 
 def parts_table(parts: xr.Dataset) -> Table:

@@ -97,7 +97,7 @@ class StudyResult:
         """Return the verdicts with their numbers in display units."""
         if self.limits is None:
             return []
-        shares = self.contributions
+        shares = self.contributions if self.parts is None else None  # bands tell nothing then
         if shares is not None and self.surrogate is not None:
             spaces = [case.space for case in surrogates_of(self.surrogate).values()]
             chosen = {name for space in spaces for name in space.chosen}

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.parts.distribution import SamplingOptions, distribution
+from flexband.analysis.parts.distribution import SamplingOptions, distribution, yield_of
 from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.requirements.production import with_yield
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.error_text import error_text
 from flexband.errors import warn
@@ -23,17 +22,13 @@ from flexband.study.results.answers import answer_file
 from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
-from flexband.study.results.verdicts import OF_SAMPLES
-
-if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-    StudySurrogate = Surrogate | SurrogateOfChoices | None
 
 
 def sampled_parts(
-    progress: StudyProgress, surrogate: StudySurrogate, doubts: Sequence[Doubt], **execution: Any
+    progress: StudyProgress,
+    surrogate: AnySurrogate | None,
+    doubts: Sequence[Doubt],
+    **execution: Any,
 ) -> xr.Dataset | None:
     """Write how numbers are distributed over the parts, where a motion is not predictable.
 
@@ -60,7 +55,7 @@ def sampled_parts(
 
 
 def _sampled(
-    progress: StudyProgress, surrogate: Surrogate | SurrogateOfChoices, **execution: Any
+    progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
     """Return the distribution and the horizon; None if the motion is predictable."""
     study, near, options = progress.study, HorizonOptions(), SamplingOptions()
@@ -97,19 +92,9 @@ def _sampled(
     return xr.concat(made, "choice") if len(made) > 1 else made[0]
 
 
-def yield_of(parts: xr.Dataset) -> xr.Dataset:
-    """Return the yield of sampled parts, with choices that of the best and the worst of them."""
-    of_limits = parts[[name for name in parts if "limit" in parts[name].dims]]
-    if "choice" in of_limits.dims:
-        failing = of_limits["failing"]
-        ends = [of_limits.isel(choice=k("choice")) for k in (failing.argmin, failing.argmax)]
-        of_limits = with_yield(xr.concat(ends, xr.Variable("bound", ["lower", "upper"])))
-    return of_limits.assign_attrs({OF_SAMPLES: int(bool(parts.attrs["scatter"]))})
-
-
 def checked_requirements(
     progress: StudyProgress,
-    surrogate: StudySurrogate,
+    surrogate: AnySurrogate | None,
     doubts: Sequence[Doubt],
     parts: xr.Dataset | None,
     **execution: Any,

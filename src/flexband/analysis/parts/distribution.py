@@ -19,7 +19,7 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.criteria import ShareOfParts
-from flexband.analysis.requirements.production import with_yield
+from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
@@ -148,3 +148,13 @@ def yields(
     ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
     data = {name: ("limit", values) for name, values in ends.items()}
     return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))
+
+
+def yield_of(parts: xr.Dataset) -> xr.Dataset:
+    """Return the yield of sampled parts, with choices that of the best and the worst of them."""
+    of_limits = parts[[name for name in parts if "limit" in parts[name].dims]]
+    if "choice" in of_limits.dims:
+        failing = of_limits["failing"]
+        ends = [of_limits.isel(choice=k("choice")) for k in (failing.argmin, failing.argmax)]
+        of_limits = with_yield(xr.concat(ends, xr.Variable("bound", ["lower", "upper"])))
+    return of_limits.assign_attrs({OF_SAMPLES: int(bool(parts.attrs["scatter"]))})

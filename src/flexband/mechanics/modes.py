@@ -70,7 +70,7 @@ def modes(
     mechanism: Mechanism,
     count: int,
     *,
-    about: Literal["start", "equilibrium"] | SteadyRotation = "equilibrium",
+    about: Literal["start", "equilibrium", "sliding"] | SteadyRotation = "equilibrium",
     steps: int = 1,
     thickness: bool = False,
 ) -> xr.Dataset:
@@ -134,6 +134,10 @@ def modes(
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)
     result = _dataset(system, samples)
+    if mechanism.frictions:
+        senses = np.any([of_sample.senses for of_sample in samples], axis=0)
+        names = [name for (name, _), slides in zip(mechanism.frictions, senses, strict=True) if slides]
+        result.attrs["sliding"] = list(dict.fromkeys(names))
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
     return result if system.samples > 1 else result.isel(sample=0)
@@ -160,10 +164,12 @@ def sample_modes(
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
-        check_option("about", about, ["start", "equilibrium"])
+        check_option("about", about, ["start", "equilibrium", "sliding"])
     packed = pack(system, AT_START)
-    sections, at_start = Thickness(mechanism), about == "start"
-    solver = ModeSolver(system, sections, count, at_start, steps, thickness, spins)
+    solver = ModeSolver(
+        system, Thickness(mechanism), count, about == "start", steps, thickness, spins,
+        about == "sliding",
+    )  # fmt: skip
     failures = np.zeros((system.samples, 4))
     samples, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):

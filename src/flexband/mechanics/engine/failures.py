@@ -108,7 +108,7 @@ def raise_failures(
             "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
             f"{part[sample]:.3g} (m, or rad of an angle)",
-            FAILURE.jammed: f"friction of {_rough(system)} jams: with it no motion is consistent "
+            FAILURE.jammed: f"friction of {rough(system)} jams: with it no motion is consistent "
             "(Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
             "avoids that; or let what is pressed together be elastic",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
@@ -139,7 +139,7 @@ def _massless(system: System) -> str:
     return f"a body without mass or inertia ({', '.join(map(repr, names))})"
 
 
-def _rough(system: System) -> str:
+def rough(system: System) -> str:
     """Return the parts that have friction."""
     return " or ".join(dict.fromkeys(repr(name) for name, _ in system.mechanism.frictions))
 

@@ -137,11 +137,14 @@ def residual(structure, values, now, z, r, memory):
 
 @compiled
 def loads(structure, values, now, z, r, memory):
-    """Set r to the loads alone, see `add_loads`."""
+    """Set r to the loads of `add_loads` and friction alone."""
     state = structure.state
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     add_loads(structure, values, now, z, r, memory)
+    if state.angle > state.friction:
+        update_friction(structure, values, now, z, r)
+        add_friction(structure, values, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 

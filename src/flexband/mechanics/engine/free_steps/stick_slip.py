@@ -39,6 +39,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 class StickOptions(NamedTuple):
@@ -114,7 +115,7 @@ def update_margins(structure, values, now, work, limits, step):
     state, z, none = structure.state, work.z, filled(0.0)
     count, mode, _, speed, normal = friction_rows(state)
     if count > 0:
-        gaps = (state.extreme - state.gap) // 4
+        gaps = (state.extreme - state.gap) // GAP_ROWS
         first = state.gap + gaps - count
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)

@@ -11,7 +11,8 @@ import flexband as fb
 
 MASS, FORCE, RADIUS, RATE = 0.2, 400.0, 0.12, 30.0  # kg, N, m, rad/s
 LINING = fb.contact.KeepsRestitution(stiffness=1.1e7, exponent=1.0)  # N/m
-SUPPORTS, LENGTH = {150.0: 1.1e7, 30.0: 2.0e7}, 0.05  # angle [°] and stiffness [N/m], m
+SUPPORTS = {"left": (150.0, 1.1e7), "right": (30.0, 2.0e7)}  # angle [°] and stiffness [N/m]
+LENGTH = 0.05  # m
 
 
 def brake(friction):
@@ -36,7 +37,7 @@ def brake(friction):
                 closed_at_start=True, friction=friction,
             ),
             "piston": fb.Force("pad", 0.0, -FORCE),
-        } | {f"support {angle:g}": support(angle, k) for angle, k in SUPPORTS.items()},
+        } | {name: support(*numbers) for name, numbers in SUPPORTS.items()},
         sensors={"pad": fb.Position("pad")},
     )  # fmt: skip
 
@@ -47,7 +48,7 @@ def modes(friction):
 
 def picture(drawing, plot):
     fb.draw(brake(0.4), axes=drawing)
-    friction = np.linspace(0.0, 1.0, 81)
+    friction = np.linspace(0.0, 1.0, 51)
     result = modes(friction)
     plot.plot(friction, np.sort(result.frequency, axis=1) / 1e3, "C0", label="frequencies [kHz]")
     plot.plot(friction, result.eigenvalue.real.max("mode") / 1e3, "C3", label="growth [1/ms]")

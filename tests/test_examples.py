@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -350,11 +351,37 @@ def stick_slip(own):
     np.testing.assert_allclose(np.diff(begins)[1:], cycle, atol=np.diff(time)[0])
 
 
+def brake_squeal(own):
+    """The modes of the force on a pad in two coordinates, by complex steps."""
+
+    def force(q, mu):
+        total = np.array([0.0, -own.FORCE], dtype=q.dtype)
+        top = own.RADIUS - own.FORCE / own.LINING.stiffness
+        for angle, stiffness in own.SUPPORTS.values():
+            end = own.LENGTH * np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
+            arm = q - end - [0.0, top]
+            length = np.sqrt(arm @ arm)
+            total = total - stiffness * (length - own.LENGTH) * arm / length
+        away = np.sqrt(q @ q)
+        normal = own.LINING.stiffness * (own.RADIUS - away) / away
+        return total + normal * (q + mu * np.array([-q[1], q[0]]))
+
+    for mu in (0.2, 0.7):
+        rest = root(force, [0.0, own.RADIUS], args=(mu,), tol=1e-15).x
+        stiffness = [force(rest + 1e-30j * e, mu).imag / -1e-30 for e in np.eye(2)]
+        square = np.linalg.eigvals(np.transpose(stiffness) / own.MASS).astype(complex)
+        s = 1j * np.sqrt(square)
+        modes = own.modes(mu)
+        exact = np.sort_complex(np.where(s.imag < 0, -s, s) + 1e-6)
+        np.testing.assert_allclose(np.sort_complex(modes["eigenvalue"] + 1e-6), exact, rtol=1e-7)
+        assert modes["unstable"].any() == (mu > 0.45)
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip,
+    hydraulic_cylinder, stick_slip, brake_squeal,
 )}  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def test_bad_requests_are_refused():
     with pytest.raises(fb.errors.InputError, match="count must be 1 or more; got 0"):
         fb.modes(model, 0)
     with pytest.raises(
-        fb.errors.InputError, match="about must be 'start' or 'equilibrium'; got 'rest'"
+        fb.errors.InputError, match="about must be 'start', 'equilibrium' or 'sliding'; got 'rest'"
     ):
         fb.modes(model, 1, about="rest")  # type: ignore[arg-type]
     held = fb.Mechanism(

@@ -94,7 +94,7 @@ class ModeSolver:
         scale = values.inverse_scale[1 : 1 + state.coordinates, :count]
         spins = None if self.spins is None else self.spins[numbers[0] : numbers[-1] + 1]
         if self.sliding:
-            spins = [driven(system, int(sample)) for sample in numbers]
+            spins = driven(system, numbers)
         moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
         still = resting(system)
         if self.at_start:

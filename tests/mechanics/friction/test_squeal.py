@@ -213,7 +213,7 @@ def crank(angle, **loads):
         joints={
             "pin": fb.Revolute("crank.start", (0.0, 0.0)),
             "drive": fb.PrescribedRotation("crank", angle),
-            "guide": fb.Prismatic("slider", (0.0, 0.0), friction=0.3, length=0.1),
+            "guide": fb.Prismatic("slider", (0.0, 0.0)),
         },
         loads=loads,
     )
@@ -223,7 +223,7 @@ def crank(angle, **loads):
     ("model", "message"),
     [
         (lambda: on_belt(0.3, 2.0, speed=lambda t: 0.0 * t), "if no drive moves at the start"),
-        (lambda: on_belt(SLOWING, 2.0, speed=lambda t: 0.2 * t + t * t), "damping changes on the"),
+        (lambda: on_belt(SLOWING, 2.0, speed=lambda t: 0.2 * t + t * t), "its loads change on the way"),
         (
             lambda: crank(lambda t: 3.0 * t, rod=fb.Spring("crank.end", "slider", 100.0, 0.1)),
             "does not slide steadily while its drives go on .sample 0.: its loads change",

@@ -79,56 +79,71 @@ def check_steady(
             raise InputError(f"{refused}its stiffness or damping {reasons[2]}")
 
 
-def driven(system: System, sample: int) -> Driven:
-    """Return the motion at the start of what drives move; `InputError` if nothing does."""
-    values, z = _begun(system, sample, 0.0)
-    equations = Equations(system, values, 0)
-    rest = Driven(0.0, np.zeros_like(equations.size), z[equations.v], np.zeros_like(equations.size))
-    if not rest.pace(equations.size) > 0:
-        raise InputError(
-            "about must not be 'sliding' if no drive moves at the start"
-            + (f" (sample {sample})" if system.samples > 1 else "")
-        )
-    return _motion(system, sample, 0.0, CHECKS.step / rest.pace(equations.size))
+def driven(system: System, samples: np.ndarray) -> list[Spin]:
+    """Return the motion at the start of what drives move, of some samples of a block.
+
+    Raises
+    ------
+    InputError
+        If no drive moves.
+    """
+    n, inverse = system.structure.state.coordinates, system.values.inverse_scale
+    v = _on_way(system, samples, 0.0, AT_START[1])[1].v
+    paces = np.abs(v * inverse[1 : 1 + n]).max(axis=0)[: len(samples)]
+    if not paces.all():
+        where = f" (sample {samples[paces.argmin()]})" if system.samples > 1 else ""
+        raise InputError(f"about must not be 'sliding' if no drive moves at the start{where}")
+    motion = _on_way(system, samples, 0.0, CHECKS.step / paces.max())[1]
+    return [Driven(0.0, np.zeros(n), motion.v[:, k], motion.a[:, k]) for k in range(len(samples))]
 
 
-def _motion(system: System, sample: int, time: float, step: float) -> Driven:
-    """Return the motion of what drives move, with accelerations by differences of velocities."""
-    n = system.structure.state.coordinates
-    first = system.structure.state.velocity + 1
-    v0, v1, v2 = (_begun(system, sample, time + k * step)[1][first : first + n] for k in range(3))
-    return Driven(0.0, np.zeros(n), v0, (4 * v1 - v2 - 3 * v0) / (2 * step))
+def _on_way(
+    system: System, samples: np.ndarray, time: float, step: float
+) -> tuple[Values, Driven, np.ndarray]:
+    """Return the numbers of samples at a time, and how drives move there: rows of lanes.
 
-
-def _begun(system: System, sample: int, time: float) -> tuple[Values, np.ndarray]:
-    """Return the numbers at a time, and z assembled there with the least velocities."""
-    values = pack(system, np.array([time, time + AT_START[1]]), np.array([sample]))(0)
-    work, failure = begin(system, values._replace(velocity=zeros(len(values.velocity))))
-    if failure[0, 0]:
-        raise InputError(f"drives cannot go on until t = {time:g} s (sample {sample})")
-    return values, work.z[:, 0]
+    The last result is z, assembled there with the least velocities. Accelerations are differences
+    of velocities over a `step` [s].
+    """
+    packed = pack(system, time + step * np.arange(3), samples)
+    values, state = packed(0), system.structure.state
+    if not packed.schedule.is_regular:
+        raise InputError(f"a function of time has a kink or a jump at about t = {time:g} s")
+    values = values._replace(velocity=zeros(len(values.velocity)))
+    states = []
+    for k in range(3):
+        first = k * system.structure.functions
+        functions, rates = values.functions[first:], values.rates[2 * first :]
+        work, failure = begin(system, values._replace(functions=functions, rates=rates))
+        if failure[0, : len(samples)].any():
+            raise InputError(f"the drives cannot go on until t = {time:g} s")
+        states.append(work.z)
+    v0, v1, v2 = (z[state.velocity + 1 : state.acceleration] for z in states)
+    motion = Driven(0.0, np.zeros(len(v0)), v0, (4 * v1 - v2 - 3 * v0) / (2 * step))
+    return values, motion, states[0]
 
 
 def _later(
     system: System, sample: int, balance: Balance, spin: Spin
 ) -> Iterator[tuple[Balance, float]]:
     """Yield balances at later times, and the angles by which their vectors have turned."""
-    equations, state, pace = balance.equations, system.structure.state, spin.pace(balance.equations.size)
-    start = equations.values.springs.rest
+    equations, state, samples = balance.equations, system.structure.state, np.array([sample])
+    pace, rest = spin.pace(equations.size), equations.values.springs.rest
     if isinstance(spin, Driven):
-        before = _begun(system, sample, 0.0)[1]
+        step = CHECKS.step / pace
+        _, _, before = _on_way(system, samples, 0.0, step)
         for shift in CHECKS.shifts:
-            time, z = shift / pace, balance.z.copy()
-            values, after = _begun(system, sample, time)
-            values.springs.rest[:] = start
-            z[: state.velocity] += (after - before)[: state.velocity]
-            motion = _motion(system, sample, time, CHECKS.step / pace)
+            values, motion, after = _on_way(system, samples, shift / pace, step)
+            values.springs.rest[:] = rest
+            z = balance.z.copy()
+            z[: state.velocity] += (after - before)[: state.velocity, 0]
+            motion = Driven(0.0, motion.centre, motion.v[:, 0], motion.a[:, 0])
             yield Balance(Equations(system, values, 0), z, motion), 0.0
         return
     for angle in CHECKS.angles:
         time = angle / pace
-        values = pack(system, np.array([time, time + AT_START[1]]), np.array([sample]))(0)
-        values.springs.rest[:] = start
+        values = pack(system, np.array([time, time + AT_START[1]]), samples)(0)
+        values.springs.rest[:] = rest
         signed = float(np.copysign(angle, spin.rate))
         z = balance.z.copy()
         z[equations.q] = spin.centre + _rotated(z[equations.q] - spin.centre, signed)

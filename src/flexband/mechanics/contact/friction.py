@@ -106,7 +106,7 @@ class FrictionEntry(NamedTuple):
     @property
     def whole_travel(self) -> Form:
         """The travel, with the orbit for a distance of 1."""
-        travel, orbit, _ = self.sliding
+        travel, _, orbit = self.sliding
         return travel + orbit if orbit else travel
 
     @property

@@ -89,7 +89,7 @@ class LineJoint(PairJoint):
     def _travel(self, frame: Resolve) -> Travel:
         """Return the travel along the line."""
         x, y = self.axis
-        return travel_on_line(frame(self.first), frame(self.second), (-y, x))
+        return Travel(travel_on_line(frame(self.first), frame(self.second), (-y, x)).travel)
 
     def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
@@ -315,7 +315,10 @@ class Prismatic(LineJoint, AlignedJoint):
                 friction = None
                 if self.friction is not None:
                     corner = frame(self.first).moved(corner_x, corner_y)
-                    travel = travel_on_line(corner, frame(self.second), (wall * y, -wall * x))
+                    lever = subtract(corner.position, frame(self.first).position)
+                    travel = travel_on_line(
+                        corner, frame(self.second), (wall * y, -wall * x), lever=lever
+                    )
                     friction = rubbing(as_coulomb("Prismatic friction", self.friction), travel)
                 contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts

@@ -13,7 +13,12 @@ from flexband.mechanics.kernels.elements.elastic import (
     elastic_energy,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
-from flexband.mechanics.kernels.friction import add_friction, add_jacobian, update_friction
+from flexband.mechanics.kernels.friction import (
+    add_friction,
+    add_jacobian,
+    add_to_contacts,
+    update_friction,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     clear,
@@ -196,6 +201,7 @@ def prepare(structure, values, now, z, memory):
             structure.laws, values.laws, structure.vectors, values.vectors, state,
             values.functions, now, z, memory,
         )  # fmt: skip
+        add_to_contacts(structure, values, z)
 
 
 @compiled

@@ -155,6 +155,26 @@ def update_friction(structure, values, now, z, r):
 
 
 @compiled
+def add_to_contacts(structure, values, z):
+    """Add friction to the forces of its contacts, on the first and on the second body."""
+    friction, vectors, numbers = structure.friction, structure.vectors, values.vectors
+    for n in range(len(friction.rubbed)):
+        row, first = friction.contact_force[n], friction.action + 3 * n
+        force = load(z, structure.state.friction + friction.rubbed[n])
+        x, y = vector(vectors, numbers, z, 0, first)
+        ax, ay = vector(vectors, numbers, z, 0, first + 1)
+        bx, by = vector(vectors, numbers, z, 0, first + 2)
+        pull, couple = force / sqrt(x * x + y * y), force * load(values.friction.radius, n)
+        x, y = pull * x, pull * y
+        add_to(z, row, -x)
+        add_to(z, row + 1, -y)
+        add_to(z, row + 2, ay * x - ax * y - couple)
+        add_to(z, row + 3, x)
+        add_to(z, row + 4, y)
+        add_to(z, row + 5, bx * y - by * x + couple)
+
+
+@compiled
 def carry_reactions(structure, values, z, chosen):
     """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
 

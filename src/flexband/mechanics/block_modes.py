@@ -7,7 +7,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigvals, null_space
+from scipy.linalg import null_space
 
 from flexband.errors import InputError
 from flexband.mechanics.assembly.structure import Values
@@ -20,7 +20,7 @@ from flexband.mechanics.engine.redundancy import dependent, refuse_shared_fricti
 from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
-from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes, reduced
+from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 from flexband.mechanics.linearization.steady_motion import check_steady, driven
 from flexband.mechanics.linearization.thickness import Thickness
@@ -185,13 +185,12 @@ def _with_friction(
     if not equations.follows(z):
         return linear, basis
     refuse_shared_friction(system, dependent(system, z, sample)[1])
-    M, linear = linear.M, equations.coupled(z, balance.spin)._replace(M=linear.M)
     norms = np.maximum(np.linalg.norm(stuck, axis=1, keepdims=True), 1e-300)
-    linear = linear.following(balance.following(np.vstack([balance.rows, stuck / norms])))
-    ratios = eigvals(reduced(linear.inertia, basis), reduced(M, basis))
-    if np.any((np.imag(ratios) == 0) & (np.real(ratios) <= 0)):
+    rows = np.vstack([balance.rows, stuck / norms])
+    if balance.contraction(rows, linear.M) >= 1:
         raise InputError(
-            f"friction of {rough(system)} jams: with it no motion is consistent (Painlevé), so "
-            "there are no modes"
+            f"friction of {rough(system)} jams: with it no motion is consistent, or several are "
+            "(Painlevé), so there are no modes"
         )
-    return linear, basis
+    linear = equations.coupled(z, balance.spin)._replace(M=linear.M)
+    return linear.following(balance.following(rows)), basis

@@ -112,12 +112,12 @@ def test_a_falling_curve_of_friction_gives_negative_damping():
 M, J, LENGTH, SPRING, TORSION = 2.0, 0.3, 0.5, 400.0, 60.0
 
 
-def leaning(mu, inertia=J, carried=0.0):
+def leaning(mu, inertia=J, carried=0.0, speed=-1.0):
     """A rod whose lower end slides in a belt, on a spring at its centre and a torsion spring.
 
     A part of its mass and inertia is that of a body on a rough pin at its centre.
     """
-    bodies, joints = belt(-1.0)
+    bodies, joints = belt(speed)
     centre, tip = (0.0, LENGTH), {"tip": (0.0, -LENGTH)}
     bodies["rod"] = fb.RigidBody(
         mass=M * (1 - carried), inertia=inertia * (1 - carried), position=centre, points=tip
@@ -229,6 +229,7 @@ def crank(angle, **loads):
             "does not slide steadily while its drives go on .sample 0.: its loads change",
         ),
         (lambda: leaning(0.6, inertia=1e-3), "friction of 'tip' jams"),
+        (lambda: leaning(3.0, inertia=1e-3, speed=1.0), "friction of 'tip' jams"),
     ],
 )
 def test_what_does_not_slide_steadily_is_refused(model, message):

@@ -167,6 +167,19 @@ class Balance:
         change[:, :count] += across @ (G / self.norms)
         return -(G / self.norms) @ np.linalg.solve(change, across)[:count]
 
+    def contraction(self, rows: np.ndarray, M: np.ndarray) -> float:
+        """Return how much larger a change of reactions becomes by the friction that it causes.
+
+        From 1 on, friction does not determine the accelerations: it has none, or several.
+        """
+        n, count, size = len(M), len(self.rows), self.equations.size
+        matrix = np.zeros((n + len(rows),) * 2)
+        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M * size * size[:, None], rows.T, rows
+        forces = np.zeros((len(matrix), count))
+        forces[:n] = -size[:, None] * self.equations.by_reactions(self.z) / self.norms
+        changes = np.linalg.lstsq(matrix, forces, rcond=None)[0][n : n + count]
+        return float(np.abs(np.linalg.eigvals(changes)).max())
+
     @property
     def free(self) -> int:
         """Number of the allowed directions."""

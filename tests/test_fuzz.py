@@ -388,5 +388,5 @@ def test_flags_are_true_or_false(name, flag):
 
 @pytest.mark.parametrize("name", ["modes", "modal_response"])
 def test_a_state_to_linearize_about_is_given_by_its_name(name):
-    with pytest.raises(fb.errors.InputError, match="about must be 'start'.* '.*'; got"):
+    with pytest.raises(fb.errors.InputError, match=r"about must be 'start'.* '.*'; got"):
         CALLABLES[name](**usual(name) | {"about": np.ones(3)})

@@ -76,8 +76,9 @@ def modes(
 ) -> xr.Dataset:
     """Compute the modes of lowest frequency of a mechanism, with damping.
 
-    A mode is a small motion exp(st) φ about a state at rest, in steady rotation or steady sliding. All loads enter
-    with their derivatives by position and velocity, whether they have a potential or not.
+    A mode is a small motion exp(st) φ about a state at rest, in steady rotation or steady sliding.
+    All loads enter with their derivatives by position and velocity, whether they have a potential
+    or not.
 
     Parameters
     ----------

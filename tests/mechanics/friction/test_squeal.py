@@ -170,9 +170,7 @@ def rod_roots(mu):
 def test_friction_follows_the_reaction_of_its_joint(mu):
     """The reaction depends on accelerations, so that inertia is not symmetric."""
     modes = fb.modes(leaning(mu), 4, about="sliding")
-    np.testing.assert_allclose(
-        in_order(modes["eigenvalue"]), rod_roots(mu), rtol=0, atol=1e-9
-    )
+    np.testing.assert_allclose(in_order(modes["eigenvalue"]), rod_roots(mu), rtol=0, atol=1e-9)
 
 
 def test_what_sticks_moves_along_and_changes_the_reactions_that_friction_follows():
@@ -203,7 +201,8 @@ def test_a_string_of_drill_pipes_in_steady_rotation():
     slope = -0.3 * 2 * u / 0.3**2 * np.exp(-((u / 0.3) ** 2))
     exact = np.roots([inertia, radius**2 * force * slope, stiffness])
     np.testing.assert_allclose(modes["eigenvalue"], [exact[exact.imag > 0][0]], rtol=1e-8)
-    assert modes["unstable"].all() and modes.attrs["sliding"] == ["rock"]
+    assert modes["unstable"].all()
+    assert modes.attrs["sliding"] == ["rock"]
 
 
 def crank(angle, **loads):
@@ -223,7 +222,10 @@ def crank(angle, **loads):
     ("model", "message"),
     [
         (lambda: on_belt(0.3, 2.0, speed=lambda t: 0.0 * t), "if no drive moves at the start"),
-        (lambda: on_belt(SLOWING, 2.0, speed=lambda t: 0.2 * t + t * t), "its loads change on the way"),
+        (
+            lambda: on_belt(SLOWING, 2.0, speed=lambda t: 0.2 * t + t * t),
+            "its loads change on the way",
+        ),
         (
             lambda: crank(lambda t: 3.0 * t, rod=fb.Spring("crank.end", "slider", 100.0, 0.1)),
             "does not slide steadily while its drives go on .sample 0.: its loads change",

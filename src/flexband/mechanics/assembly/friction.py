@@ -92,5 +92,5 @@ class FrictionTable:
             rise=rise,
             viscous=viscous,
             inverse_square=inverse_square,
-            radius=stack([self.frictions[k].sliding.action.radius for k in self.contact_forces]),
+            radius=stack([f.sliding.action.radius for f in self.frictions if f.sliding.action]),
         )

@@ -564,7 +564,9 @@ class Mechanism:
             return [(form, Form.variable(j)) for j, form in force.items()]
         pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
         for k in alone:
-            force = constraint_force([self.travel_forms[k]], [Form.variable(self.state.friction + k)])
+            force = constraint_force(
+                [self.travel_forms[k]], [Form.variable(self.state.friction + k)]
+            )
             pairs += [(form, Form.variable(j)) for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:

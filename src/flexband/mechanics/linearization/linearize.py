@@ -65,7 +65,9 @@ class Linear(NamedTuple):
         """Return the matrices with friction that follows reactions, R of the forces."""
         if R is None:
             return self
-        states = self.states and self.states._replace(loads=self.states.loads + R @ self.states.loads)
+        states = self.states and self.states._replace(
+            loads=self.states.loads + R @ self.states.loads
+        )
         D, L = self.D + R @ self.D, self.L + R @ (self.K + self.L)
         return self._replace(D=D, L=L, states=states, carried=R @ self.M)
 

@@ -178,6 +178,8 @@ def _with_friction(
         If there are none, friction depends on a reaction that is not unique, or it jams.
     """
     equations, basis, system = balance.equations, balance.basis, balance.equations.system
+    if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
+        raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
     stuck = equations.sticking(z)[z[equations.senses] == MODE.free] * equations.size
     basis = basis @ null_space(stuck / equations.size @ basis)
     if not basis.shape[1]:

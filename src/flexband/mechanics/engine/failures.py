@@ -108,9 +108,9 @@ def raise_failures(
             "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
             f"{part[sample]:.3g} (m, or rad of an angle)",
-            FAILURE.jammed: f"friction of {rough(system)} jams: with it no motion is "
-            "consistent, or several are (Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
-            "avoids that; or let what is pressed together be elastic",
+            FAILURE.jammed: f"friction of {rough(system)} jams: with it no motion is consistent, "
+            "or several are (Painlevé). A smaller friction coefficient, a longer guide, or a load "
+            "nearer to it avoids that; or let what is pressed together be elastic",
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)

@@ -141,9 +141,9 @@ class Equations:
 
     Attributes
     ----------
-    perturbation, of_depth
+    perturbation, of_depth, of_speed
         Displacement of the central differences of loads, relative to the size of the mechanism, and
-        the same relative to the depth of a contact, where that is less.
+        the same relative to the depth of a contact, and to a Stribeck speed, where that is less.
     still
         Sliding speed that counts as none, relative to the largest velocity.
     min_length
@@ -153,7 +153,7 @@ class Equations:
     """
 
     perturbation = 1e-6
-    of_depth = 1e-2
+    of_depth = of_speed = 2e-3
     still = 1e-9
     min_length = 1e-12
     damping_weight = 1e9
@@ -240,6 +240,11 @@ class Equations:
         M[mass.i, mass.j] = M[mass.j, mass.i] = entries[:, 0]
         return M[1:, 1:]
 
+    @cached_property
+    def _units(self) -> np.ndarray:
+        """The size of the mechanism for each friction, 1 where its travel is an angle."""
+        return np.where(self.system.structure.friction.angular, 1.0, self.size.max())
+
     def spun(self, z: np.ndarray, spin: Spin) -> np.ndarray:
         """Return the state with the velocities, accelerations and sliding of a steady motion."""
         z = z.copy()
@@ -247,8 +252,7 @@ class Equations:
         if self.frictions:
             self.loads(z[:, None])
             speeds = self.work.z[self.senses.start + 2 * self.frictions :][: self.frictions, 0]
-            unit = np.where(self.system.structure.friction.angular, 1.0, self.size.max())
-            rest = np.abs(speeds) <= self.still * unit * np.abs(z[self.v] / self.size).max()
+            rest = np.abs(speeds) <= self.still * self._units * spin.pace(self.size)
             z[self.senses] = np.where(rest, MODE.free, np.sign(speeds))
         return z
 
@@ -368,10 +372,9 @@ class Equations:
         loaded = len(structure.forces.row) or len(structure.laws.address)
         if not (loaded or z[self.senses].any()):
             return np.zeros((n, n)), np.zeros((n, n))
-        pace = self.perturbation * max(1.0, abs(spin.rate))
         return (
             self._differences(z, self.q.start, self._nudge(z) * self.size),
-            self._differences(z, self.v.start, pace * self.size),
+            self._differences(z, self.v.start, self._pace(spin) * self.size),
         )
 
     def _nudge(self, z: np.ndarray) -> float:
@@ -381,9 +384,15 @@ class Equations:
         depths = -self.work.z[self.state.gap :][: len(kinds), 0]
         depths = np.where(kinds == GAP.length, depths / self.size.max(), depths)
         closed = np.isin(kinds, (GAP.length, GAP.angle)) & (depths > 0)
-        least = self.of_depth * self.perturbation**1.5
-        depth = self.of_depth * np.min(depths, where=closed, initial=1.0)
-        return min(self.perturbation, max(depth, least))
+        part = self.of_depth * np.min(depths, where=closed, initial=1.0)
+        return min(self.perturbation, max(part, 1e-5 * self.perturbation))
+
+    def _pace(self, spin: Spin) -> float:
+        """Return the velocity of differences, a small part of the Stribeck speeds."""
+        inverse_speeds = np.sqrt(self.values.friction.inverse_square[:, 0])
+        largest = np.max(self._units * inverse_speeds, initial=0.0)
+        pace = self.perturbation * max(1.0, abs(spin.rate))
+        return pace if pace * largest <= self.of_speed else self.of_speed / largest
 
     def _state_derivatives(self, z: np.ndarray, spin: Spin, scale: np.ndarray) -> LinearStates:
         """Return the derivatives of laws with states, which are held, of these sizes."""

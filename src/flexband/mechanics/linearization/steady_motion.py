@@ -87,9 +87,9 @@ def driven(system: System, samples: np.ndarray) -> list[Spin]:
     InputError
         If no drive moves.
     """
-    n, inverse = system.structure.state.coordinates, system.values.inverse_scale
-    v = _on_way(system, samples, 0.0, AT_START[1])[1].v
-    paces = np.abs(v * inverse[1 : 1 + n]).max(axis=0)[: len(samples)]
+    n = system.structure.state.coordinates
+    values, motion, _ = _on_way(system, samples, 0.0, AT_START[1])
+    paces = np.abs(motion.v * values.inverse_scale[1 : 1 + n]).max(axis=0)[: len(samples)]
     if not paces.all():
         where = f" (sample {samples[paces.argmin()]})" if system.samples > 1 else ""
         raise InputError(f"about must not be 'sliding' if no drive moves at the start{where}")

@@ -563,11 +563,9 @@ class Mechanism:
             force = constraint_force(rows, multipliers)
             return [(form, Form.variable(j)) for j, form in force.items()]
         pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
-        for k in alone:
-            force = constraint_force(
-                [self.travel_forms[k]], [Form.variable(self.state.friction + k)]
-            )
-            pairs += [(form, Form.variable(j)) for j, form in force.items()]
+        multipliers = [Form.variable(self.state.friction + k) for k in alone]
+        force = constraint_force([self.travel_forms[k] for k in alone], multipliers)
+        pairs += [(form, Form.variable(j)) for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -137,11 +138,8 @@ class Revolute(PairJoint):
         """Return the contact of the pin in the hole."""
         if self.clearance is None or self.law is None:
             return []
-        friction = None
-        if self.friction is not None:
-            radius = np.asarray(self.radius, dtype=float)
-            travel = travel_on_circle(frame(self.first), frame(self.second), -radius)
-            friction = rubbing(as_coulomb("Revolute friction", self.friction), travel)
+        points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
+        friction = rubbing(self.friction, partial(travel_on_circle, *points, -radius))
         return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
@@ -152,7 +150,7 @@ class Revolute(PairJoint):
         return [
             FrictionEntry(
                 Travel(turn),
-                as_coulomb("Revolute friction", self.friction),
+                self.friction,
                 lambda multipliers: [(multipliers[0], multipliers[1])],
                 lever=self.radius,
                 factor=lambda mu: np.sin(np.arctan(mu)),
@@ -312,14 +310,11 @@ class Prismatic(LineJoint, AlignedJoint):
                     centre=(corner_x, corner_y),
                     height=-(side + np.asarray(self.clearance)),
                 )
-                friction = None
-                if self.friction is not None:
-                    corner = frame(self.first).moved(corner_x, corner_y)
-                    lever = subtract(corner.position, frame(self.first).position)
-                    travel = travel_on_line(
-                        corner, frame(self.second), (wall * y, -wall * x), lever=lever
-                    )
-                    friction = rubbing(as_coulomb("Prismatic friction", self.friction), travel)
+                corner = frame(self.first).moved(corner_x, corner_y)
+                lever = subtract(corner.position, frame(self.first).position)
+                normal = wall * y, -wall * x
+                travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+                friction = rubbing(self.friction, travel)
                 contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
@@ -335,8 +330,7 @@ class Prismatic(LineJoint, AlignedJoint):
             half, couple = multipliers[0] * 0.5, multipliers[1] * inverse
             return [(half + couple, Form({})), (half - couple, Form({}))]
 
-        law = as_coulomb("Prismatic friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, ends, normals=2)]
+        return [FrictionEntry(self._travel(frame), self.friction, ends, normals=2)]
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections, nothing with clearance."""
@@ -397,8 +391,8 @@ class Slot(LineJoint):
         """Return that of the pin."""
         if self.friction is None:
             return []
-        law = as_coulomb("Slot friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, lambda m: [(m[0], Form({}))])]
+        along = self._travel(frame)
+        return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line."""

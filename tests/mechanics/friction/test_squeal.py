@@ -109,6 +109,28 @@ def test_a_falling_curve_of_friction_gives_negative_damping():
     assert modes["eigenvalue"].real == pytest.approx(-(slope * m * G + c) / (2 * m), rel=1e-8)
 
 
+def test_bristles_on_a_belt_have_the_roots_of_their_three_equations():
+    """m ẍ = −k x + σ δw, δẇ = −(u g′/g) ẋ − (σ u/g) δw with g = F_c + (F_s − F_c) exp(−(u/v)²)."""
+    m, k, u, bristles = 2.0, 100.0, 0.2, 1e4
+    bodies, joints = belt(u)
+    model = fb.Mechanism(
+        bodies=bodies | {"block": fb.PointMass(mass=m)},
+        joints=joints | {"bed of the block": fb.Slot("block", (0.0, 0.0))},
+        loads={
+            "spring": fb.Spring("block", (-1.0, 0.0), k, 1.0),
+            "felt": fb.contact.LuGre(
+                "block", "belt", kinetic=4.0, static=10.0, stiffness=bristles, stribeck_speed=0.3
+            ),
+        },
+    )
+    rise = 6.0 * np.exp(-((u / 0.3) ** 2))
+    g, slope = 4.0 + rise, -2 * u / 0.3**2 * rise
+    A = [[0, 1, 0], [-k / m, 0, bristles / m], [0, -u * slope / g, -bristles * u / g]]
+    exact = np.linalg.eigvals(A)
+    s = fb.modes(model, 3, about="sliding")["eigenvalue"]
+    np.testing.assert_allclose(in_order(s), in_order(exact[exact.imag >= 0]), rtol=1e-5)
+
+
 M, J, LENGTH, SPRING, TORSION = 2.0, 0.3, 0.5, 400.0, 60.0
 
 

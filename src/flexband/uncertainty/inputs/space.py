@@ -21,6 +21,7 @@ from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field, fields_of
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, Numbers
 from flexband.uncertainty.inputs.one_sample import of_one_sample
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, first_case, unfolded
 
 
@@ -106,6 +107,13 @@ class Space:
     def interval_dimension(self) -> int:
         """Number m of variables η."""
         return sum(input_.dimension for input_ in self.of_kind(random=False).values())
+
+    @property
+    def discs(self) -> tuple[int, ...]:
+        """The number of the first η of each pair that is in a disc."""
+        columns = self.columns(random=False).items()
+        inputs = ((self.inputs[name], first) for name, first in columns)
+        return tuple(k for pair, k in inputs if isinstance(pair, FreePair) and pair.in_disc)
 
     @property
     def families(self) -> tuple[Family, ...]:
@@ -250,6 +258,13 @@ def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
     if not np.isfinite(columns).all():
         raise InputError(f"{name}: values must be finite; got {shown(value)}")
     return columns
+
+
+def check_no_play(space: Space, name: str) -> None:
+    """Raise `InputError` if a disc is among the inputs, for what searches intervals only."""
+    plays = [k for k, pair in space.inputs.items() if isinstance(pair, FreePair) and pair.in_disc]
+    if plays:
+        raise InputError(f"{name} does not take a Play: {', '.join(plays)} must be left out")
 
 
 def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:

@@ -34,6 +34,7 @@ def corrected_expansion(
     """
     space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
     m, families = space.interval_dimension, space.families
+    check_no_play(space, "correct=True")
     points = generic_points(0, HELD, m, families)
     held = succeeded(ResponseRuns(*points, series(evaluate(*points))), 0)
     if len(held.values) < MIN_HELD:

@@ -88,6 +88,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         the held-out runs tells it. The error of step and elements is not estimated without
         `correct`.
         """
+        check_no_play(space, "PhaseResolvedPCCI")
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         design = TensorDesign(nodes, space.families, random_orders)

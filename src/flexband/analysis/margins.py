@@ -17,7 +17,7 @@ from flexband.analysis.requirements.requirement import Requirement, Requirements
 from flexband.analysis.results import ERRORS, Variables, check_free
 from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
@@ -199,6 +199,7 @@ def _bands(
     columns = compensators(space)
     if not columns:
         return bands
+    check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()

@@ -24,6 +24,7 @@ from flexband.analysis.requirements.corridors import joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -134,6 +135,7 @@ def allocate(
     corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
     options = {"store": store, "executor": executor}
     if probability is not None:
+        check_no_play(surrogate.space, "allocate with a probability")
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
         return allocated_by_chance(chance, response, options)

@@ -33,6 +33,7 @@ from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
 from flexband.response import ResponseFunction
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.bands import remark
 
 ANY = "any limit"
@@ -150,6 +151,8 @@ def failure_probability(
         label: None if scatter is None else ScatteringTolerances.of(scatter, case.space)
         for label, case in surrogates.items()
     }
+    for space in spaces if scatter is None else ():
+        check_no_play(space, "failure_probability, which bounds over intervals,")
     if scatter is None and not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"

@@ -13,6 +13,7 @@ from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.normal import TruncatedNormal
 from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
@@ -80,11 +81,11 @@ class ScatteringTolerances:
     Attributes
     ----------
     space : of the distributions, by the names of the tolerances.
-    intervals : of the surrogate, in the order of η.
+    intervals : of the surrogate, in the order of η, and plays, which scatter by themselves.
     """
 
     space: Space
-    intervals: Mapping[str, Interval]
+    intervals: Mapping[str, Interval | FreePair]
 
     @staticmethod
     def of(scatter: Scatter, space: Space) -> ScatteringTolerances:
@@ -97,8 +98,12 @@ class ScatteringTolerances:
             beyond the interval of the runs.
         """
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
+        intervals = space.of_kind(random=False)
+        pairs = {name: pair for name, pair in intervals.items() if isinstance(pair, FreePair)}
         tolerances: dict[str, Interval] = {}
-        for name, interval in space.of_kind(random=False).items():
+        for name, interval in intervals.items():
+            if name in pairs:
+                continue
             if type(interval) is not Interval:
                 kind = type(interval).__name__
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
@@ -119,22 +124,28 @@ class ScatteringTolerances:
                 f"scatter must have a distribution of every tolerance; {', '.join(missing)} "
                 f"{'has' if len(missing) == 1 else 'have'} none"
             )
-        return ScatteringTolerances(Space(groups), tolerances)
+        every = {name: pairs.get(name) or tolerances[name] for name in intervals}
+        return ScatteringTolerances(Space(groups), every)
 
     @property
     def dimension(self) -> int:
         """Number of standard normal variables."""
-        return self.space.random_dimension
+        pairs = sum(isinstance(pair, FreePair) for pair in self.intervals.values())
+        return self.space.random_dimension + 2 * pairs
 
     def eta(self, u: np.ndarray) -> np.ndarray:
         """Return η of shape (points, m) at standard normal variables u (points, dimension)."""
-        xi = of_normals(u, self.space.families)
-        values = self.space.numbers_at(xi, np.zeros((len(u), 0)))
-        columns = [
-            np.clip(interval.standard(np.asarray(values[name])).reshape(len(u)), -1.0, 1.0)
-            for name, interval in self.intervals.items()
-        ]
-        return np.stack(columns, axis=1)
+        k = self.space.random_dimension
+        xi = of_normals(u[:, :k], self.space.families)
+        values, columns = self.space.numbers_at(xi, np.zeros((len(u), 0))), []
+        for name, tolerance in self.intervals.items():
+            if isinstance(tolerance, FreePair):
+                columns.append(tolerance.of_normals(u[:, k : k + 2]))
+                k += 2
+            else:
+                eta = tolerance.standard(np.asarray(values[name])).reshape(len(u), 1)
+                columns.append(np.clip(eta, -1.0, 1.0))
+        return np.concatenate(columns, axis=1)
 
 
 def _within(

@@ -15,6 +15,7 @@ from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -139,6 +140,8 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
 
 
 def _with_tolerance(input_: Input, tolerance: float) -> Input:
+    if isinstance(input_, FreePair):
+        return input_.resized(tolerance)
     if not isinstance(input_, Interval):
         return input_.replaced({"std": tolerance})
     return Interval.around((input_.lower + input_.upper) / 2, tolerance=tolerance)

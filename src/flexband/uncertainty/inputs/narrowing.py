@@ -22,8 +22,8 @@ from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, checked_input
 
@@ -217,9 +217,8 @@ def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
 
 
 def _of_pair(old: FreePair, new: Input) -> list[Placed]:
-    size = {old.size_name: new.tolerance_or_std}
-    ratio = new.tolerance_or_std / old.tolerance_or_std
-    alike = type(new) is type(old) and new.replaced(size) == old.replaced(size)
+    alike = isinstance(new, FreePair) and new.resized(1.0) == old.resized(1.0)
+    ratio = new.tolerance_or_std / old.size
     if not alike or ratio > 1 + ROUNDING:
         raise InputError(f"must be {old!r} or one of a smaller {old.size_name}; got {shown(new)}")
     return [(interval_part(0.0, ratio), 0.0, ratio)] * 2

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar
+from dataclasses import replace
+from typing import ClassVar, Self
 
 import numpy as np
+from scipy.special import ndtr
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_option, check_positive
@@ -43,19 +45,27 @@ class FreePair(Input):
         return 2
 
     @property
-    def tolerance_or_std(self) -> float:
+    @abstractmethod
+    def matrix(self) -> np.ndarray:
+        """The pair as a linear function of η, (2, 2)."""
+
+    @property
+    def size(self) -> float:
         """The size of the set, the largest of an interval."""
         size = vars(self)[self.size_name]
         return size.upper if isinstance(size, Interval) else size
 
     @property
-    @abstractmethod
-    def matrix(self) -> np.ndarray:
-        """The pair as a linear function of η, (2, 2)."""
+    def tolerance_or_std(self) -> float:
+        return self.size
+
+    def resized(self, size: float) -> Self:
+        """Return the pair in the set of another size."""
+        return replace(self, **{self.size_name: size})
 
     @abstractmethod
-    def sampled(self, u: np.ndarray) -> np.ndarray:
-        """Return η of the pairs of a production from u, uniform in (0, 1): (n, 2) of (n, 2)."""
+    def of_normals(self, u: np.ndarray) -> np.ndarray:
+        """Return η of the pairs of a production at standard normal variables, both (n, 2)."""
 
     def value(self, standard: np.ndarray) -> np.ndarray:
         """Return the pairs, shape (2, n)."""
@@ -119,12 +129,13 @@ class Play(FreePair):
 
     @property
     def matrix(self) -> np.ndarray:
-        return np.eye(2) * (self.tolerance_or_std / RADIUS)
+        return np.eye(2) * (self.size / RADIUS)
 
-    def sampled(self, u: np.ndarray) -> np.ndarray:
-        angle = 2 * np.pi * u[:, 0]
-        radius = RADIUS * (np.sqrt(u[:, 1]) if self.within == "disc" else 1.0)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    def of_normals(self, u: np.ndarray) -> np.ndarray:
+        """Return η in the direction of u, at the radius of the same probability as |u|."""
+        length = np.hypot(*u.T)[:, None]
+        radius = np.sqrt(-np.expm1(-(length**2) / 2)) if self.within == "disc" else 1.0
+        return RADIUS * radius * u / np.maximum(length, 1e-300)
 
 
 @frozen()
@@ -165,8 +176,8 @@ class GuidePlay(FreePair):
 
     @property
     def matrix(self) -> np.ndarray:
-        half = self.tolerance_or_std / 2
+        half = self.size / 2
         return np.array([[half, half], [2 * half / self.length, -2 * half / self.length]])
 
-    def sampled(self, u: np.ndarray) -> np.ndarray:
-        return 2 * u - 1
+    def of_normals(self, u: np.ndarray) -> np.ndarray:
+        return 2 * ndtr(u) - 1

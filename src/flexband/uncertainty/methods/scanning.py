@@ -13,7 +13,7 @@ from flexband.errors import RunError, check_integer
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.methods.method import Evaluate, Method
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.words import number_of

@@ -10,7 +10,12 @@ import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
 from flexband.analysis.peaks import drops, spacing
-from flexband.analysis.requirements.corridors import Corridor, chosen_output, joint
+from flexband.analysis.requirements.corridors import (
+    Corridor,
+    check_instantaneous,
+    chosen_output,
+    joint,
+)
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
@@ -181,7 +186,9 @@ class _Checked:
         bands = self.bands[label]
         self.source, error = error_of(bands, self.labels)
         self.inputs = str(bands.attrs.get("inputs", ""))
-        return _checked(requirement.corridor(self.labels, label), bands, self.labels, error)
+        corridor = requirement.corridor(self.labels, label)
+        check_instantaneous({str(requirement): corridor}, bands.attrs)
+        return _checked(corridor, bands, self.labels, error)
 
 
 def _bands(

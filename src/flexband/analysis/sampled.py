@@ -84,7 +84,10 @@ class SampledSeries:
     def scanned(self) -> tuple[np.ndarray, np.ndarray]:
         """The scan, for a search over intervals; raise `InputError` if there is a disc."""
         if self.hybrid.discs:
-            raise InputError("this is searched over intervals alone: it does not take a Play")
+            raise InputError(
+                "quantiles, p-boxes, Sobol' indices and derived quantities are searched over "
+                "intervals alone and do not take a Play"
+            )
         return self.scan
 
     @staticmethod

@@ -20,7 +20,7 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.corridors import check_instantaneous, joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
@@ -130,6 +130,7 @@ def allocate(
     check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
     limit_corridors = corridors(limits, surrogate.labels)
+    check_instantaneous(limit_corridors, surrogate.diagnostics.attrs)
     tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
     corridor, m = joint(limit_corridors), surrogate.space.interval_dimension

@@ -12,6 +12,7 @@ from flexband.errors import check_instance
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space
 
@@ -45,6 +46,8 @@ class Parts:
         words = [f"{name}: {distribution!r}" for name, distribution in scatter.items()]
         words += [f"{name}: {distribution!r}, assumed" for name, distribution in assumed.items()]
         tolerances = ScatteringTolerances.of({**assumed, **scatter}, space)
+        plays = ((name, pair) for name, pair in tolerances.intervals.items() if name not in given)
+        words += [f"{name}: {pair!r}" for name, pair in plays if isinstance(pair, FreePair)]
         return Parts(space, tolerances, "; ".join(words))
 
     def samples(self, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

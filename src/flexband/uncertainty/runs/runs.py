@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,7 @@ from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
@@ -269,7 +270,7 @@ class CountedRuns:
             return Budget.of(self.total, self.each)
         return self.total
 
-    def attributes(self, doubts: str = "") -> dict[str, str | int | list[float]]:
+    def attributes(self, doubts: str = "") -> dict[str, Any]:
         """Return the number of runs and the method, and report that all runs are done.
 
         `doubts` say why the method does not trust its results. Inputs that change no output are
@@ -295,7 +296,17 @@ class CountedRuns:
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        return {**counts, **texts, **reached(xi)}
+        return {**counts, **texts, **reached(xi), **self._constant_offsets()}
+
+    def _constant_offsets(self) -> dict[str, list[str]]:
+        """Return the outputs whose bounds hold for plays that are constant in each run only."""
+        plays = any(isinstance(pair, FreePair) for pair in self.space.inputs.values())
+        names = self.start.of_nominal(self.response.instantaneous) if plays else None
+        if names is None or self.labels is None or "output" not in self.labels.coords:
+            return {}
+        every = self.labels["output"].values.astype(str).tolist()
+        others = [name for name in every if name not in names]
+        return {"constant_offsets": others} if others else {}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""

@@ -20,7 +20,7 @@ SEED = 39_000
 def compared(
     linkage: Linkage, radii: dict[str, float], method: fb.AdaptivePCCI
 ) -> tuple[float, float, int]:
-    """Return the largest error of an end, and what was expected, in parts of the width, and runs."""
+    """Return the largest error of an end and the expected one, relative, and the runs."""
 
     def response(**pins: np.ndarray) -> xr.DataArray:
         values = linkage.outputs_at(pins)

@@ -25,7 +25,7 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
-from flexband.mechanics.mobility import instantaneous
+from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.mechanics.starts import start_of
 from flexband.progress import listener

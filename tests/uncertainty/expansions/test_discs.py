@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from flexband.uncertainty.expansions.bounds.discs import RADIUS, in_discs
 from flexband.uncertainty.expansions.bounds.extremes import extremes
-from flexband.uncertainty.expansions.discs import RADIUS, in_discs
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms

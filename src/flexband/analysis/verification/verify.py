@@ -34,7 +34,7 @@ from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
-from flexband.uncertainty.expansions.discs import in_discs
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched

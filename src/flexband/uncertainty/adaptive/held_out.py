@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtri
 
-from flexband.uncertainty.expansions.discs import in_discs
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from flexband.errors import InputError, shown
-from flexband.uncertainty.expansions.discs import farthest
+from flexband.uncertainty.expansions.bounds.discs import farthest
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.substitution import (
     Substitution,

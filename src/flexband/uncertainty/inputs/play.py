@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_option, check_positive
-from flexband.uncertainty.expansions.discs import RADIUS, farthest
+from flexband.uncertainty.expansions.bounds.discs import RADIUS, farthest
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError
-from flexband.uncertainty.expansions.discs import in_discs
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.sobol import MAX_DIMENSION, scrambled_sobol
 

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
 from flexband.uncertainty.expansions.bounds.terms import ExpansionTerms
-from flexband.uncertainty.expansions.discs import in_discs
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.threads import in_threads

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     chebyshev_powers,
@@ -16,7 +17,6 @@ from flexband.uncertainty.expansions.bounds.terms import (
     largest,
     product,
 )
-from flexband.uncertainty.expansions.discs import RADIUS
 
 
 @compiled

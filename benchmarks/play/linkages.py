@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
 Pose = tuple[np.ndarray, np.ndarray]
@@ -120,7 +122,7 @@ def _point(bodies: Mapping[str, Pose], place: Place, moved: np.ndarray) -> np.nd
 
 
 def ends(
-    values: Outputs, radii: Sequence[float], *, tries: int = 3, count: int = 20_000, seed: int = 0
+    values: Outputs, radii: ArrayLike, *, tries: int = 3, count: int = 20_000, seed: int = 0
 ) -> np.ndarray:
     """Return the least and the largest of each output over a product of discs, (2, outputs).
 
@@ -128,7 +130,7 @@ def ends(
     discs finds starts, from which optima are polished along the rims; an optimum inside would be
     found by the scan.
     """
-    rng, radii = np.random.default_rng(seed), np.asarray(radii)
+    rng, radii = np.random.default_rng(seed), np.array(radii)
     angle = rng.uniform(0, 2 * np.pi, (len(radii), count))
     part = np.where(rng.random(count) < 0.5, 1.0, np.sqrt(rng.random((len(radii), count))))
 
@@ -177,12 +179,14 @@ def stephenson(rng: np.random.Generator, dyads: int = 2) -> Linkage:
     """Return a random linkage of several dyads, the first two of which make a Stephenson III."""
     while True:
         base = four_bar(rng)
-        chain, point = list(base.dyads), base.outputs[0]
+        chain = list(base.dyads)
+        point: Any = base.outputs[0]
         for k in range(1, dyads):
             names = f"rod{k}", f"lever{k}"
-            place = ("ground", *rng.uniform(-1.0, 1.5, 2))
-            lengths = tuple(rng.uniform(0.4, 1.2, 2))
-            chain.append(Dyad(names, lengths, (point, place), bool(rng.integers(2))))
+            x, y = rng.uniform(-1.0, 1.5, 2)
+            place: Place = "ground", x, y
+            long, short = rng.uniform(0.4, 1.2, 2)
+            chain.append(Dyad(names, (long, short), (point, place), bool(rng.integers(2))))
             point = (names[0], *rng.uniform(-0.3, 0.3, 2))
         linkage = Linkage(base.crank, chain, [point], base.angles)
         if _closes(linkage):

@@ -14,7 +14,6 @@ from flexband.analysis.allocation.grades import Grades
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space, check_no_play
 
 STEP = 1e-4
@@ -176,12 +175,9 @@ class Tolerances:
         inputs: dict[str, Input] = {}
         middles, radii = self.nominal(x), {k: size.tolerance for k, size in self._sizings.items()}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
-            input_ = self.space.inputs[name]
-            if column < 0:
-                inputs[name] = input_.replaced({"std": float(t)})
-            elif isinstance(input_, FreePair):
-                inputs |= {} if random_alone else {name: input_.resized(float(t))}
-            else:
+            if column < 0 or (name in self.space.plays and not random_alone):
+                inputs[name] = self.space.inputs[name].with_tolerance(float(t))
+            elif name not in self.space.plays:
                 radii[name] = float(t)
         for name, radius in radii.items() if not random_alone else ():
             values = self.space.inputs[name].value(np.array([[-1.0], [0.0], [1.0]]))

@@ -19,9 +19,9 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
-from flexband.analysis.requirements.corridors import Corridor, check_instantaneous, joint
+from flexband.analysis.requirements.corridors import check_instantaneous, joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
-from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
+from flexband.analysis.requirements.scatter import Scatter, scattering
 from flexband.analysis.results import (
     check_free,
     doubts_of,
@@ -33,9 +33,7 @@ from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
 from flexband.response import ResponseFunction
-from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.bands import remark
-from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
 
@@ -146,13 +144,11 @@ def failure_probability(
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
-    _check_plays(surrogates, corridors_of, scattering=scatter is not None)
+    for label, case in surrogates.items():
+        check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     names = list(next(iter(corridors_of.values())))
     spaces = [case.space for case in surrogates.values()]
-    tolerances = {
-        label: None if scatter is None else ScatteringTolerances.of(scatter, case.space)
-        for label, case in surrogates.items()
-    }
+    tolerances = {label: scattering(scatter, case.space) for label, case in surrogates.items()}
     if scatter is None and not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
@@ -203,19 +199,6 @@ def failure_probability(
         "doubts": doubts,
     }
     return described(result.assign_attrs(remark(spaces[0]) | attrs))
-
-
-def _check_plays(
-    surrogates: Mapping[str, Surrogate],
-    corridors_of: Mapping[str, Mapping[str, Corridor]],
-    *,
-    scattering: bool,
-) -> None:
-    """Raise `InputError` where plays allow no probability."""
-    for label, case in surrogates.items():
-        check_instantaneous(corridors_of[label], case.diagnostics.attrs)
-        if not scattering:
-            check_no_play(case.space, "failure_probability, which bounds over intervals,")
 
 
 def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:

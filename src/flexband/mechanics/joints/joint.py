@@ -126,10 +126,11 @@ def straight(kind: str, line: Frame) -> Frame:
 
 def checked_offset(name: str, offset: Offset) -> tuple[np.ndarray, np.ndarray]:
     """Return both numbers of an offset; raise `InputError` if it is no pair of finite numbers."""
-    if isinstance(offset, str) or np.ndim(offset) == 0 or len(offset) != 2:
-        raise InputError(f"{name} must be a pair of numbers; got {shown(offset)}")
-    first, second = (check_finite(name, number) for number in offset)
-    return first, second
+    try:
+        first, second = offset
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair of numbers; got {shown(offset)}") from None
+    return check_finite(name, first), check_finite(name, second)
 
 
 def check_axis(name: str, axis: tuple[float, float]) -> None:

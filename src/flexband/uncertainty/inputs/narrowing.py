@@ -217,7 +217,7 @@ def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
 
 
 def _of_pair(old: FreePair, new: Input) -> list[Placed]:
-    alike = isinstance(new, FreePair) and new.resized(1.0) == old.resized(1.0)
+    alike = type(new) is type(old) and new.with_tolerance(1.0) == old.with_tolerance(1.0)
     ratio = new.tolerance_or_std / old.size
     if not alike or ratio > 1 + ROUNDING:
         raise InputError(f"must be {old!r} or one of a smaller {old.size_name}; got {shown(new)}")

@@ -59,9 +59,8 @@ class FreePair(Input):
     def tolerance_or_std(self) -> float:
         return self.size
 
-    def resized(self, size: float) -> Self:
-        """Return the pair in the set of another size."""
-        return replace(self, **{self.size_name: size})
+    def with_tolerance(self, tolerance: float) -> Self:
+        return replace(self, **{self.size_name: tolerance})
 
     @abstractmethod
     def of_normals(self, u: np.ndarray) -> np.ndarray:

@@ -109,11 +109,15 @@ class Space:
         return sum(input_.dimension for input_ in self.of_kind(random=False).values())
 
     @property
+    def plays(self) -> dict[str, FreePair]:
+        """The pairs of numbers that a clearance leaves free."""
+        return {name: i for name, i in self.inputs.items() if isinstance(i, FreePair)}
+
+    @property
     def discs(self) -> tuple[int, ...]:
         """The number of the first η of each pair that is in a disc."""
-        columns = self.columns(random=False).items()
-        inputs = ((self.inputs[name], first) for name, first in columns)
-        return tuple(k for pair, k in inputs if isinstance(pair, FreePair) and pair.in_disc)
+        columns, plays = self.columns(random=False), self.plays.items()
+        return tuple(columns[name] for name, pair in plays if pair.in_disc)
 
     @property
     def families(self) -> tuple[Family, ...]:
@@ -262,8 +266,7 @@ def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
 
 def check_no_play(space: Space, name: str) -> None:
     """Raise `InputError` if a disc is among the inputs, for what searches intervals only."""
-    plays = [k for k, pair in space.inputs.items() if isinstance(pair, FreePair) and pair.in_disc]
-    if plays:
+    if plays := [name for name, pair in space.plays.items() if pair.in_disc]:
         raise InputError(f"{name} does not take a Play: {', '.join(plays)} must be left out")
 
 

@@ -26,7 +26,6 @@ from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
-from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
 from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
@@ -300,7 +299,7 @@ class CountedRuns:
 
     def _constant_offsets(self) -> dict[str, list[str]]:
         """Return the outputs whose bounds hold for plays that are constant in each run only."""
-        plays = any(isinstance(pair, FreePair) for pair in self.space.inputs.values())
+        plays = self.space.plays
         names = self.start.of_nominal(self.response.instantaneous) if plays else None
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}

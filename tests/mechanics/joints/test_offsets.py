@@ -126,7 +126,7 @@ LAW = fb.contact.KeepsRestitution(stiffness=1e3, restitution=0.5)
             lambda: fb.Revolute("a", "b", clearance=0.1, law=LAW, offset=(0.1, 0.0)),
             "Revolute needs one of clearance and offset",
         ),
-        (lambda: fb.Prismatic("a", "b", offset="xy"), "Prismatic offset must be a pair"),
+        (lambda: fb.Prismatic("a", "b", offset="xyz"), "Prismatic offset must be a pair"),
         (lambda: fb.Slot("a", "b", offset=(0.1, 0.0)), "Slot offset"),
     ],
 )

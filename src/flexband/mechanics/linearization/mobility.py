@@ -50,10 +50,12 @@ class Mobility(NamedTuple):
 def instantaneous(mechanism: Mechanism) -> list[str]:
     """Return the outputs that follow from the parameters at each instant, whatever was before.
 
-    These are positions, angles and lengths of a mechanism whose motion is prescribed.
+    These are positions, angles and lengths of a mechanism whose motion is prescribed, without
+    joints, such as gears, that go on from the start.
     """
     mobility = Mobility.of(mechanism)
-    if mobility.degrees_of_freedom:
+    holds_start = any(joint.holds_start for joint in mechanism.joints.values())
+    if mobility.degrees_of_freedom or holds_start:
         return []
     state, names = mobility.system.structure.state, []
     for name, sensor in mechanism.sensors.items():

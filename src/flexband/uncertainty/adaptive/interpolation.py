@@ -55,7 +55,7 @@ class NestedDesign:
 
     @staticmethod
     def first(
-        m: int, families: Sequence[Family], most: int, discs: tuple[int, ...]
+        m: int, families: Sequence[Family], most: int, discs: tuple[int, ...] = ()
     ) -> NestedDesign:
         """Return the first terms in m variables η and in ξ, as far as the budget goes."""
         n = len(families)

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, in_discs
 from flexband.uncertainty.expansions.bounds.extremes import extremes
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
+from flexband.uncertainty.inputs.sampling import nested_points
 
 
 def expansion(m, order, discs, series=20, seed=0):
@@ -83,3 +85,11 @@ def test_squares_become_discs_and_keep_their_middle():
     np.testing.assert_allclose(np.hypot(*moved[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
     np.testing.assert_array_equal(moved[:, 2], square[:, 2])
     np.testing.assert_allclose(moved[0, :2], [1.0, 1.0])
+
+
+def test_points_that_judge_reach_out_of_the_square():
+    for points in (generic_points(0, 64, 3, (), (1,)), nested_points(64, 3, (), discs=(1,))):
+        eta = points[1]
+        assert np.abs(eta[:, 0]).max() <= 1
+        assert RADIUS * (1 + 1e-12) >= np.hypot(*eta[:, 1:].T).max() > 1.3
+        assert np.abs(eta[:, 1:]).max() > 1.2

@@ -15,6 +15,7 @@ from scipy.optimize import root
 from typer.testing import CliRunner
 
 import flexband as fb
+from benchmarks.play.linkages import Dyad, Linkage
 from flexband.cli import app
 from flexband.report import pdf
 from flexband.study.comparison import compare
@@ -377,11 +378,27 @@ def brake_squeal(own):
         assert modes["unstable"].any() == (mu > 0.45)
 
 
+def play(own):
+    """All pins move the rocker as the coupler's length does: bounds are ± 4 c |∂ψ/∂b|, ± 1 %."""
+    bands = own.study.run()["mean"].sel(output="rocker")
+    bar = (own.CRANK, 0.0), (own.GROUND, 0.0)
+    dyad = Dyad(("b", "c"), (own.COUPLER, own.ROCKER), (("crank", *bar[0]), ("ground", *bar[1])))
+    linkage = Linkage(own.CRANK, [dyad], ["c"], own.START + own.TURN * bands["time"].values)
+    longer = np.array([own.COUPLER, own.COUPLER + 1e-6])
+    slope = np.diff(linkage.outputs_at({}, b=longer)[:, 0], axis=0)[0] / 1e-6
+    np.testing.assert_allclose(bands[1] - bands[0], 8 * own.PLAY * np.abs(slope), rtol=0.01)
+    one = fb.propagate(own.response, {"C": fb.Play(own.PLAY)}, fb.AdaptivePCCI(1e-3))["mean"][:, 0]
+    hits = fb.simulate(own.generator(clearance=own.PLAY), duration=1.0, step=0.02).values[0]
+    depth = 2e-3 * (one[1] - one[0])  # of the contact
+    assert np.all((hits >= one[0] - depth) & (hits <= one[1] + depth))
+    assert float(np.ptp((hits - one.mean("bound")).values)) > 0.9 * float((one[1] - one[0]).min())
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, brake_squeal,
+    hydraulic_cylinder, stick_slip, brake_squeal, play,
 )}  # fmt: skip
 
 

@@ -68,8 +68,8 @@ def mechanism(**parts):
 
 
 def same(a):
-    """Return a number, or a field's value in the middle of the domain."""
-    return a(np.array([0.5]))[:, 0] if callable(a) else np.array(a)
+    """Return a number, the sum of a pair, or a field's value in the middle of the domain."""
+    return a(np.array([0.5]))[:, 0] if callable(a) else np.sum(np.atleast_2d(a), axis=0)
 
 
 def response(a, b):

@@ -59,6 +59,12 @@ ABSENT = (
         "Replace the joint by two Spring in different directions and a TorsionSpring.",
     ),
     Absent(
+        "pins whose play moves within a run",
+        "Clearance ClearanceJoint JointClearance",
+        "A Play is constant in each run. Its bounds hold for positions of a prescribed motion; for "
+        "forces and impacts, take Revolute(clearance=…, law=…).",
+    ),
+    Absent(
         "plates, shells and solids",
         "Plate Shell Solid Membrane FiniteElements Superelement CraigBampton",
         "Flexible members are beams and cables.",

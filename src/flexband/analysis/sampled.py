@@ -17,6 +17,7 @@ from scipy.special import ndtri
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.machine_code import compiled
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scan
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -70,14 +71,24 @@ class SampledSeries:
     expansion : that of the output alone.
     hybrid : the expansion of the series themselves, or of their parts.
     columns : where the parts of phases are; None if the series are polynomials.
-    scanned : η among which bounds are searched first, and the numbers of the points next to each.
+    scan : η among which bounds are searched first, and the numbers of the points next to each.
     """
 
     output: int
     expansion: Expansion
     hybrid: HybridExpansion
     columns: PartColumns | None
-    scanned: tuple[np.ndarray, np.ndarray]
+    scan: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def scanned(self) -> tuple[np.ndarray, np.ndarray]:
+        """The scan, for a search over intervals; raise `InputError` if there is a disc."""
+        if self.hybrid.discs:
+            raise InputError(
+                "quantiles, p-boxes, Sobol' indices and derived quantities are searched over "
+                "intervals alone and do not take a Play"
+            )
+        return self.scan
 
     @staticmethod
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:

@@ -13,6 +13,7 @@ from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     check_angle,
+    check_finite,
     check_flag,
     check_non_negative,
     check_positive,
@@ -34,11 +35,13 @@ from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
+    Offset,
     PairJoint,
     PointName,
     Resolve,
     along,
     check_axis,
+    checked_offset,
     couple,
     straight,
 )
@@ -112,12 +115,14 @@ class Revolute(PairJoint):
     radius : of the pin [m]: without friction it matters for drawings alone.
     friction : `contact.Coulomb` or µ, or None for none. Without clearance, the moment of friction
         is r R sin(arctan µ) with the radius r and the resultant R of the reaction.
+    offset : from the first point to the pin, in the axes of the first body [m]: a pair of numbers,
+        such as the value of a `Play`.
 
     Raises
     ------
     InputError
-        If the clearance or the radius is not positive, there is one of clearance and law only, or
-        friction without a radius.
+        If the clearance or the radius is not positive, there is one of clearance and law only,
+        friction without a radius, or an offset that is no pair, or beside a clearance.
     """
 
     first: PointName
@@ -126,9 +131,11 @@ class Revolute(PairJoint):
     law: NormalLaw | None = None
     radius: ArrayLike = 0.0
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         _check_clearance("Revolute", self.clearance, self.law)
+        _check_offset("Revolute", self.offset, self.clearance)
         check_non_negative("Revolute radius [m]", self.radius)
         if self.friction is not None:
             as_coulomb("Revolute friction", self.friction)
@@ -162,7 +169,8 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        return list(subtract(frame(self.first).position, frame(self.second).position))
+        pin = frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
+        return list(subtract(pin.position, frame(self.second).position))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
@@ -183,6 +191,13 @@ def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | No
     if clearance is not None:
         check_positive(f"{name} clearance [m]", clearance)
         check_law(f"{name} law", law)
+
+
+def _check_offset(name: str, offset: Offset, clearance: ArrayLike | None) -> None:
+    """Raise `InputError` if an offset is no pair, or beside a clearance, which leaves it free."""
+    numbers = checked_offset(f"{name} offset", offset)
+    if clearance is not None and any(np.any(number != 0) for number in numbers):
+        raise InputError(f"{name} needs one of clearance and offset; got both")
 
 
 def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,13 +272,15 @@ class Prismatic(LineJoint, AlignedJoint):
     friction : `contact.Coulomb` or µ, or None for none. Without clearance the normal forces are
         |N/2 ± M/ℓ| at the ends of the slider, with the force N across the line, the moment M and
         the length ℓ.
+    offset : of the slider to the left of the axis [m], and the angle that it turns further [rad]: a
+        pair of numbers, such as the value of a `GuidePlay`.
 
     Raises
     ------
     InputError
         If the axis has no length, a number is out of its range, there are not both of clearance and
-        law, or no length where it is needed and, when the mechanism is made, if the line or a
-        slider with friction is on a flexible member.
+        law, or no length where it is needed, the offset is no pair or beside a clearance and, when
+        the mechanism is made, if the line or a slider with friction is on a flexible member.
     """
 
     first: PointName
@@ -275,9 +292,11 @@ class Prismatic(LineJoint, AlignedJoint):
     height: ArrayLike = 0.0
     law: NormalLaw | None = None
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
+        _check_offset("Prismatic", self.offset, self.clearance)
         check_angle("Prismatic angle", self.angle)
         _check_clearance("Prismatic", self.clearance, self.law)
         check_non_negative("Prismatic height [m]", self.height)
@@ -343,7 +362,12 @@ class Prismatic(LineJoint, AlignedJoint):
         """
         if self.clearance is not None:
             return []
-        return [*super().constraints(frame), cross(*self._normals(frame))]
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset[0], dtype=float), cross(*self._normals(frame))]
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        turn = np.asarray(self.angle) + np.asarray(self.offset[1])
+        return turned(frame(self.second).normal, turn), frame(self.first).normal
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
@@ -369,21 +393,25 @@ class Slot(LineJoint):
     second : a point of the slot's line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
     friction : `contact.Coulomb` or µ against the reaction, or None for none.
+    offset : of the pin to the left of the axis [m]: one number, since the body may rotate. An
+        ``Interval(-c, c)`` is the play of the pin.
 
     Raises
     ------
     InputError
-        If the axis has no length, friction is negative and, when the mechanism is made, if the line
-        is on a flexible member.
+        If the axis has no length, friction is negative, the offset is not finite and, when the
+        mechanism is made, if the line is on a flexible member.
     """
 
     first: PointName
     second: PointName
     axis: tuple[float, float] = (1.0, 0.0)
     friction: Friction | None = None
+    offset: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         check_axis("Slot axis", self.axis)
+        check_finite("Slot offset [m]", self.offset)
         if self.friction is not None:
             as_coulomb("Slot friction", self.friction)
 
@@ -393,6 +421,11 @@ class Slot(LineJoint):
             return []
         along = self._travel(frame)
         return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return n · (r_first − r_second) less the offset."""
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset, dtype=float)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line."""

@@ -76,11 +76,13 @@ class HybridExpansion:
     index : orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the
         first term is the constant.
     coefficients : β, shape (terms, series). All outputs and times are series.
+    discs : numbers of the first η of each pair that is in a disc, see `discs`.
     """
 
     families: tuple[Family, ...]
     index: np.ndarray
     coefficients: np.ndarray
+    discs: tuple[int, ...] = ()
 
     @cached_property
     def _interval(self) -> tuple[np.ndarray, np.ndarray]:
@@ -178,16 +180,19 @@ class HybridExpansion:
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps, with the families by name."""
         names = np.array([family.name for family in self.families], dtype=str)
-        return {"families": names, "index": self.index, "coefficients": self.coefficients}
+        arrays = {"families": names, "index": self.index, "coefficients": self.coefficients}
+        return arrays | ({"discs": np.array(self.discs)} if self.discs else {})
 
     @staticmethod
-    def of_arrays(inputs: Sequence[Family], families: np.ndarray, **arrays) -> HybridExpansion:
+    def of_arrays(
+        inputs: Sequence[Family], families: np.ndarray, discs: Sequence[int] = (), **arrays
+    ) -> HybridExpansion:
         """Return the expansion of `arrays`; the families must be those of its inputs."""
         if families.tolist() != [family.name for family in inputs]:
             raise InputError(
                 f"families of an expansion must be those of its inputs; got {families}"
             )
-        return HybridExpansion(tuple(inputs), **arrays)
+        return HybridExpansion(tuple(inputs), **arrays, discs=tuple(map(int, discs)))
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
@@ -197,7 +202,8 @@ class HybridExpansion:
         rows = np.split(which.ravel(), [len(self.index)])
         for row, terms in zip(rows, (self.coefficients, other.coefficients), strict=True):
             summed[row] += terms
-        return HybridExpansion(self.families, index, summed)
+        discs = self.discs or other.discs
+        return replace(self, index=index, coefficients=summed, discs=discs)
 
     def __mul__(self, factor: float | np.ndarray) -> HybridExpansion:
         """Return the expansion of the series times a factor, or times one factor each."""

@@ -77,6 +77,7 @@ inputs: install
 
 validate: install
 	$(BIN)/python validation/table.py
+	$(BIN)/python validation/exudyn/page.py
 
 # The tests of other people's models, with FMPy, Exudyn and UM-Bridge.
 models: install .venv/modelled

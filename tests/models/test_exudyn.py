@@ -8,7 +8,7 @@ import pytest
 
 import flexband as fb
 
-pytest.importorskip("exudyn")
+pytest.importorskip("exudyn.itemInterface")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "models" / "exudyn_pendulum.py"
 
 

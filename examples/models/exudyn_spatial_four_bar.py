@@ -22,7 +22,7 @@ import flexband as fb
 
 CRANK, ROCKER, PIVOT = 0.06, 0.2, np.array([0.1, 0.3, 0.0])  # m
 TORQUE, FLYWHEEL = 1.0, 0.01  # N m, kg m²
-RADIUS, DENSITY = 3e-3, 1200.0  # m, kg/m³, of the rod
+RADIUS, DENSITY, RETARDATION = 3e-3, 1200.0, 2e-3  # m, kg/m³, s, of the rod
 DURATION, STEP = 0.6, 5e-4  # s
 
 
@@ -36,7 +36,7 @@ def rocker_angle(crank_angle, length):
 
 
 def four_bar(length, youngs_modulus, elements=6):
-    """Return both angles [rad] and the deflection of the rod's middle [m] over time."""
+    """Return both angles [rad] and how far the rod's middle is above its chord [m], over time."""
     container = exu.SystemContainer()
     system = container.AddSystem()
     ground, down = system.CreateGround(), [0.0, 0.0, -9.81]
@@ -51,10 +51,12 @@ def four_bar(length, youngs_modulus, elements=6):
     system.CreateRevoluteJoint(itemNumbers=[ground, rocker], position=list(PIVOT), axis=[1, 0, 0])
     system.CreateTorque(itemNumber=crank, loadVector=[0.0, 0.0, TORQUE])
     area = np.pi * RADIUS**2
+    bending = youngs_modulus * area * RADIUS**2 / 4
     cable = ObjectANCFCable(
         massPerLength=DENSITY * area,
         axialStiffness=youngs_modulus * area,
-        bendingStiffness=youngs_modulus * area * RADIUS**2 / 4,
+        bendingStiffness=bending,
+        bendingDamping=RETARDATION * bending,
     )
     rod = GenerateBeamElementsAlongLine(system, *ends, elements, cable, gravity=down)
     nodes = rod["nodes"]
@@ -89,11 +91,10 @@ def four_bar(length, youngs_modulus, elements=6):
     first, middle, last = (system.GetSensorStoredData(sensor)[:, 1:] for sensor in sensors)
     arm, chord = last - PIVOT, (last - first) / np.linalg.norm(last - first, axis=1)[:, None]
     off = middle - first
-    off = off - (off * chord).sum(1)[:, None] * chord
     found = [
         np.unwrap(np.arctan2(first[:, 1], first[:, 0])),
         np.arctan2(arm[:, 2], arm[:, 1]),
-        np.linalg.norm(off, axis=1),
+        off[:, 2] - (off * chord).sum(1) * chord[:, 2],
     ]
     return xr.DataArray(
         found,

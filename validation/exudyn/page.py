@@ -23,7 +23,8 @@ TEXT = """# Exudyn's scripts
 [Exudyn](https://github.com/jgerstmayr/EXUDYN) is a multibody program of the University of
 Innsbruck. Of the scripts that come with it (Examples and TestModels of version 1.11.0), 96 have
 items of the plane. flexband does {documented} of them as documented and {workaround} by a
-workaround; {no} are out of its reach. {rebuilt} are rebuilt in `validation/exudyn/`.
+workaround; {no} are out of its reach. {rebuilt} are rebuilt in `validation/exudyn/`; the others are
+judged by their parts.
 
 ## Both numbers
 

@@ -77,8 +77,9 @@ inputs: install
 
 validate: install
 	$(BIN)/python validation/table.py
+	$(BIN)/python validation/exudyn/page.py
 
-# The tests of other people's models, with FMPy, Exudyn and UM-Bridge.
+# The tests of other people's models, with FMPy, Exudyn, pylinkage and UM-Bridge.
 models: install .venv/modelled
 	$(BIN)/pytest tests/models
 

@@ -306,6 +306,20 @@ def controlled_arm(own):
     assert at(motion, "integral")[-1] * own.INTEGRAL == pytest.approx(moment, rel=1e-3)
 
 
+def robot_arm(own):
+    """At rest the links are at the sums of the angles, and the integral carries the hand."""
+    motion, angles = own.motion(), np.cumsum([np.pi / 3, -np.pi / 2, own.WRIST])
+    tip = np.array(own.LENGTHS) @ np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    np.testing.assert_allclose([at(motion, f"tip_{axis}")[-1] for axis in "XY"], tip, atol=1e-4)
+    section = own.SECTION["height"] * own.SECTION["width"] * own.SECTION["density"]
+    _, lower, hand = section * 9.81 * np.array(own.LENGTHS)
+    moment = hand * own.LENGTHS[2] / 2 * np.cos(angles[2])
+    assert at(motion, "i")[-1] * own.GAINS[1] == pytest.approx(moment, rel=1e-2)
+    moment += (lower / 2 + hand) * own.LENGTHS[1] * np.cos(angles[1])
+    assert at(motion, "M")[-1] == pytest.approx(moment, rel=1e-2)
+    assert at(motion, "power")[-1] == pytest.approx(0.0, abs=1e-9)
+
+
 def hydraulic_cylinder(own):
     """Both flows are A v and the pressures hold the damper: (2A³/o²) v² + c v = A p."""
     motion = own.motion()
@@ -354,7 +368,7 @@ CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip,
+    hydraulic_cylinder, stick_slip, robot_arm,
 )}  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Sensors of what another sensor does over time: its extremes, integrals and averages."""
+"""Sensors of power, and of what another sensor does over time: extremes, integrals, averages."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,7 @@ from flexband.namespaces import lazy_names
 
 if TYPE_CHECKING:
     from flexband.mechanics.sensors.averages import Average as Average
+    from flexband.mechanics.sensors.energies import Power as Power
     from flexband.mechanics.sensors.extremes import (
         Integral as Integral,
         Largest as Largest,

@@ -33,6 +33,7 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     GeneralizedForce,
+    Polar,
     Vector,
     add,
     at_point,
@@ -577,6 +578,22 @@ class Mechanism:
             row = self.state.law + 3 * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
         return pairs
+
+    @cached_property
+    def polars(self) -> dict[int, list[Polar]]:
+        """Of each row of z that is an angle or an elongation, the terms that it is the sum of."""
+        rows, one = self.rows_with_multipliers, np.asarray(1.0)
+        angles = [polar._replace(c=one, f=None) for row in rows for polar in row.polar]
+        turns = [spring.vectors for _, spring in self.springs if spring.torsion]
+        turns += [[frame.normal for frame in law.points] for law in self.laws]
+        turns += [[moment.direction] for moment in self.moments]
+        angles += [Polar(vector, one) for vectors in turns for vector in vectors]
+        polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
+        for k, (_, spring) in enumerate(self.springs):
+            first, *others = spring.vectors
+            terms = [Polar(first, one, length=not others), *(Polar(v, -one) for v in others)]
+            polars[self.state.elongation + k] = terms
+        return polars
 
     def _travels(self, part: str) -> list[tuple[int, Form]]:
         """Return the number and the travel of each friction of a part.

@@ -25,6 +25,7 @@ from flexband.report.shapes.sketch import (
     arrow,
     circle,
     in_metres,
+    spring,
 )
 from flexband.report.shapes.tracks import Tracks
 
@@ -83,11 +84,21 @@ def _(joint: Weld, sketch: Sketch, name: str) -> None:
 
 @add_joint.register
 def _(joint: Distance, sketch: Sketch, name: str) -> None:
-    ends = at(*sketch.points(joint.points))
-    sketch.line(ends, width=1.2, part=f"joint {name!r}")
+    """Add a rod, or a cylinder if its length is prescribed."""
+    first, second = numbers = sketch.points(joint.points)
+    ends, part, driven = at(*numbers), f"joint {name!r}", callable(joint.length)
+    length = sketch.scene.start.number(
+        joint.length(0.0) if callable(joint.length) else joint.length
+    )
+    rod, width = ends, 1.2
+    if driven:
+        frame = LocalFrame(first, ends=(first, second), shares=True)
+        rod, _ = spring(frame, length / sketch.unit, elastic=False, damped=False)
+        width = 1.6
+    sketch.line(rod, color="drive" if driven else "ink", width=width, part=part)
     sketch.mark(ends, size=5.0, fill="ink", layer=7.0)
-    sketch.lengths.append(Length(ends, sketch.scene.start.number(joint.length)))
-    sketch.name(name, ends)
+    sketch.lengths.append(Length(ends, length))
+    sketch.name(name, ends, color="drive" if driven else "ink")
     _add_bearings(sketch, joint)
 
 
@@ -211,7 +222,7 @@ def _add_gears(sketch: Sketch, gears: list[tuple[PointName, float]], part: str) 
 @add_joint.register
 def _(joint: PrescribedRotation, sketch: Sketch, name: str) -> None:
     sense = sketch.scene.first_sense(joint.angle)
-    pivot = sketch.tracks.point(pin_between(sketch.scene, joint.first) or joint.first)
+    pivot = sketch.tracks.point(pin_between(sketch.scene, *joint.points) or joint.first)
     frame = LocalFrame(pivot, turn=sketch.tracks.turn(joint.first))
     middle = sketch.turning(frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}")
     sketch.name(name, middle, color="drive")

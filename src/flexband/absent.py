@@ -48,11 +48,6 @@ ABSENT = (
         "currents and pressures are its first-order states.",
     ),
     Absent(
-        "bushings",
-        "Bushing ElasticJoint FlexibleJoint",
-        "Replace the joint by two Spring in different directions and a TorsionSpring.",
-    ),
-    Absent(
         "plates, shells and solids",
         "Plate Shell Solid Membrane FiniteElements Superelement CraigBampton",
         "Flexible members are beams and cables.",

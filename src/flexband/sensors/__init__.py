@@ -1,4 +1,4 @@
-"""Sensors of power, and of what another sensor does over time: extremes, integrals, averages."""
+"""Sensors of power and force laws, and of what another sensor does over time."""
 
 from typing import TYPE_CHECKING
 
@@ -12,5 +12,6 @@ if TYPE_CHECKING:
         Largest as Largest,
         Smallest as Smallest,
     )
+    from flexband.mechanics.sensors.forces import LawForce as LawForce
 else:
     __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

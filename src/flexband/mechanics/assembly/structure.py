@@ -33,6 +33,8 @@ class Elements(NamedTuple):
 
     first: np.ndarray  # of the element's coordinates
     damped: np.ndarray  # whether its material is
+    free: np.ndarray  # rows of the stiffness where free strains are that change in time
+    f: np.ndarray  # functions of time of these strains
     slot: np.ndarray  # (elements, coordinates, coordinates)
 
 
@@ -65,6 +67,9 @@ class Springs(NamedTuple):
 
     translational: int  # number of translational springs
     f: np.ndarray  # function of time that multiplies the pull
+    table: np.ndarray  # first row of its table: places, rates, then coefficients
+    places: np.ndarray  # how many it has, 0 without a table
+    rates: np.ndarray  # the same
     vector: np.ndarray  # the vector of each translational spring, both of each torsion spring
     slot: np.ndarray  # (springs, most entries, most entries)
 
@@ -167,7 +172,9 @@ class ElementValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # rows of an element: upper triangles, then its strains at the start
-    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
+    retardation: np.ndarray  # of a Kelvin–Voigt solid, and of its bending [s]
+    free: np.ndarray  # coefficients of free strains
+    at_start: np.ndarray  # strains at the start in the same rows
 
 
 class ContinuumValues(NamedTuple):
@@ -194,6 +201,7 @@ class SpringValues(NamedTuple):
     cubic: np.ndarray
     damping: np.ndarray
     pull: np.ndarray
+    table: np.ndarray
 
 
 class FrictionValues(NamedTuple):

@@ -107,12 +107,14 @@ def assemble(mechanism: Mechanism) -> System:
     mechanism.warn_of_elements()
     state, mass = mechanism.state, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
-    elements = {"beams": ElementTable(), "continua": ContinuumTable(), "cables": ElementTable()}
+    free = [strain for entries in mechanism.entries.values() for strain in entries.strains]
+    elements = {kind: ElementTable(free) for kind in ("beams", "cables")}
+    elements["continua"] = ContinuumTable()
     for name, body in mechanism.bodies.items():
         velocity += naming(f"body {name!r}", body.velocities)
         if name in mechanism.members:
             member, first = mechanism.member(name)
-            naming(f"body {name!r}", elements[member.element_table].take, member, first)
+            naming(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
     inertia = Inertia(mechanism)
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)

@@ -6,7 +6,7 @@ from flexband.namespaces import lazy_names
 
 if TYPE_CHECKING:
     from flexband.mechanics.sensors.averages import Average as Average
-    from flexband.mechanics.sensors.energies import Power as Power
+    from flexband.mechanics.sensors.energies import Power as Power, SwitchingLoss as SwitchingLoss
     from flexband.mechanics.sensors.extremes import (
         Integral as Integral,
         Largest as Largest,

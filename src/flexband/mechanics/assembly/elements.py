@@ -103,7 +103,8 @@ class ElementTable:
     def damped(self) -> np.ndarray:
         """Return whether the material of each element is damped in any sample."""
         damped = np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
-        return damped.reshape(-1, len(damped) // max(len(self.groups), 1) or 1).any(axis=1)
+        each = max(len(damped) // max(len(self.groups), 1), 1)
+        return np.array(damped.reshape(-1, each).any(axis=1))
 
 
 class ContinuumTable(ElementTable):

@@ -125,6 +125,7 @@ class Friction(NamedTuple):
     diagonal: np.ndarray  # friction -> place of its pivot
     angular: np.ndarray  # friction -> whether its travel is an angle
     one_way: np.ndarray  # friction -> whether it is free one way, and holds any force the other
+    switched: np.ndarray  # friction -> whether it is a row of a joint that switches
     follows: bool  # whether normal forces are reactions
     normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
     of_components: np.ndarray  # vector -> friction

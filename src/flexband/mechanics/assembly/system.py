@@ -108,8 +108,8 @@ def assemble(mechanism: Mechanism) -> System:
     state, mass = mechanism.state, mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     free = [strain for entries in mechanism.entries.values() for strain in entries.strains]
-    elements = {kind: ElementTable(free) for kind in ("beams", "cables")}
-    elements["continua"] = ContinuumTable()
+    continua = ContinuumTable()
+    elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
     for name, body in mechanism.bodies.items():
         velocity += naming(f"body {name!r}", body.velocities)
         if name in mechanism.members:
@@ -162,7 +162,7 @@ def assemble(mechanism: Mechanism) -> System:
         start=stack(mechanism.guess),
         velocity=stack(velocity),
         inverse_scale=stack(inertia.inverse_scale),
-        rigidity=stack([rigidity(**elements, mass=mass)]),
+        rigidity=stack([rigidity(elements["beams"], continua, elements["cables"], mass)]),
         regular_mass=stack(list(inertia.regular_mass.values())),
         sharing_mass=stack(list(inertia.sharing_mass().values())),
         metric=stack(inertia.metric()),

@@ -133,7 +133,7 @@ def _three(name: str, given: ArrayLike | Sequence) -> list:
     return list(given)
 
 
-def _matrix(name: str, given: ArrayLike | Sequence) -> list[ArrayLike]:
+def _matrix(name: str, given: ArrayLike | Sequence) -> list:
     """Return a matrix by rows, from its three rows or its diagonal."""
     rows = _three(name, given)
     if all(isinstance(row, list | tuple) for row in rows) or np.shape(given) == (3, 3):

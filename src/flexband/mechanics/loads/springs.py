@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from numpy.typing import ArrayLike
 
@@ -38,8 +38,10 @@ class SpringLoad(PairLoad):
     def _along(
         self, vectors: Sequence[Vector], rest: ArrayLike | None, drive: Drive, sign: float
     ) -> Entries:
-        table = drive if isinstance(drive, Characteristic) else None
-        pull = in_time("pull", drive if table is None else table.factor) * sign
+        table, pull = None, drive
+        if isinstance(drive, Characteristic):
+            table, pull = drive, drive.factor
+        pull = in_time("pull", cast(InTime, pull)) * sign
         numbers = (self.stiffness, rest, self.cubic, self.damping, pull, table)
         return Entries(springs=[SpringEntry(vectors, *numbers)])
 
@@ -47,7 +49,7 @@ class SpringLoad(PairLoad):
 def check_drive(name: str, drive: Drive) -> None:
     """Raise `InputError` if a pull or torque is none of a number, a function and a table."""
     if not isinstance(drive, Characteristic):
-        in_time(name, drive)
+        in_time(name, cast(InTime, drive))
 
 
 @frozen()

@@ -121,6 +121,20 @@ class Power(Sensor):
         return power
 
 
+@frozen()
+class SwitchingLoss(_Energy):
+    """The kinetic energy that a `Switched` joint has taken so far [J], each time it became active.
+
+    It is ½ Δvᵀ M Δv of the plastic impacts. Where several joints close at once, it is the part of
+    this one: half of its impulses times the speeds that they stop.
+    """
+
+    joint: str
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        return [sum(model.switching_losses(self.joint), Form({}))]
+
+
 def _polars(moved: Form, model: SensorModel) -> list[Polar]:
     """Return the terms of a variable that is an angle or an elongation; none of a coordinate."""
     row = max((j for _, j, _ in moved.terms), default=0)

@@ -12,6 +12,7 @@ from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation,
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PairJoint, PointName
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.joints.switched import Switched
 from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.shapes.contacts import add_pin, enlarged
@@ -67,6 +68,15 @@ def _(joint: Revolute, sketch: Sketch, name: str) -> None:
         sketch.mark(place, fill="hole", layer=7.0, part=f"joint {name!r}")
         sketch.name(name, place)
     _add_bearings(sketch, joint)
+
+
+@add_joint.register
+def _(joint: Switched, sketch: Sketch, name: str) -> None:
+    """Add the joint in a dashed ring, which says that it comes and goes."""
+    add_joint(joint.joint, sketch, name)
+    frame = LocalFrame(sketch.tracks.point(joint.first))
+    ring = in_points(frame, 11.0 * np.asarray(circle(1.0, 40)))
+    sketch.line(ring, color="drive", dash=(3, 3), layer=7.5, part=f"joint {name!r}")
 
 
 @add_joint.register

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def _(load: TorsionSpring, sketch: Sketch, name: str) -> None:
     frame, part, motor = LocalFrame(place), f"load {name!r}", not any(elements.values())
     if not motor:
         sketch.line(torsion(frame, **elements), layer=6.0, part=part)
-    drive = load.torque
+    drive: Any = load.torque
     if isinstance(drive, Characteristic):
         drive, motor = drive.factor, motor or drive.place is None
     if motor or callable(drive) or sketch.scene.start.number(drive):
@@ -205,7 +206,7 @@ def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     sketch.name(name, spot, color="load")
 
 
-def _sense(scene: Scene, moment: InTime) -> float:
+def _sense(scene: Scene, moment: Any) -> float:
     """Return 1 for a moment that turns counterclockwise at time zero, or else −1."""
     return 1.0 if _value(scene, moment) >= 0 else -1.0
 

@@ -320,6 +320,23 @@ def robot_arm(own):
     assert at(motion, "power")[-1] == pytest.approx(0.0, abs=1e-9)
 
 
+def gripper(own):
+    """The bar loses ½ m v² J/(J + m L²), carries the load on a circle, and lets it fall freely."""
+    motion = own.motion()
+    inertia = own.MASS * own.LENGTH**2 / 3
+    speed = np.sqrt(own.MASS * 9.81 * own.LENGTH / inertia) * own.LENGTH
+    lost = 0.5 * own.LOAD * speed**2 * inertia / (inertia + own.LOAD * own.LENGTH**2)
+    assert at(motion, "lost")[-1] == pytest.approx(lost, rel=1e-4)
+    t = motion.time.values
+    carried, flying = (t > own.SEIZED) & (t <= own.RELEASED), t > own.RELEASED + 0.01
+    for axis in "XY":
+        apart = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[carried]
+        np.testing.assert_allclose(apart, 0.0, atol=2e-5)
+        falling = np.diff(at(motion, f"load_{axis}")[flying], 2) / np.diff(t)[0] ** 2
+        np.testing.assert_allclose(falling, {"X": 0.0, "Y": -9.81}[axis], atol=1e-4)
+        assert np.all(at(motion, f"grip_{axis}")[t < own.SEIZED - 0.01] == 0.0)
+
+
 def hydraulic_cylinder(own):
     """Both flows are A v and the pressures hold the damper: (2A³/o²) v² + c v = A p."""
     motion = own.motion()
@@ -368,7 +385,7 @@ CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, robot_arm,
+    hydraulic_cylinder, stick_slip, robot_arm, gripper,
 )}  # fmt: skip
 
 

@@ -5,8 +5,6 @@ plastic impact, and later lets it go. The gripper and the rest of the load are j
 active in part of the time only.
 """
 
-import numpy as np
-
 import flexband as fb
 
 LENGTH, MASS, LOAD = 1.0, 3.0, 0.5  # m, kg

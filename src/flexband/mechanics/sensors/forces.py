@@ -135,6 +135,9 @@ class LawForce(Sensor):
     load: str
     units = (("_X", "N"), ("_Y", "N"), ("_M", "N m"))
 
+    def __post_init__(self) -> None:
+        check_instance("LawForce load", self.load, str, "the name of a load")
+
     def rows(self, model: SensorModel) -> Sequence[Form]:
         laws = {name: entries.laws for name, entries in model.entries.items() if entries.laws}
         if self.load not in laws:

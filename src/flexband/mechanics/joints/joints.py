@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -46,8 +46,10 @@ from flexband.mechanics.joints.joint import (
     straight,
 )
 from flexband.mechanics.kernels.forms import (
+    Composed,
     Form,
     Frame,
+    TimeFunction,
     Vector,
     add,
     angle,
@@ -434,25 +436,32 @@ class Slot(LineJoint):
 
 @frozen()
 class Distance(PairJoint):
-    """A rigid rod without mass between two points.
+    """A rigid rod without mass between two points, or a cylinder whose stroke is prescribed.
 
     Parameters
     ----------
     first, second : the points.
-    length : of the rod [m].
+    length : of the rod [m], or that of the cylinder as a function of the time [s].
 
     Raises
     ------
     InputError
-        If the length is not positive.
+        If the length is not positive, that of a cylinder at any time.
     """
 
     first: PointName
     second: PointName
-    length: ArrayLike
+    length: ArrayLike | TimeFunction
 
     def __post_init__(self) -> None:
-        check_positive("Distance length [m]", self.length)
+        if not callable(self.length):
+            check_positive("Distance length [m]", self.length)
+
+    def _length(self, outer: Callable[[np.ndarray], np.ndarray]) -> Form:
+        """Return a function of the length."""
+        if callable(self.length):
+            return Form.function(Composed(outer, self.length, "Distance length [m]"))
+        return Form.constant(outer(np.asarray(self.length, dtype=float)))
 
     def rods(self, frame: Resolve) -> list[Vector]:
         """Return d = r_first − r_second."""
@@ -461,10 +470,24 @@ class Distance(PairJoint):
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        length = np.asarray(self.length, dtype=float)
-        return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
+        return [dot(apart, apart) * self._length(_half_inverse) - self._length(_half)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ d/ℓ."""
         (apart,) = self.rods(frame)
-        return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)
+        return scale(-multipliers[0] * self._length(_inverse), apart)
+
+
+def _half(length: np.ndarray) -> np.ndarray:
+    """Return ℓ/2."""
+    return 0.5 * length
+
+
+def _half_inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/2ℓ."""
+    return 0.5 * _inverse(length)
+
+
+def _inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/ℓ; raise `InputError` if ℓ is not positive."""
+    return 1.0 / check_positive("Distance length [m]", length, rank=None)

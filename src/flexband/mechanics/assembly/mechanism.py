@@ -104,8 +104,8 @@ class Mechanism:
             self.forces(name)
         check_outputs(self.sensors)
         for name, sensor in self.sensors.items():
-            rows = naming(f"sensor {name!r}", sensor.rows, self)
-            naming(f"sensor {name!r}", check_forms, "rows", rows, self.state.rows)
+            rows, count = naming(f"sensor {name!r}", sensor.rows, self), len(self.watched)
+            naming(f"sensor {name!r}", check_forms, "rows", rows, self.state.rows + count)
 
     def _divided(self) -> dict[str, Body]:
         """Return the bodies, divided where joints and loads act."""
@@ -225,7 +225,7 @@ class Mechanism:
 
     @cached_property
     def state(self) -> State:
-        """The rows of the state z."""
+        """The rows of the state z before those of extremes, which may depend on all of them."""
         coordinates = sum(body.size for body in self.bodies.values())
         angles = sum(len(row.polar) for row in self.rows_with_multipliers)
         angles += 2 * sum(spring.torsion for _, spring in self.springs)
@@ -236,7 +236,6 @@ class Mechanism:
             len(self.following), points, sum(len(law.states) for law in self.laws),
             sum(2 * friction.normals for _, friction in self.frictions),
             sum(len(law.events) for law in self.laws),
-            sum(len(s.kinds(self)) for s in self.sensors.values() if isinstance(s, OverSteps)),
         )  # fmt: skip
 
     @cached_property
@@ -495,15 +494,11 @@ class Mechanism:
         first = sum(len(law.states) for law in self.laws[: self._before(load, "laws")])
         return Form.variable(self.state.law_state + first + names.index(name))
 
-    def contact_count(self, part: str) -> int:
-        """Return how many contacts a load or joint has."""
-        owners = [name for name, _ in self.contact_laws]
-        _within("part with contacts", part, dict.fromkeys(owners))
-        return owners.count(part)
-
     def contacts(self, part: str) -> list[ContactRows]:
         """Return the contacts of a load or joint."""
-        number, first = self.contact_count(part), self._before(part, "laws")
+        owners = [name for name, _ in self.contact_laws]
+        _within("part with contacts", part, dict.fromkeys(owners))
+        number, first = owners.count(part), self._before(part, "laws")
         before = sum(len(law.events) for law in self.laws[:first])
         count = (self.state.extreme - self.state.gap) // GAP_ROWS
         return [
@@ -536,7 +531,7 @@ class Mechanism:
         return [
             Watched(form, kind, sensor.times, sensor)
             for sensor in sensors
-            for form, kind in zip(sensor.watched(self), sensor.kinds(self), strict=True)
+            for form, kind in sensor.watched(self)
         ]
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:

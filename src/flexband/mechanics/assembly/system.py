@@ -105,7 +105,7 @@ def assemble(mechanism: Mechanism) -> System:
         are not allowed.
     """
     mechanism.warn_of_elements()
-    state, mass = mechanism.state, mechanism.mass
+    state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     elements = {"beams": ElementTable(), "continua": ContinuumTable(), "cables": ElementTable()}
     for name, body in mechanism.bodies.items():

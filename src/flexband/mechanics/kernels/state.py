@@ -68,7 +68,6 @@ class State(NamedTuple):
         law_states: int,
         components: int,
         gaps: int,
-        extremes: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
@@ -80,5 +79,9 @@ class State(NamedTuple):
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
         carried = multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)
-        parts = (*parts, GAP_ROWS * (gaps + frictions), 2 * extremes)
+        parts = (*parts, GAP_ROWS * (gaps + frictions), 0)
         return State(coordinates, *accumulate(parts))
+
+    def with_extremes(self, count: int) -> State:
+        """Return the rows with those of so many extremes and integrals."""
+        return self._replace(rows=self.extreme + 2 * count)

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.arguments import frozen
+from flexband.errors import check_instance
+from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form, during_impulse
+from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 
@@ -46,30 +49,43 @@ class PotentialEnergy(_Energy):
 
 
 @frozen()
-class Work(_Energy):
+class Work(OverSteps):
     """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 
-    It is integrated by the trapezoidal rule over the steps. An impulse, where the speed of a
-    prescribed motion jumps, does its work with the mean of the velocities before and after. If a
-    joint and a load have the same name, the joint is meant.
+    It is integrated by the trapezoidal rule over all steps, in an equilibrium over those on the way
+    to it. An impulse, where the speed of a prescribed motion jumps, does its work with the mean of
+    the velocities before and after. If a joint and a load have the same name, the joint is meant.
     """
 
     part: str
+    units = (("", "J"),)
+    in_equilibrium = True
+
+    def __post_init__(self) -> None:
+        check_instance("Work part", self.part, str, "the name of a load or joint")
+
+    @property
+    def fixed(self) -> None:
+        return None
+
+    def outputs(self) -> list[tuple[str, str]]:
+        return list(self.units)
+
+    def watched(self, model: SensorModel) -> list[tuple[Form, int]]:
+        kinds = (KINDS.work, KINDS.coordinate)
+        pairs = model.generalized_force(self.part)
+        return [(form, kind) for pair in pairs for form, kind in zip(pair, kinds, strict=True)]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        pairs = model.generalized_force(self.part)
-        rates = [Form({})] * len(pairs)
-        if self.part in model.joints:
-            rates = [_rate_in_impulse(variable, model) for _, variable in pairs]
-        return [force for force, _ in pairs] + [variable for _, variable in pairs] + rates
+        pairs = model.generalized_force(self.part) if self.part in model.joints else []
+        forces = [force for force, _ in pairs]
+        rates = [_rate_in_impulse(coordinate, model) for _, coordinate in pairs]
+        return [*model.over_steps(self)[::2], *forces, *rates]
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        force, moved, rate = np.split(rows, 3)
-        steps = 0.5 * (force[:, 1:] + force[:, :-1]) * np.diff(moved, axis=1)
-        steps += force[:, 1:] * rate[:, 1:]
-        work = np.zeros((1, *rows.shape[1:]))
-        np.cumsum(steps.sum(axis=0), axis=0, out=work[0, 1:])
-        return work
+        works, impulses = np.split(rows, [len(model.over_steps(self)) // 2])
+        force, rate = np.split(impulses, 2)
+        return (works.sum(axis=0) + np.cumsum((force * rate).sum(axis=0), axis=0))[None]
 
 
 def _rate_in_impulse(variable: Form, model: SensorModel) -> Form:

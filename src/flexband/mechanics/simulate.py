@@ -45,7 +45,7 @@ from flexband.mechanics.engine.step_check import (
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.sensors.averages import refuse_sums_over_steps, refuse_windows
+from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import started
 from flexband.progress import ProgressListener, listener, listening
 
@@ -217,8 +217,6 @@ def simulated(
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     free = integrator.step_limits(system.structure.state, grid.step)
-    if free:
-        refuse_sums_over_steps(mechanism.sensors)
     check_memory(
         system, count, threads or available_cores(), substeps, polynomials=free is not None
     )

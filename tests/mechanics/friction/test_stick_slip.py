@@ -133,7 +133,8 @@ def pendulum(moment, angle, rate=0.0):
         sensors={"angle": fb.Angle("rod"), "rate": fb.AngularVelocity("rod"),
                  "most": fb.sensors.Largest(fb.Position("rod"), window=(0.8, 9.0)),
                  "least": fb.sensors.Smallest(fb.Position("rod")),
-                 "M": FrictionForce("brake", angular=True)},
+                 "M": FrictionForce("brake", angular=True),
+                 "W": fb.Work("brake"), "T": fb.KineticEnergy(), "V": fb.PotentialEnergy()},
     )  # fmt: skip
 
 
@@ -150,6 +151,8 @@ def test_a_pendulum_with_a_brake_loses_the_work_of_its_friction_in_each_half_swi
         M * (second + third), rel=1e-5
     )
     angle = values(motion, "angle")
+    energy = values(motion, "T") + values(motion, "V")
+    np.testing.assert_allclose(values(motion, "W"), energy - energy[0], rtol=0, atol=2e-7)
     assert np.ptp(angle[-10:]) < 1e-13
     assert weight * abs(np.sin(angle[-1])) <= M
     assert abs(values(motion, "M")[-1]) == pytest.approx(weight * abs(np.sin(angle[-1])), rel=1e-8)

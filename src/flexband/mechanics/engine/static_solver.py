@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
-from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side
+from flexband.mechanics.kernels.equations import residual, sense, tangent, to_right_side, watch
+from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lanes import (
@@ -68,7 +69,10 @@ def settle(structure, values, work, outputs, failure, stop):
         store(z, state.acceleration + i, filled(0.0))
     moving = where(load(failure, 0), filled(0.0), filled(1.0))
     least, w = load(values.rigidity, 0), load(values.rigidity, 0)
+    begin_extremes(structure.extremes, state, z)
+    every = filled(1.0)
     for n in range(STATIC.iterations + 1):
+        watch(structure, values, now, work, filled(max(n - 1.0, 0.0)), filled(1.0 * n), every)
         sense(structure, values, now, z, outputs[n], work.blocks)
         if n == STATIC.iterations or any_true(load(stop, 0)) or not any_true(moving):
             break

@@ -25,7 +25,8 @@ from flexband.mechanics.kernels.lanes import (
 class Kinds(NamedTuple):
     """What is made of the values of a form.
 
-    Closings are how often it became negative. An instant with a number k added is the time of the
+    A work is ∫ Q dq, where the form is Q and the next one, a coordinate, is q. Closings are how
+    often it became negative. An instant with a number k added is the time of the
     k-th of them; instants 1, 2, … follow the closings of the same form.
     """
 
@@ -33,6 +34,8 @@ class Kinds(NamedTuple):
     smallest: int = 1
     integral: int = 2
     closings: int = 3
+    work: int = 4
+    coordinate: int = 5
     instant: int = 8
 
 
@@ -50,7 +53,7 @@ def begin_extremes(extremes, state, z):
     """Set integrals to zero, and extremes to NaN, as they are before their windows."""
     for k in range(len(extremes.kind)):
         kind = extremes.kind[k]
-        counted = kind in (KINDS.integral, KINDS.closings)
+        counted = kind in (KINDS.integral, KINDS.closings, KINDS.work)
         none = filled(0.0) if counted else filled(np.nan)
         store(z, state.extreme + k, none)
 
@@ -84,6 +87,10 @@ def update_extremes(extremes, windows, state, z, forms, before, time, chosen):
             slope = (value - latest) / length
             middle = latest + slope * (0.5 * (low + high) - before)
             part = where(less(before, time), covered * middle, filled(0.0))
+            new, inside = known + part, chosen
+        elif kind == KINDS.work:
+            moved = load(forms, k + 1) - load(z, result + count + k + 1)
+            part = where(less(before, time), 0.5 * (latest + value) * moved, filled(0.0))
             new, inside = known + part, chosen
         elif kind == KINDS.largest:
             new = where(less(value, known), known, value)

@@ -1,7 +1,4 @@
-"""Sensors of averages over a window of time, from integrals over all steps of the engine.
-
-Which sensors add up over other times than a result has is refused here, too.
-"""
+"""Sensors of averages over a window of time, from integrals over all steps of the engine."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
-from flexband.mechanics.sensors.energies import Work
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
@@ -97,16 +93,6 @@ def refuse_windows(sensors: Mapping[str, Sensor], begin: float, end: float, step
             raise InputError(
                 f"sensor {name!r}: a moving window of an Average must be a whole number of steps "
                 f"of the result, {step:g} s; got {length:g} s"
-            )
-
-
-def refuse_sums_over_steps(sensors: Mapping[str, Sensor]) -> None:
-    """Raise `InputError` for sensors that add up over steps, of which a result shows only some."""
-    for name, sensor in sensors.items():
-        if isinstance(sensor, Work):
-            raise InputError(
-                f"sensor {name!r}: Work is integrated over the steps of the result, and samples "
-                "choose shorter ones here; take the difference of energies instead"
             )
 
 

@@ -114,15 +114,12 @@ class Contacts(OverSteps):
         force = "N m" if self.angular else "N"
         return [("_number", ""), *instants, ("_force", force), ("_energy", "J")]
 
-    def kinds(self, model: SensorModel) -> list[int]:
-        instants = [KINDS.instant + k for k in range(1, self.first + 1)]
-        each = [KINDS.closings, *instants, KINDS.largest, KINDS.integral]
-        return each * model.contact_count(self.part)
-
-    def watched(self, model: SensorModel) -> list[Form]:
-        forms: list[Form] = []
+    def watched(self, model: SensorModel) -> list[tuple[Form, int]]:
+        kinds = [KINDS.closings, *(KINDS.instant + k for k in range(1, self.first + 1))]
+        forms: list[tuple[Form, int]] = []
         for c in contacts_of("Contacts", model, self.part, angular=self.angular):
-            forms += [*[c.mode] * (1 + self.first), c.force, -(c.force * c.rate)]
+            forms += [(c.mode, kind) for kind in kinds]
+            forms += [(c.force, KINDS.largest), (-(c.force * c.rate), KINDS.integral)]
         return forms
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:

@@ -6,7 +6,7 @@ The engine updates them at every step that it takes, however short.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers
@@ -26,6 +26,7 @@ class OverSteps(Sensor):
     sensor: Sensor
     window: Any
     kind: int
+    in_equilibrium: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         name = type(self).__name__
@@ -50,13 +51,9 @@ class OverSteps(Sensor):
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
 
-    def kinds(self, model: SensorModel) -> list[int]:
-        """Return what is made of each of the forms that are `watched`."""
-        return [self.kind] * len(self.outputs())
-
-    def watched(self, model: SensorModel) -> Sequence[Form]:
-        """Return the forms of which the engine makes something at every step."""
-        return self.sensor.rows(model)
+    def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
+        """Return the forms of which the engine makes something at every step, and what of each."""
+        return [(form, self.kind) for form in self.sensor.rows(model)]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.over_steps(self)
@@ -76,7 +73,7 @@ def check_window(name: str, window: tuple[float, float] | None) -> None:
 def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
     """Raise `InputError` for sensors that only a simulation has."""
     for name, sensor in sensors.items():
-        if isinstance(sensor, OverSteps):
+        if isinstance(sensor, OverSteps) and not sensor.in_equilibrium:
             kind = type(sensor).__name__
             raise InputError(
                 f"sensor {name!r}: {with_article(kind)} is over the steps of a simulation"

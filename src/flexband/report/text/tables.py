@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -300,12 +300,18 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
-    lines += between_remarks(bands)
-    if "remark" in bands.attrs:
-        lines.append(f"The bands are {bands.attrs['remark']}")
-    if "not_trusted" in bands.attrs:
-        lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
-    return lines
+    return [*lines, *between_remarks(bands), *_restrictions(bands.attrs)]
+
+
+def _restrictions(attrs: Mapping[Hashable, Any]) -> list[str]:
+    """Return for what bands hold, and which are not reliable."""
+    names = ", ".join(np.atleast_1d(attrs.get("constant_offsets", [])).tolist())
+    texts = {
+        "For constant offsets of pins and guides:": names,
+        "The bands are": attrs.get("remark"),
+        "Not reliable:": attrs.get("not_trusted"),
+    }
+    return [f"{begin} {text}" for begin, text in texts.items() if text]
 
 
 def between_remarks(bands: xr.Dataset) -> list[str]:

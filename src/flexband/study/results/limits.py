@@ -53,9 +53,14 @@ def has_limits_of_study(folder: Path) -> bool:
 
 
 def has_probability(surrogate: AnySurrogate) -> bool:
-    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
+    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted.
+
+    None is computed over a play.
+    """
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    return all(space.random_dimension and not compensators(space) for space in spaces)
+    return all(
+        space.random_dimension and not (compensators(space) or space.discs) for space in spaces
+    )
 
 
 def check_limits_in(

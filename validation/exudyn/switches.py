@@ -124,4 +124,4 @@ def cable_on_two_rolls(depth):
     model = fb.Mechanism(
         bodies=bodies, joints=joints, loads=loads, sensors={"r": fb.Position(before)}
     )
-    return fb.equilibrium(model, steps=10).sel(output="r_Y").values
+    return fb.equilibrium(model, steps=5).sel(output="r_Y").values

@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
+# Hundreds of processes import the same modules, so bytecode is kept even where that is turned off.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: install demo compare test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 

@@ -11,9 +11,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 from typer.testing import CliRunner
 
 import flexband as fb
+from benchmarks.play.linkages import Dyad, Linkage
 from flexband.cli import app
 from flexband.report import pdf
 from flexband.study.comparison import compare
@@ -381,11 +383,53 @@ def stick_slip(own):
     np.testing.assert_allclose(np.diff(begins)[1:], cycle, atol=np.diff(time)[0])
 
 
+def brake_squeal(own):
+    """The modes of the force on a pad in two coordinates, by complex steps."""
+
+    def force(q, mu):
+        total = np.array([0.0, -own.FORCE], dtype=q.dtype)
+        top = own.RADIUS - own.FORCE / own.LINING.stiffness
+        for angle, stiffness in own.SUPPORTS.values():
+            end = own.LENGTH * np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
+            arm = q - end - [0.0, top]
+            length = np.sqrt(arm @ arm)
+            total = total - stiffness * (length - own.LENGTH) * arm / length
+        away = np.sqrt(q @ q)
+        normal = own.LINING.stiffness * (own.RADIUS - away) / away
+        return total + normal * (q + mu * np.array([-q[1], q[0]]))
+
+    for mu in (0.2, 0.7):
+        rest = root(force, [0.0, own.RADIUS], args=(mu,), tol=1e-15).x
+        stiffness = [force(rest + 1e-30j * e, mu).imag / -1e-30 for e in np.eye(2)]
+        square = np.linalg.eigvals(np.transpose(stiffness) / own.MASS).astype(complex)
+        s = 1j * np.sqrt(square)
+        modes = own.modes(mu)
+        exact = np.sort_complex(np.where(s.imag < 0, -s, s) + 1e-6)
+        np.testing.assert_allclose(np.sort_complex(modes["eigenvalue"] + 1e-6), exact, rtol=1e-7)
+        assert modes["unstable"].any() == (mu > 0.45)
+
+
+def play(own):
+    """All pins move the rocker as the coupler's length does: bounds are ± 4 c |∂ψ/∂b|, ± 1 %."""
+    bands = own.study.run()["mean"].sel(output="rocker")
+    bar = (own.CRANK, 0.0), (own.GROUND, 0.0)
+    dyad = Dyad(("b", "c"), (own.COUPLER, own.ROCKER), (("crank", *bar[0]), ("ground", *bar[1])))
+    linkage = Linkage(own.CRANK, [dyad], ["c"], own.START + own.TURN * bands["time"].values)
+    longer = np.array([own.COUPLER, own.COUPLER + 1e-6])
+    slope = np.diff(linkage.outputs_at({}, b=longer)[:, 0], axis=0)[0] / 1e-6
+    np.testing.assert_allclose(bands[1] - bands[0], 8 * own.PLAY * np.abs(slope), rtol=0.01)
+    one = fb.propagate(own.response, {"C": fb.Play(own.PLAY)}, fb.AdaptivePCCI(1e-3))["mean"][:, 0]
+    hits = fb.simulate(own.generator(clearance=own.PLAY), duration=1.0, step=0.02).values[0]
+    depth = 2e-3 * (one[1] - one[0])  # of the contact
+    assert np.all((hits >= one[0] - depth) & (hits <= one[1] + depth))
+    assert float(np.ptp((hits - one.mean("bound")).values)) > 0.9 * float((one[1] - one[0]).min())
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, robot_arm, gripper,
+    hydraulic_cylinder, stick_slip, brake_squeal, play, robot_arm, gripper,
 )}  # fmt: skip
 
 

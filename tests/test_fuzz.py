@@ -68,8 +68,8 @@ def mechanism(**parts):
 
 
 def same(a):
-    """Return a number, or a field's value in the middle of the domain."""
-    return a(np.array([0.5]))[:, 0] if callable(a) else np.array(a)
+    """Return a number, the sum of a pair, or a field's value in the middle of the domain."""
+    return a(np.array([0.5]))[:, 0] if callable(a) else np.sum(np.atleast_2d(a), axis=0)
 
 
 def response(a, b):
@@ -396,5 +396,5 @@ def test_flags_are_true_or_false(name, flag):
 
 @pytest.mark.parametrize("name", ["modes", "modal_response"])
 def test_a_state_to_linearize_about_is_given_by_its_name(name):
-    with pytest.raises(fb.errors.InputError, match="about must be 'start' or 'equilibrium'; got"):
+    with pytest.raises(fb.errors.InputError, match=r"about must be 'start'.* '.*'; got"):
         CALLABLES[name](**usual(name) | {"about": np.ones(3)})

@@ -132,6 +132,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.fields.interval_field import IntervalField as IntervalField
     from flexband.uncertainty.inputs.fields.random_field import RandomField as RandomField
     from flexband.uncertainty.inputs.inputs import Input as Input, Interval as Interval
+    from flexband.uncertainty.inputs.play import GuidePlay as GuidePlay, Play as Play
     from flexband.uncertainty.methods.pcci import PCCI as PCCI, ImprovedPCCI as ImprovedPCCI
     from flexband.uncertainty.methods.scanning import (
         LHSScanning as LHSScanning,

@@ -48,6 +48,12 @@ ABSENT = (
         "currents and pressures are its first-order states.",
     ),
     Absent(
+        "pins whose play moves within a run",
+        "Clearance ClearanceJoint JointClearance",
+        "A Play is constant in each run. Its bounds hold for positions of a prescribed motion; for "
+        "forces and impacts, take Revolute(clearance=…, law=…).",
+    ),
+    Absent(
         "plates, shells and solids",
         "Plate Shell Solid Membrane FiniteElements Superelement CraigBampton",
         "Flexible members are beams and cables.",

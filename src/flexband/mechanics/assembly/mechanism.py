@@ -491,18 +491,24 @@ class Mechanism:
 
     def _contact_force(self, part: str) -> list[Form]:
         """Return the force and the moment of contacts on the first body, with the sign of λ."""
-        if self.entries[part].frictions:
-            raise InputError(
-                f"the reaction of {part!r}, which has clearance and friction, is not known in "
-                "global axes; use fb.contact.ContactForce and fb.contact.FrictionForce"
-            )
-        before = self._before(part, "laws")
-        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
-        points = [2 * n for n in range(len(self.entries[part].laws))]
+        rows = self._law_rows(part)
         return [
-            sum((Form.variable(row + 3 * p + axis) * -1.0 for p in points), Form({}))
-            for axis in range(3)
+            sum((Form.variable(row + axis) * -1.0 for row in rows), Form({})) for axis in range(3)
         ]
+
+    def _law_rows(self, part: str) -> list[int]:
+        """Return the row of z with the first force of each law of a part."""
+        before, laws = self._before(part, "laws"), self.entries[part].laws
+        points = itertools.accumulate((len(law.points) for law in laws), initial=0)
+        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
+        return [row + 3 * point for point in points][: len(laws)]
+
+    @cached_property
+    def rubbed_rows(self) -> dict[int, int]:
+        """Of each friction of a contact, the row of z with the force of the contact."""
+        rows = {name: iter(self._law_rows(name)) for name in self.entries}
+        frictions = enumerate(self.frictions)
+        return {k: next(rows[name]) for k, (name, f) in frictions if f.sliding.action}
 
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
         """Return the tension and the elongation of a translational or a torsion spring."""
@@ -576,22 +582,23 @@ class Mechanism:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 
         They are −Φ_qᵀλ of a joint, −T on the elongation of a spring, and the forces and moments of
-        a law on the positions and angles of its points.
+        a law on the positions and angles of its points, with those of friction in contacts.
         """
         _within("joint or load", part, {**self.joints, **self.loads})
+        frictions = enumerate(self.frictions)
+        alone = [k for k, (owner, f) in frictions if owner == part and not f.sliding.action]
         if part in self.joints and part not in self.entries:
             _, multipliers = self.joint(part)
             owners = (owner for owner, _ in self.constraints)
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
                     if o == f"joint {part!r}"]  # fmt: skip
-            rows += [travel for _, travel in self._travels(part)]
+            rows += [self.travel_forms[k] for k in alone]
             force = constraint_force(rows, multipliers)
             return [(form, Form.variable(j)) for j, form in force.items()]
         pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
-        for k, travel in self._travels(part):
-            multiplier = Form.variable(self.state.friction + k)
-            force = constraint_force([travel], [multiplier])
-            pairs += [(form, Form.variable(j)) for j, form in force.items()]
+        multipliers = [Form.variable(self.state.friction + k) for k in alone]
+        force = constraint_force([self.travel_forms[k] for k in alone], multipliers)
+        pairs += [(form, Form.variable(j)) for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)
@@ -604,7 +611,7 @@ class Mechanism:
             moved = (*frame.position, Form.variable(angle + p))
             row = self.state.law + 3 * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
-        return pairs
+        return [(force, moved) for force, moved in pairs if moved.terms]
 
     @cached_property
     def polars(self) -> dict[int, list[Polar]]:
@@ -621,22 +628,6 @@ class Mechanism:
             terms = [Polar(first, one, length=not others), *(Polar(v, -one) for v in others)]
             polars[self.state.elongation + k] = terms
         return polars
-
-    def _travels(self, part: str) -> list[tuple[int, Form]]:
-        """Return the number and the travel of each friction of a part.
-
-        Raises
-        ------
-        InputError
-            If it is between circles, whose travel is not a form.
-        """
-        travels = []
-        for k, (owner, friction) in enumerate(self.frictions):
-            if owner == part and friction.sliding.orbit:
-                raise InputError(f"{part!r} has friction between circles, whose work is not known")
-            if owner == part:
-                travels.append((k, self.travel_forms[k]))
-        return travels
 
     # --- inertia ----------------------------------------------------------------------------
 

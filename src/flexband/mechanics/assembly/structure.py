@@ -134,6 +134,9 @@ class Friction(NamedTuple):
     is_orbit: np.ndarray  # term -> whether it is such a one
     circular: np.ndarray  # friction -> whether it has such terms
     centres: np.ndarray  # such a term -> vector between the centres
+    rubbed: np.ndarray  # frictions of contacts
+    contact_force: np.ndarray  # such a one -> row of z with the force of its contact
+    action: int  # first of three vectors of each of these, see `contact.geometry.travel.Action`
 
 
 class WatchedForms(NamedTuple):
@@ -216,6 +219,7 @@ class FrictionValues(NamedTuple):
     rise: np.ndarray  # µs − µk while it slides
     viscous: np.ndarray  # c
     inverse_square: np.ndarray  # 1/v²
+    radius: np.ndarray  # of the first circle in contacts, see `contact.geometry.travel.Action`
 
 
 class Values(NamedTuple):

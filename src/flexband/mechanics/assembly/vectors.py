@@ -237,7 +237,7 @@ class VectorTables(NamedTuple):
     vectors: VectorTable
     springs: SpringTable
     laws: LawTable
-    centres: int  # number of the first vector between centres of circles that have friction
+    actions: int  # number of the first vector of contacts that have friction
 
     @staticmethod
     def of(mechanism: Mechanism) -> VectorTables:
@@ -245,8 +245,8 @@ class VectorTables(NamedTuple):
 
         Vectors with angles come first: those of constraints and of friction, of torsion springs, of
         points of laws and of moments. Those of translational springs, the positions of points of
-        laws, the directions of following forces, those between centres of circles that have
-        friction, and what turns with bodies and rods come after them.
+        laws, the directions of following forces, those of where friction acts in contacts, and what
+        turns with bodies and rods come after them.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
@@ -263,10 +263,10 @@ class VectorTables(NamedTuple):
             [vector for spring in springs if not spring.torsion for vector in spring.vectors],
             [frame.position for frame in points],
             [force.direction for force in mechanism.following],
-            [f.sliding.centres for _, f in mechanism.frictions if f.sliding.centres],
+            [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, centres, turning, _ = starts(
+        _, torsion, normal, _, straight, position, direction, actions, turning, _ = starts(
             parts
         ).tolist()
         vectors = VectorTable(
@@ -283,5 +283,5 @@ class VectorTables(NamedTuple):
             vectors,
             SpringTable(springs, elongations, vectors.groups),
             LawTable(mechanism.laws, normal, position, vectors.groups, len(mechanism.frictions)),
-            centres,
+            actions,
         )

@@ -84,7 +84,7 @@ class FrictionEntry(NamedTuple):
     Attributes
     ----------
     sliding : the travel s.
-    law : of the friction, for the travel of the surfaces.
+    law : of the friction, for the travel of the surfaces, or µ.
     normal : returns vectors whose lengths add up to the normal force, from the multipliers of a
         joint or the forces of the contacts of its part.
     normals : number of these vectors.
@@ -97,7 +97,7 @@ class FrictionEntry(NamedTuple):
     """
 
     sliding: Travel
-    law: Coulomb
+    law: Friction
     normal: Callable[[Sequence[Form]], Sequence[Vector]]
     normals: int = 1
     lever: ArrayLike = 1.0
@@ -109,13 +109,13 @@ class FrictionEntry(NamedTuple):
     @property
     def whole_travel(self) -> Form:
         """The travel, with the orbit for a distance of 1."""
-        travel, orbit, _ = self.sliding
+        travel, _, orbit = self.sliding
         return travel + orbit if orbit else travel
 
     @property
     def numbers(self) -> tuple[ArrayLike, ...]:
         """µs, µk, µs − µk while it slides, c and 1/v² for s."""
-        law, lever = self.law, np.asarray(self.lever, dtype=float)
+        law, lever = as_coulomb("friction", self.law), np.asarray(self.lever, dtype=float)
         kinetic, static = (
             lever * self.factor(np.asarray(law.kinetic if mu is None else mu, dtype=float))
             for mu in (law.kinetic, law.static)
@@ -127,6 +127,6 @@ class FrictionEntry(NamedTuple):
         return static, kinetic, static - kinetic, viscous, inverse**2
 
 
-def rubbing(friction: Coulomb | None, sliding: Travel) -> FrictionEntry | None:
+def rubbing(friction: Friction | None, sliding: Callable[[], Travel]) -> FrictionEntry | None:
     """Return the friction of a contact along a travel; `contact_entries` sets its normal force."""
-    return None if friction is None else FrictionEntry(sliding, friction, lambda forces: [])
+    return None if friction is None else FrictionEntry(sliding(), friction, lambda forces: [])

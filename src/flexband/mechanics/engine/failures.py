@@ -137,21 +137,23 @@ def _massless(system: System) -> str:
     return f"a body without mass or inertia ({', '.join(map(repr, names))})"
 
 
+def rough(system: System, *, switched: bool = False) -> str:
+    """Return the parts that have friction, or the joints that switch."""
+    names = (name for name, f in system.mechanism.frictions if bool(f.active) == switched)
+    return " or ".join(dict.fromkeys(map(repr, names)))
+
+
 def _jam(system: System) -> str:
     """Return why friction, or a joint that switches, has no consistent motion."""
-    frictions, reasons = system.mechanism.frictions, []
-    rough, switched = (
-        " or ".join(dict.fromkeys(repr(name) for name, f in frictions if bool(f.active) == kind))
-        for kind in (False, True)
-    )
-    if switched:
+    reasons = []
+    if joints := rough(system, switched=True):
         reasons.append(
-            f"joint {switched} becomes active farther from its place than its tolerance, or "
+            f"joint {joints} becomes active farther from its place than its tolerance, or "
             "contradicts other joints"
         )
-    if rough:
+    if parts := rough(system):
         reasons.append(
-            f"friction of {rough} jams: with it no motion is consistent "
+            f"friction of {parts} jams: with it no motion is consistent, or several are "
             "(Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
             "avoids that; or let what is pressed together be elastic"
         )

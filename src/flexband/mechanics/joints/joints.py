@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,7 @@ from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     check_angle,
+    check_finite,
     check_flag,
     check_non_negative,
     check_positive,
@@ -33,11 +35,13 @@ from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
+    Offset,
     PairJoint,
     PointName,
     Resolve,
     along,
     check_axis,
+    checked_offset,
     couple,
     straight,
 )
@@ -91,7 +95,7 @@ class LineJoint(PairJoint):
     def _travel(self, frame: Resolve) -> Travel:
         """Return the travel along the line."""
         x, y = self.axis
-        return travel_on_line(frame(self.first), frame(self.second), (-y, x))
+        return Travel(travel_on_line(frame(self.first), frame(self.second), (-y, x)).travel)
 
     def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
@@ -113,12 +117,14 @@ class Revolute(PairJoint):
     radius : of the pin [m]: without friction it matters for drawings alone.
     friction : `contact.Coulomb` or µ, or None for none. Without clearance, the moment of friction
         is r R sin(arctan µ) with the radius r and the resultant R of the reaction.
+    offset : from the first point to the pin, in the axes of the first body [m]: a pair of numbers,
+        such as the value of a `Play`.
 
     Raises
     ------
     InputError
-        If the clearance or the radius is not positive, there is one of clearance and law only, or
-        friction without a radius.
+        If the clearance or the radius is not positive, there is one of clearance and law only,
+        friction without a radius, or an offset that is no pair, or beside a clearance.
     """
 
     first: PointName
@@ -127,9 +133,11 @@ class Revolute(PairJoint):
     law: NormalLaw | None = None
     radius: ArrayLike = 0.0
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         _check_clearance("Revolute", self.clearance, self.law)
+        _check_offset("Revolute", self.offset, self.clearance)
         check_non_negative("Revolute radius [m]", self.radius)
         if self.friction is not None:
             as_coulomb("Revolute friction", self.friction)
@@ -139,11 +147,8 @@ class Revolute(PairJoint):
         """Return the contact of the pin in the hole."""
         if self.clearance is None or self.law is None:
             return []
-        friction = None
-        if self.friction is not None:
-            radius = np.asarray(self.radius, dtype=float)
-            travel = travel_on_circle(frame(self.first), frame(self.second), -radius)
-            friction = rubbing(as_coulomb("Revolute friction", self.friction), travel)
+        points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
+        friction = rubbing(self.friction, partial(travel_on_circle, *points, -radius))
         return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
@@ -154,7 +159,7 @@ class Revolute(PairJoint):
         return [
             FrictionEntry(
                 Travel(turn),
-                as_coulomb("Revolute friction", self.friction),
+                self.friction,
                 lambda multipliers: [(multipliers[0], multipliers[1])],
                 lever=self.radius,
                 factor=lambda mu: np.sin(np.arctan(mu)),
@@ -166,7 +171,8 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        return list(subtract(frame(self.first).position, frame(self.second).position))
+        pin = frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
+        return list(subtract(pin.position, frame(self.second).position))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
@@ -187,6 +193,13 @@ def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | No
     if clearance is not None:
         check_positive(f"{name} clearance [m]", clearance)
         check_law(f"{name} law", law)
+
+
+def _check_offset(name: str, offset: Offset, clearance: ArrayLike | None) -> None:
+    """Raise `InputError` if an offset is no pair, or beside a clearance, which leaves it free."""
+    numbers = checked_offset(f"{name} offset", offset)
+    if clearance is not None and any(np.any(number != 0) for number in numbers):
+        raise InputError(f"{name} needs one of clearance and offset; got both")
 
 
 def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -261,13 +274,15 @@ class Prismatic(LineJoint, AlignedJoint):
     friction : `contact.Coulomb` or µ, or None for none. Without clearance the normal forces are
         |N/2 ± M/ℓ| at the ends of the slider, with the force N across the line, the moment M and
         the length ℓ.
+    offset : of the slider to the left of the axis [m], and the angle that it turns further [rad]: a
+        pair of numbers, such as the value of a `GuidePlay`.
 
     Raises
     ------
     InputError
         If the axis has no length, a number is out of its range, there are not both of clearance and
-        law, or no length where it is needed and, when the mechanism is made, if the line or a
-        slider with friction is on a flexible member.
+        law, or no length where it is needed, the offset is no pair or beside a clearance and, when
+        the mechanism is made, if the line or a slider with friction is on a flexible member.
     """
 
     first: PointName
@@ -279,9 +294,11 @@ class Prismatic(LineJoint, AlignedJoint):
     height: ArrayLike = 0.0
     law: NormalLaw | None = None
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
+        _check_offset("Prismatic", self.offset, self.clearance)
         check_angle("Prismatic angle", self.angle)
         _check_clearance("Prismatic", self.clearance, self.law)
         check_non_negative("Prismatic height [m]", self.height)
@@ -314,11 +331,11 @@ class Prismatic(LineJoint, AlignedJoint):
                     centre=(corner_x, corner_y),
                     height=-(side + np.asarray(self.clearance)),
                 )
-                friction = None
-                if self.friction is not None:
-                    corner = frame(self.first).moved(corner_x, corner_y)
-                    travel = travel_on_line(corner, frame(self.second), (wall * y, -wall * x))
-                    friction = rubbing(as_coulomb("Prismatic friction", self.friction), travel)
+                corner = frame(self.first).moved(corner_x, corner_y)
+                lever = subtract(corner.position, frame(self.first).position)
+                normal = wall * y, -wall * x
+                travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+                friction = rubbing(self.friction, travel)
                 contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
@@ -334,8 +351,7 @@ class Prismatic(LineJoint, AlignedJoint):
             half, couple = multipliers[0] * 0.5, multipliers[1] * inverse
             return [(half + couple, Form({})), (half - couple, Form({}))]
 
-        law = as_coulomb("Prismatic friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, ends, normals=2)]
+        return [FrictionEntry(self._travel(frame), self.friction, ends, normals=2)]
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections, nothing with clearance."""
@@ -348,7 +364,12 @@ class Prismatic(LineJoint, AlignedJoint):
         """
         if self.clearance is not None:
             return []
-        return [*super().constraints(frame), cross(*self._normals(frame))]
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset[0], dtype=float), cross(*self._normals(frame))]
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        turn = np.asarray(self.angle) + np.asarray(self.offset[1])
+        return turned(frame(self.second).normal, turn), frame(self.first).normal
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
@@ -374,21 +395,25 @@ class Slot(LineJoint):
     second : a point of the slot's line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
     friction : `contact.Coulomb` or µ against the reaction, or None for none.
+    offset : of the pin to the left of the axis [m]: one number, since the body may rotate. An
+        ``Interval(-c, c)`` is the play of the pin.
 
     Raises
     ------
     InputError
-        If the axis has no length, friction is negative and, when the mechanism is made, if the line
-        is on a flexible member.
+        If the axis has no length, friction is negative, the offset is not finite and, when the
+        mechanism is made, if the line is on a flexible member.
     """
 
     first: PointName
     second: PointName
     axis: tuple[float, float] = (1.0, 0.0)
     friction: Friction | None = None
+    offset: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         check_axis("Slot axis", self.axis)
+        check_finite("Slot offset [m]", self.offset)
         if self.friction is not None:
             as_coulomb("Slot friction", self.friction)
 
@@ -396,8 +421,13 @@ class Slot(LineJoint):
         """Return that of the pin."""
         if self.friction is None:
             return []
-        law = as_coulomb("Slot friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, lambda m: [(m[0], Form({}))])]
+        along = self._travel(frame)
+        return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return n · (r_first − r_second) less the offset."""
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset, dtype=float)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line."""

@@ -14,7 +14,12 @@ from flexband.mechanics.kernels.elements.elastic import (
     update_free_strains,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
-from flexband.mechanics.kernels.friction import add_friction, add_jacobian, update_friction
+from flexband.mechanics.kernels.friction import (
+    add_friction,
+    add_jacobian,
+    add_to_contacts,
+    update_friction,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     clear,
@@ -143,11 +148,14 @@ def residual(structure, values, now, z, r, memory):
 
 @compiled
 def loads(structure, values, now, z, r, memory):
-    """Set r to the loads alone, see `add_loads`."""
+    """Set r to the loads of `add_loads` and friction alone."""
     state = structure.state
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     add_loads(structure, values, now, z, r, memory)
+    if state.angle > state.friction:
+        update_friction(structure, values, now, z, r)
+        add_friction(structure, values, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
@@ -199,6 +207,7 @@ def prepare(structure, values, now, z, memory):
             structure.laws, values.laws, structure.vectors, values.vectors, state,
             values.functions, now, z, memory,
         )  # fmt: skip
+        add_to_contacts(structure, values, z)
 
 
 @compiled

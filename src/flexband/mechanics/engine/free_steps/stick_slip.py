@@ -42,6 +42,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 class StickOptions(NamedTuple):
@@ -119,7 +120,7 @@ def update_margins(structure, values, now, work, limits, step):
     state, z, none = structure.state, work.z, filled(0.0)
     count, mode, _, speed, normal = friction_rows(state)
     if count > 0:
-        gaps = (state.extreme - state.gap) // 4
+        gaps = (state.extreme - state.gap) // GAP_ROWS
         first = state.gap + gaps - count
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)

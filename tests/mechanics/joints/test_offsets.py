@@ -61,6 +61,11 @@ def test_only_positions_of_a_prescribed_motion_carry_requirements():
     ):
         with pytest.raises(InputError, match="rate are for constant offsets of pins and guides"):
             judge(fb.Limit("rate", below=10.0))
+    held = {name: fb.Play(1e-3, constant=True) for name in inputs}
+    surrogate = fb.expand(response, held, fb.methods.RegressionPCCI(1))
+    check = fb.analysis.check_limits(surrogate, fb.Limit("rate", below=10.0))
+    assert check["verdict"].values.tolist() == ["kept"]
+    assert "constant_offsets" not in surrogate.bands().attrs
 
 
 def test_a_free_motion_has_no_instantaneous_outputs():

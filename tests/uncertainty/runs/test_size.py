@@ -1,4 +1,4 @@
-"""Outputs whose squares vanish are refused, unless they are rounding errors of others."""
+"""Outputs whose squares vanish are refused, but not rounding errors of others in their unit."""
 
 import numpy as np
 import pytest

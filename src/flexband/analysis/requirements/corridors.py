@@ -59,7 +59,8 @@ def check_instantaneous(
             raise InputError(
                 f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides, "
                 "on which no requirement can rest; those of positions of a mechanism whose motion "
-                "is prescribed hold in general"
+                "is prescribed hold in general. State constant=True for a play that a load holds "
+                "on one side"
             )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers, check_option, check_positive
+from flexband.errors import InputError, check_flag, check_numbers, check_option, check_positive
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, farthest
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
@@ -27,6 +27,7 @@ class FreePair(Input):
     """
 
     random = False
+    constant: bool
     size_name: ClassVar[str]
     parts: ClassVar[tuple[str, str]]
     in_disc: ClassVar[bool] = False
@@ -38,6 +39,7 @@ class FreePair(Input):
         if not isinstance(size, Interval):
             size = float(check_numbers(label, size))
             object.__setattr__(self, self.size_name, size)
+        check_flag(f"{type(self).__name__} constant", self.constant)
         check_positive(label, np.array(size.lower if isinstance(size, Interval) else size))
 
     @property
@@ -101,11 +103,13 @@ class Play(FreePair):
     radius : of the hole less that of the pin; of an `Interval`, as of wear, the largest counts.
     within : where pins are in a production, for probabilities: uniform in the "disc", or on its
         "rim", where forces hold them.
+    constant : whether the vector is known to be constant during a motion, as where a load holds the
+        pin on one side. Requirements on forces and on free motions rest on this.
 
     Raises
     ------
     InputError
-        If the radius is not positive, or `within` is something else.
+        If the radius is not positive, or another argument is not allowed.
 
     Examples
     --------
@@ -117,6 +121,7 @@ class Play(FreePair):
 
     radius: float | Interval
     within: str = "disc"
+    constant: bool = False
 
     size_name = "radius"
     parts = ("x", "y")
@@ -149,6 +154,7 @@ class GuidePlay(FreePair):
     ----------
     clearance : c on each side; of an `Interval` the largest counts.
     length : ℓ of the slider.
+    constant : as in `Play`.
 
     Raises
     ------
@@ -165,6 +171,7 @@ class GuidePlay(FreePair):
 
     clearance: float | Interval
     length: float
+    constant: bool = False
 
     size_name = "clearance"
     parts = ("offset", "angle")

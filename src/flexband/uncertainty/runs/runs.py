@@ -298,8 +298,8 @@ class CountedRuns:
         return {**counts, **texts, **reached(xi), **self._constant_offsets()}
 
     def _constant_offsets(self) -> dict[str, list[str]]:
-        """Return the outputs whose bounds hold for plays that are constant in each run only."""
-        plays = self.space.plays
+        """Return the outputs whose bounds take plays as constant that are not known to be."""
+        plays = [pair for pair in self.space.plays.values() if not pair.constant]
         names = self.start.of_nominal(self.response.instantaneous) if plays else None
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}

@@ -15,7 +15,7 @@ from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
-from flexband.report.text.parts import parts_table, predictable_part
+from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Verdict
 from flexband.words import number_of
@@ -63,7 +63,7 @@ def print_result(
     verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
     sampled = result.parts
-    shown = predictable_part(study.display.data(result.bands), sampled)
+    shown = tables.predictable_part(study.display.data(result.bands), sampled)
     table = None if shown is None else tables.summary_table(shown, result.verification)
     parts = None if sampled is None else parts_table(sampled)
     answer = answer_of(study, result) if reported else []
@@ -82,8 +82,8 @@ def print_result(
         print_text("")
     if table is not None:
         print_table(title, table)
-    if parts is not None:
-        print_table("Distribution over the parts (95 % confidence)", parts)
+    if sampled is not None and parts is not None:
+        print_table(f"Distribution over {sampling_line(sampled)} (95 % confidence)", parts)
     files = [f"Report: {result.folder / FileName.REPORT}"] * reported
     kinds: dict[str, str] = {
         FileName.SURROGATE: "Model: ",

@@ -12,9 +12,8 @@ from flexband.report.page.inputs import inputs_table
 from flexband.report.page.page_file import write_given
 from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
-from flexband.report.page.verdict import uncertain_ones, verdict
+from flexband.report.page.verdict import head_of, uncertain_ones, verdict
 from flexband.report.text import tables
-from flexband.report.text.parts import horizon_line, sampling_line
 from flexband.study.folder import StudyFolder
 from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
@@ -43,7 +42,7 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
         "remarks": remarks(study, result),
         **given_by(study, _inputs(study, result), result.surrogate, file,
                    seconds=result.seconds_per_run),
-        **_head(result),
+        **head_of(result),
         "signed": signed([folder / name for name in result.result_files]),
     }  # fmt: skip
     try_write(lambda: write_given(folder, given))
@@ -63,7 +62,7 @@ def answer_of(study: Study, result: StudyResult) -> list[str]:
     inputs = inputs_table(_inputs(study, result), study.display)
     check = result.limits
     shares = uncertain_ones(result.contributions, inputs)
-    return verdict(_head(result), result.bands, result.verification, shares, check)
+    return verdict(head_of(result), result.bands, result.verification, shares, check)
 
 
 def remarks(study: Study, result: StudyResult) -> list[str]:
@@ -71,19 +70,9 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
     if result.parts is not None:  # no advice on bands helps
-        return [*tables.failures(result.bands), sampling_line(result.parts)]
+        return tables.failures(result.bands)
     about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]
-
-
-def _head(result: StudyResult) -> dict[str, Any]:
-    """Return what the first lines of a report need that is in no other file."""
-    unpredictable = "" if result.parts is None else horizon_line(result.parts)
-    return {
-        "doubts": result.doubts,
-        "unchecked": result.limits_unchecked,
-        "unpredictable": unpredictable,
-    }
 
 
 def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:

@@ -19,7 +19,6 @@ from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
-from flexband.report.text.parts import predictable_part
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
@@ -68,7 +67,7 @@ def write_report(
     )
     parts = read_answer(folder, "parts") if given.get("unpredictable") else None
     uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
-    predictable = predictable_part(bands, parts)
+    predictable = tables.predictable_part(bands, parts)
     nominal = nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
     charts = chart_data(bands, nominal, contributions, limits, display.input_units())

@@ -15,9 +15,11 @@ from flexband.report.page.matters import what_matters
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
+from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.study.results.limits import LimitCheck
 from flexband.study.results.reliability import Doubt
+from flexband.study.results.result import StudyResult
 from flexband.words import number_of
 
 
@@ -33,6 +35,16 @@ def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr
 def why_unreliable(doubts: Sequence[Doubt]) -> list[str]:
     """Return why no number of a result is reliable; nothing if they are."""
     return [doubt_text(doubt) for doubt in doubts if doubt.unreliable]
+
+
+def head_of(result: StudyResult) -> dict[str, Any]:
+    """Return what the first lines of a report need that is in no other file."""
+    unpredictable = "" if result.parts is None else horizon_line(result.parts)
+    return {
+        "doubts": result.doubts,
+        "unchecked": result.limits_unchecked,
+        "unpredictable": unpredictable,
+    }
 
 
 def verdict(

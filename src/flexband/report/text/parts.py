@@ -35,17 +35,6 @@ def sampling_line(parts: xr.Dataset) -> str:
     return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}"
 
 
-def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
-    """Return the bands of outputs that are predictable for the whole run; None without any."""
-    if parts is None:
-        return bands
-    every = parts["predictable"]
-    every = every.all("choice") if "choice" in every.dims else every
-    if "output" not in every.dims:
-        return bands if every.all() else None
-    return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
-
-
 def parts_table(parts: xr.Dataset) -> Table:
     """Return quantiles of each number that varies, with their intervals, and what it depends on."""
     if "choice" in parts.dims:

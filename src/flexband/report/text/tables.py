@@ -227,6 +227,17 @@ def checked_in_words(checked: xr.Dataset) -> str:
     return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
+def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
+    """Return the bands of outputs that are predictable for the whole run; None without any."""
+    if parts is None:
+        return bands
+    every = parts["predictable"]
+    every = every.all("choice") if "choice" in every.dims else every
+    if "output" not in every.dims:
+        return bands if every.all() else None
+    return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
+
+
 def failures(bands: xr.Dataset) -> list[str]:
     """Return how many runs failed, as a sentence; none if none did."""
     failed, runs = bands.attrs.get("runs_failed", 0), bands.attrs.get("runs", 0)

@@ -47,10 +47,10 @@ def allocate(
 ) -> xr.Dataset:
     """Return the cheapest tolerances with which limits are kept at every instant.
 
-    Tolerances are half the widths of interval inputs around their midpoints, and standard
-    deviations of random inputs; those of the surrogate are the largest that are considered. Limits
-    are kept for all values of the interval inputs, by μ ± kσ over the random inputs, and, without
-    these, by the response itself.
+    Tolerances are half the widths of interval inputs around their midpoints, radii of plays, and
+    standard deviations of random inputs; those of the surrogate are the largest that are
+    considered. Limits are kept for all values of the interval inputs, by μ ± kσ over the random
+    inputs, and, without these, by the response itself.
 
     The surrogate is narrowed to find the tolerances. With a `response`, runs are made at the worst
     places of the instants that bind; where they differ from the surrogate, the limits are shifted

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -307,6 +308,37 @@ def controlled_arm(own):
     assert at(motion, "integral")[-1] * own.INTEGRAL == pytest.approx(moment, rel=1e-3)
 
 
+def robot_arm(own):
+    """At rest the links are at the sums of the angles, and the integral carries the hand."""
+    motion, angles = own.motion(), np.cumsum([np.pi / 3, -np.pi / 2, own.WRIST])
+    tip = np.array(own.LENGTHS) @ np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    np.testing.assert_allclose([at(motion, f"tip_{axis}")[-1] for axis in "XY"], tip, atol=1e-4)
+    section = own.SECTION["height"] * own.SECTION["width"] * own.SECTION["density"]
+    _, lower, hand = section * 9.81 * np.array(own.LENGTHS)
+    moment = hand * own.LENGTHS[2] / 2 * np.cos(angles[2])
+    assert at(motion, "i")[-1] * own.GAINS[1] == pytest.approx(moment, rel=1e-2)
+    moment += (lower / 2 + hand) * own.LENGTHS[1] * np.cos(angles[1])
+    assert at(motion, "M")[-1] == pytest.approx(moment, rel=1e-2)
+    assert at(motion, "power")[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def gripper(own):
+    """The bar loses ½ m v² J/(J + m L²), carries the load on a circle, and lets it fall freely."""
+    motion = own.motion()
+    inertia = own.MASS * own.LENGTH**2 / 3
+    speed = np.sqrt(own.MASS * 9.81 * own.LENGTH / inertia) * own.LENGTH
+    lost = 0.5 * own.LOAD * speed**2 * inertia / (inertia + own.LOAD * own.LENGTH**2)
+    assert at(motion, "lost")[-1] == pytest.approx(lost, rel=1e-4)
+    t = motion.time.values
+    carried, flying = (t > own.SEIZED) & (t <= own.RELEASED), t > own.RELEASED + 0.01
+    for axis in "XY":
+        apart = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[carried]
+        np.testing.assert_allclose(apart, 0.0, atol=1e-4)
+        falling = np.diff(at(motion, f"load_{axis}")[flying], 2) / np.diff(t)[0] ** 2
+        np.testing.assert_allclose(falling, {"X": 0.0, "Y": -9.81}[axis], atol=1e-4)
+        assert np.all(at(motion, f"grip_{axis}")[t < own.SEIZED - 0.01] == 0.0)
+
+
 def hydraulic_cylinder(own):
     """Both flows are A v and the pressures hold the damper: (2A³/o²) v² + c v = A p."""
     motion = own.motion()
@@ -351,6 +383,32 @@ def stick_slip(own):
     np.testing.assert_allclose(np.diff(begins)[1:], cycle, atol=np.diff(time)[0])
 
 
+def brake_squeal(own):
+    """The modes of the force on a pad in two coordinates, by complex steps."""
+
+    def force(q, mu):
+        total = np.array([0.0, -own.FORCE], dtype=q.dtype)
+        top = own.RADIUS - own.FORCE / own.LINING.stiffness
+        for angle, stiffness in own.SUPPORTS.values():
+            end = own.LENGTH * np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
+            arm = q - end - [0.0, top]
+            length = np.sqrt(arm @ arm)
+            total = total - stiffness * (length - own.LENGTH) * arm / length
+        away = np.sqrt(q @ q)
+        normal = own.LINING.stiffness * (own.RADIUS - away) / away
+        return total + normal * (q + mu * np.array([-q[1], q[0]]))
+
+    for mu in (0.2, 0.7):
+        rest = root(force, [0.0, own.RADIUS], args=(mu,), tol=1e-15).x
+        stiffness = [force(rest + 1e-30j * e, mu).imag / -1e-30 for e in np.eye(2)]
+        square = np.linalg.eigvals(np.transpose(stiffness) / own.MASS).astype(complex)
+        s = 1j * np.sqrt(square)
+        modes = own.modes(mu)
+        exact = np.sort_complex(np.where(s.imag < 0, -s, s) + 1e-6)
+        np.testing.assert_allclose(np.sort_complex(modes["eigenvalue"] + 1e-6), exact, rtol=1e-7)
+        assert modes["unstable"].any() == (mu > 0.45)
+
+
 def play(own):
     """All pins move the rocker as the coupler's length does: bounds are ± 4 c |∂ψ/∂b|, ± 1 %."""
     bands = own.study.run()["mean"].sel(output="rocker")
@@ -371,7 +429,7 @@ CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, play,
+    hydraulic_cylinder, stick_slip, brake_squeal, play, robot_arm, gripper,
 )}  # fmt: skip
 
 

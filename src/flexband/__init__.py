@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         errors as errors,
         execution as execution,
         fields as fields,
+        loads as loads,
         methods as methods,
         models as models,
         plot as plot,

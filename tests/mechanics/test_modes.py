@@ -64,7 +64,7 @@ def test_bad_requests_are_refused():
     with pytest.raises(fb.errors.InputError, match="count must be 1 or more; got 0"):
         fb.modes(model, 0)
     with pytest.raises(
-        fb.errors.InputError, match="about must be 'start' or 'equilibrium'; got 'rest'"
+        fb.errors.InputError, match="about must be 'start', 'equilibrium' or 'sliding'; got 'rest'"
     ):
         fb.modes(model, 1, about="rest")  # type: ignore[arg-type]
     held = fb.Mechanism(
@@ -364,3 +364,19 @@ def test_small_inertias_are_not_lost_next_to_large_ones():
     )
     omega = np.abs(fb.modes(mechanism, 3)["eigenvalue"].values)
     assert omega[1:] * L**2 == pytest.approx([3.516015, 22.034492], rel=1e-3)
+
+
+def test_a_contact_is_as_stiff_as_its_law_however_small_its_depth():
+    """√(n K δⁿ⁻¹/m), with depths from 1e-3 to 1e-8 of the mechanism."""
+    for exponent, stiffness in ((1.0, 1e4), (1.0, 1e9), (1.5, 1e9)):
+        law = fb.contact.KeepsRestitution(stiffness=stiffness, exponent=exponent)
+        ground = fb.contact.Contact("m", (0.0, 0.0), fb.contact.CircleOnLine(), law,
+                                    closed_at_start=True)  # fmt: skip
+        model = fb.Mechanism(
+            bodies={"m": fb.PointMass(mass=1.0)},
+            joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0))},
+            loads={"g": fb.Gravity(), "ground": ground},
+        )
+        depth = (9.81 / stiffness) ** (1 / exponent)
+        exact = np.sqrt(exponent * 9.81 / depth) / (2 * np.pi)
+        assert fb.modes(model, 1)["frequency"].values == pytest.approx(exact, rel=1e-6)

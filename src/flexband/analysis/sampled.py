@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.machine_code import compiled
@@ -57,7 +56,7 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
 
 def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
     """Return half the width of the confidence interval of the mean over the replicates."""
-    factor = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+    factor = stdtrit(REPLICATES - 1, (1 + CONFIDENCE) / 2) / math.sqrt(REPLICATES)
     return factor * replicates.std(axis=axis, ddof=1)
 
 

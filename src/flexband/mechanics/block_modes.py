@@ -15,12 +15,14 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.block_equilibria import block_equilibria, resting
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE
-from flexband.mechanics.engine.redundancy import require_inertia
+from flexband.mechanics.engine.failures import rough
+from flexband.mechanics.engine.redundancy import dependent, refuse_shared_friction, require_inertia
+from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lanes import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
-from flexband.mechanics.linearization.rotation import check_rotation
+from flexband.mechanics.linearization.steady_motion import check_steady, driven
 from flexband.mechanics.linearization.thickness import Thickness
 
 
@@ -30,6 +32,7 @@ class SampleModes(NamedTuple):
     modes: Eigenmodes
     shapes: np.ndarray
     momenta: np.ndarray
+    senses: np.ndarray  # of each friction that slides, 0 of what sticks
 
 
 class BlockModes(NamedTuple):
@@ -61,7 +64,8 @@ class ModeSolver:
     at_start : whether the modes are about the start instead of an equilibrium.
     steps : as in `equilibrium`.
     thickness : whether modes of thickness are among them.
-    spins : the steady rotation of each sample, None at rest.
+    spins : the steady rotation of each sample, None without one.
+    sliding : whether drives go on instead.
     perturbation : displacement of the central differences that differentiate the sensors, relative
         to the size.
     min_speed : velocity, relative to the size of the mechanism per second, that counts as none.
@@ -76,6 +80,7 @@ class ModeSolver:
     steps: int
     thickness: bool
     spins: list[Spin] | None
+    sliding: bool
     perturbation: float = 1e-6
     min_speed: float = 1e-7
     unbalanced: float = 1e3
@@ -88,6 +93,8 @@ class ModeSolver:
         v = work.z[state.velocity + 1 : state.acceleration, :count]
         scale = values.inverse_scale[1 : 1 + state.coordinates, :count]
         spins = None if self.spins is None else self.spins[numbers[0] : numbers[-1] + 1]
+        if self.sliding:
+            spins = driven(system, numbers)
         moving = bool(np.any(np.abs(v * scale) > self.min_speed)) and spins is None
         still = resting(system)
         if self.at_start:
@@ -116,12 +123,14 @@ class ModeSolver:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
             linear = linear._replace(M=balance.equations.mass)
-            basis = _without_sliding(balance, z) if system.mechanism.frictions else balance.basis
+            basis, senses = balance.basis, z[balance.equations.senses]
+            if system.mechanism.frictions:
+                linear, basis = _with_friction(balance, linear, z, sample)
             modes = self._lowest(linear, basis, sample, z)
-            if spins is not None and spins[lane].rate:
-                check_rotation(system, sample, balance, modes, spins[lane])
+            if spins is not None and spins[lane].pace(balance.equations.size):
+                check_steady(system, sample, balance, modes, spins[lane])
             shapes = self._shapes(balance.equations, z, modes)
-            results.append(SampleModes(modes, shapes, linear.M @ modes.vectors))
+            results.append(SampleModes(modes, shapes, linear.M @ modes.vectors, senses))
         return BlockModes(failure, results, unbalanced, moving)
 
     def _lowest(self, linear: Linear, basis: np.ndarray, sample: int, z: np.ndarray) -> Eigenmodes:
@@ -158,16 +167,32 @@ class ModeSolver:
         return np.stack(shapes)
 
 
-def _without_sliding(balance: Balance, z: np.ndarray) -> np.ndarray:
-    """Return the basis of the motions in which all that has friction sticks.
+def _with_friction(
+    balance: Balance, linear: Linear, z: np.ndarray, sample: int
+) -> tuple[Linear, np.ndarray]:
+    """Return the matrices with friction that slides, and the motions in which all else sticks.
 
     Raises
     ------
     InputError
-        If there are none.
+        If there are none, friction depends on a reaction that is not unique, or it jams.
     """
-    basis = balance.basis
-    basis = basis @ null_space(balance.equations.sticking(z) @ basis)
+    equations, basis, system = balance.equations, balance.basis, balance.equations.system
+    if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
+        raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
+    stuck = equations.sticking(z)[z[equations.senses] == MODE.free] * equations.size
+    basis = basis @ null_space(stuck / equations.size @ basis)
     if not basis.shape[1]:
         raise InputError("friction holds all that can move, so there are no modes")
-    return basis
+    if not equations.follows(z):
+        return linear, basis
+    refuse_shared_friction(system, dependent(system, z, sample)[1])
+    norms = np.maximum(np.linalg.norm(stuck, axis=1, keepdims=True), 1e-300)
+    rows = np.vstack([balance.rows, stuck / norms])
+    if balance.contraction(rows, linear.M) >= 1:
+        raise InputError(
+            f"friction of {rough(system)} jams: with it no motion is consistent, or several are "
+            "(Painlevé), so there are no modes"
+        )
+    linear = equations.coupled(z, balance.spin)._replace(M=linear.M)
+    return linear.following(balance.following(rows)), basis

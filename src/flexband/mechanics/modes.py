@@ -70,14 +70,15 @@ def modes(
     mechanism: Mechanism,
     count: int,
     *,
-    about: Literal["start", "equilibrium"] | SteadyRotation = "equilibrium",
+    about: Literal["start", "equilibrium", "sliding"] | SteadyRotation = "equilibrium",
     steps: int = 1,
     thickness: bool = False,
 ) -> xr.Dataset:
     """Compute the modes of lowest frequency of a mechanism, with damping.
 
-    A mode is a small motion exp(st) φ about a state at rest or in steady rotation. All loads enter
-    with their derivatives by position and velocity, whether they have a potential or not.
+    A mode is a small motion exp(st) φ about a state at rest, in steady rotation or steady sliding.
+    All loads enter with their derivatives by position and velocity, whether they have a potential
+    or not.
 
     Parameters
     ----------
@@ -85,7 +86,9 @@ def modes(
     about : "equilibrium" (as `equilibrium` finds it), "start", the assembled guess, which must not
         move, or a `SteadyRotation`. The last one is about the state in which everything turns with
         the given rate, whatever the velocities at the start; frequencies and shapes are those that
-        an observer sees who turns with it.
+        an observer sees who turns with it. About "sliding" drives go on with their speeds at the
+        start, and all else rests: friction with a sliding speed is a load, which may cause squeal.
+        In every state friction without one sticks.
     steps : as in `equilibrium`; centrifugal forces are raised as well.
     thickness : whether to list modes of thickness, too: vibrations of the sections of beams across
         their axis, which Timoshenko's beam does not have. Their frequencies depend on the mesh, and
@@ -107,13 +110,15 @@ def modes(
     An overdamped motion is two modes with damping ratio 1. There is a first dim "sample" if a
     parameter is an array of more than one value; a sample with fewer modes than others ends with
     NaN. ``attrs["unbalanced"]`` lists samples whose loads are not in equilibrium at the start:
-    modes about the start lack the stresses that these loads would cause.
+    modes about the start lack the stresses that these loads would cause. With friction,
+    ``attrs["sliding"]`` lists the parts in which it slides.
 
     Raises
     ------
     InputError
         If a number is out of its range, numbers of samples do not fit, the mechanism has no degree
-        of freedom, it moves at the start although `about` is "start", or it cannot rotate steadily.
+        of freedom, it moves at the start although `about` is "start", it cannot rotate or slide
+        steadily, or friction jams or follows a reaction that is not unique.
     AssemblyError
         If the constraints cannot be met or no equilibrium is found for a sample.
 
@@ -134,6 +139,10 @@ def modes(
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)
     result = _dataset(system, samples)
+    if mechanism.frictions:
+        senses = np.any([of_sample.senses != 0 for of_sample in samples], axis=0)
+        names = np.array([name for name, _ in mechanism.frictions])
+        result.attrs["sliding"] = list(dict.fromkeys(names[senses].tolist()))
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
     return result if system.samples > 1 else result.isel(sample=0)
@@ -156,14 +165,17 @@ def sample_modes(
     thickness: bool = False,
 ) -> AllModes:
     """Return the modes of every sample; `thickness` is whether to list those of thickness."""
+    mechanism = mechanism.at_rest()
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)
     else:
-        check_option("about", about, ["start", "equilibrium"])
+        check_option("about", about, ["start", "equilibrium", "sliding"])
     packed = pack(system, AT_START)
-    sections, at_start = Thickness(mechanism), about == "start"
-    solver = ModeSolver(system, sections, count, at_start, steps, thickness, spins)
+    solver = ModeSolver(
+        system, Thickness(mechanism), count, about == "start", steps, thickness, spins,
+        about == "sliding",
+    )  # fmt: skip
     failures = np.zeros((system.samples, 4))
     samples, unbalanced, moving = [], [], False
     for block in range(-(-system.samples // WIDTH)):
@@ -178,7 +190,7 @@ def sample_modes(
     if moving:
         warn(
             "the mechanism moves at the start; modes(about='equilibrium') are those at rest. "
-            "For a rotation give about=SteadyRotation(rate)"
+            "For a rotation give about=SteadyRotation(rate), for drives that go on about='sliding'"
         )
     return AllModes(system, samples, unbalanced)
 

@@ -139,3 +139,29 @@ def test_a_crank_passes_the_dead_centres_of_a_rough_slider():
     turned = motion.sel(output="a").values[-1] - np.pi / 2
     assert turned > 2 * np.pi
     assert 0 < energy[0] - energy[-1] < 2 * 1e-3 * 60.0 * 0.2 * (turned / np.pi + 1)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("ratio", [0.5, 0.9, 0.99, 1.01])
+def test_a_rod_whose_end_slides_has_the_reaction_of_its_equations_until_it_jams(ratio, sense):
+    """N (1 − κ) = N₀ with κ = µ sc/(s² + J/mℓ²); for |κ| > 1 there are two solutions or none."""
+    m, length, inertia, angle = 2.0, 0.5, 0.02, 0.4
+    s, c = np.sin(angle), np.cos(angle)
+    per_mu = s * c / (s * s + inertia / (m * length**2))
+    rod = fb.RigidBody(
+        mass=m, inertia=inertia, angle=angle, position=(-length * s, length * c),
+        velocity=(3.0 * sense, 0.0), points={"tip": (0.0, -length)},
+    )  # fmt: skip
+    model = fb.Mechanism(
+        bodies={"rod": rod},
+        joints={"tip": fb.Slot("rod.tip", (0.0, 0.0), friction=ratio / per_mu)},
+        loads={"g": fb.Gravity()},
+        sensors={"N": fb.Reaction("tip")},
+    )
+    if ratio > 1:
+        with pytest.raises(fb.errors.RunError, match="friction of 'tip' jams"):
+            fb.simulate(model, duration=1e-3, step=1e-3)
+        return
+    motion = fb.simulate(model, duration=1e-3, step=1e-3)
+    free = m * 9.81 / (1.0 + m * length**2 * s * s / inertia)
+    assert float(motion.sel(output="N_Y")[0]) == pytest.approx(free / (1 - sense * ratio), rel=1e-9)

@@ -23,7 +23,8 @@ class FrictionTable:
     def __init__(self, mechanism: Mechanism, vectors: VectorTables):
         state = mechanism.state
         self.frictions = [friction for _, friction in mechanism.frictions]
-        self.groups, self.centres = vectors.vectors.groups, vectors.centres
+        self.groups, self.actions = vectors.vectors.groups, vectors.actions
+        self.contact_forces = mechanism.rubbed_rows
         travels = mechanism.travel_forms
         self.terms = TermTable(travels, state.friction, state.angle, set())
         components = [form for group in mechanism.normal_forces for v in group for form in v]
@@ -53,7 +54,7 @@ class FrictionTable:
             slots |= {places.slot(term.row, i): term.row - state.friction for i in rows if i > 0}
         slots.pop(places.nowhere, None)
         multipliers = range(state.friction, state.angle)
-        with_orbit = [k for k, friction in enumerate(self.frictions) if friction.sliding.orbit]
+        rubbed = list(self.contact_forces)
         return Friction(
             terms=self.terms.structure(places),
             slot=indices(slots),
@@ -61,6 +62,7 @@ class FrictionTable:
             diagonal=indices(places.slot(k, k) for k in multipliers),
             angular=indices(friction.angular for friction in self.frictions),
             one_way=indices(friction.one_way for friction in self.frictions),
+            switched=indices(friction.active is not None for friction in self.frictions),
             follows=any(
                 state.sliding <= j < state.gap for term in self.normals.terms for j in term[1:3]
             ),
@@ -70,7 +72,10 @@ class FrictionTable:
             of_orbit=indices(k for _, k in self.orbits),
             is_orbit=indices(term in dict(self.orbits) for term in range(len(self.terms.terms))),
             circular=indices(friction.sliding.orbit is not None for friction in self.frictions),
-            centres=indices(self.centres + with_orbit.index(k) for _, k in self.orbits),
+            centres=indices(self.actions + 3 * rubbed.index(k) + 2 for _, k in self.orbits),
+            rubbed=indices(rubbed),
+            contact_force=indices(self.contact_forces.values()),
+            action=self.actions,
         )
 
     def values(self) -> FrictionValues:
@@ -88,4 +93,5 @@ class FrictionTable:
             rise=rise,
             viscous=viscous,
             inverse_square=inverse_square,
+            radius=stack([f.sliding.action.radius for f in self.frictions if f.sliding.action]),
         )

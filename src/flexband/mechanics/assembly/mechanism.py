@@ -33,6 +33,8 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     GeneralizedForce,
+    Polar,
+    TimeFunction,
     Vector,
     add,
     at_point,
@@ -363,8 +365,39 @@ class Mechanism:
                 parts = [owner for owner, _ in self.constraints]
                 rows = [k for k, owner in enumerate(parts) if owner == f"joint {name!r}"]
                 forces = [Form.variable(carried + k) for k in rows]
-            normals.append(friction.normal(forces))
+            normal = friction.normal(forces)
+            if friction.active:
+                normal = [(naming(f"joint {name!r}", self._activity, friction.active), Form({}))]
+            normals.append(normal)
         return normals
+
+    def _activity(self, active: TimeFunction | tuple[str, str]) -> Form:
+        """Return what is positive where a joint that switches is active."""
+        if not isinstance(active, tuple):
+            return Form.function(active) - 0.5
+        load, event = active
+        names = {
+            part: [e for law in es.laws for e in law.events] for part, es in self.entries.items()
+        }
+        _within("load with events", load, {part: group for part, group in names.items() if group})
+        _within(f"event of load {load!r}", event, dict.fromkeys(names[load]))
+        before = sum(len(law.events) for law in self.laws[: self._before(load, "laws")])
+        modes = self.state.gap + 2 * ((self.state.extreme - self.state.gap) // GAP_ROWS)
+        return Form.variable(modes + before + names[load].index(event)) * -1.0
+
+    def at_rest(self) -> Mechanism:
+        """Return the mechanism for statics and modes: joints that switch are as at the start."""
+        joints = {name: joint.at_rest() for name, joint in self.joints.items()}
+        if all(joints[name] is joint for name, joint in self.joints.items()):
+            return self
+        return replace(self, joints=joints)
+
+    def switching_losses(self, joint: str) -> list[Form]:
+        """Return the energies that the rows of a joint that switches have taken so far."""
+        count, owners = len(self.frictions), [name for name, f in self.frictions if f.active]
+        _within("joint that switches", joint, dict.fromkeys(owners))
+        rows = [k for k, (name, f) in enumerate(self.frictions) if f.active and name == joint]
+        return [Form.variable(self.state.sliding + 4 * count + k) for k in rows]
 
     @cached_property
     def entries(self) -> dict[str, Entries]:
@@ -458,18 +491,24 @@ class Mechanism:
 
     def _contact_force(self, part: str) -> list[Form]:
         """Return the force and the moment of contacts on the first body, with the sign of λ."""
-        if self.entries[part].frictions:
-            raise InputError(
-                f"the reaction of {part!r}, which has clearance and friction, is not known in "
-                "global axes; use fb.contact.ContactForce and fb.contact.FrictionForce"
-            )
-        before = self._before(part, "laws")
-        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
-        points = [2 * n for n in range(len(self.entries[part].laws))]
+        rows = self._law_rows(part)
         return [
-            sum((Form.variable(row + 3 * p + axis) * -1.0 for p in points), Form({}))
-            for axis in range(3)
+            sum((Form.variable(row + axis) * -1.0 for row in rows), Form({})) for axis in range(3)
         ]
+
+    def _law_rows(self, part: str) -> list[int]:
+        """Return the row of z with the first force of each law of a part."""
+        before, laws = self._before(part, "laws"), self.entries[part].laws
+        points = itertools.accumulate((len(law.points) for law in laws), initial=0)
+        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
+        return [row + 3 * point for point in points][: len(laws)]
+
+    @cached_property
+    def rubbed_rows(self) -> dict[int, int]:
+        """Of each friction of a contact, the row of z with the force of the contact."""
+        rows = {name: iter(self._law_rows(name)) for name in self.entries}
+        frictions = enumerate(self.frictions)
+        return {k: next(rows[name]) for k, (name, f) in frictions if f.sliding.action}
 
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
         """Return the tension and the elongation of a translational or a torsion spring."""
@@ -543,22 +582,23 @@ class Mechanism:
         """Return the forces of a joint or load, each with the variable of z that it does work on.
 
         They are −Φ_qᵀλ of a joint, −T on the elongation of a spring, and the forces and moments of
-        a law on the positions and angles of its points.
+        a law on the positions and angles of its points, with those of friction in contacts.
         """
         _within("joint or load", part, {**self.joints, **self.loads})
+        frictions = enumerate(self.frictions)
+        alone = [k for k, (owner, f) in frictions if owner == part and not f.sliding.action]
         if part in self.joints and part not in self.entries:
             _, multipliers = self.joint(part)
             owners = (owner for owner, _ in self.constraints)
             rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
                     if o == f"joint {part!r}"]  # fmt: skip
-            rows += [travel for _, travel in self._travels(part)]
+            rows += [self.travel_forms[k] for k in alone]
             force = constraint_force(rows, multipliers)
             return [(form, Form.variable(j)) for j, form in force.items()]
         pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
-        for k, travel in self._travels(part):
-            multiplier = Form.variable(self.state.friction + k)
-            force = constraint_force([travel], [multiplier])
-            pairs += [(form, Form.variable(j)) for j, form in force.items()]
+        multipliers = [Form.variable(self.state.friction + k) for k in alone]
+        force = constraint_force([self.travel_forms[k] for k in alone], multipliers)
+        pairs += [(form, Form.variable(j)) for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)
@@ -571,23 +611,23 @@ class Mechanism:
             moved = (*frame.position, Form.variable(angle + p))
             row = self.state.law + 3 * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
-        return pairs
+        return [(force, moved) for force, moved in pairs if moved.terms]
 
-    def _travels(self, part: str) -> list[tuple[int, Form]]:
-        """Return the number and the travel of each friction of a part.
-
-        Raises
-        ------
-        InputError
-            If it is between circles, whose travel is not a form.
-        """
-        travels = []
-        for k, (owner, friction) in enumerate(self.frictions):
-            if owner == part and friction.sliding.orbit:
-                raise InputError(f"{part!r} has friction between circles, whose work is not known")
-            if owner == part:
-                travels.append((k, self.travel_forms[k]))
-        return travels
+    @cached_property
+    def polars(self) -> dict[int, list[Polar]]:
+        """Of each row of z that is an angle or an elongation, the terms that it is the sum of."""
+        rows, one = self.rows_with_multipliers, np.asarray(1.0)
+        angles = [polar._replace(c=one, f=None) for row in rows for polar in row.polar]
+        turns = [spring.vectors for _, spring in self.springs if spring.torsion]
+        turns += [[frame.normal for frame in law.points] for law in self.laws]
+        turns += [[moment.direction] for moment in self.moments]
+        angles += [Polar(vector, one) for vectors in turns for vector in vectors]
+        polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
+        for k, (_, spring) in enumerate(self.springs):
+            first, *others = spring.vectors
+            terms = [Polar(first, one, length=not others), *(Polar(v, -one) for v in others)]
+            polars[self.state.elongation + k] = terms
+        return polars
 
     # --- inertia ----------------------------------------------------------------------------
 

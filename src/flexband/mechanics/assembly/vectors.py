@@ -115,6 +115,7 @@ class SpringTable:
         self.springs, self.numbers = springs, numbers
         self.groups = [[i for a in vectors for i in groups[a]] for vectors in numbers]
         self.pulls, self.functions = [], []
+        self.tables = [s.table.rows if s.table else ([], 0, 0) for s in springs]
         for spring in springs:
             (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
             self.pulls.append(c)
@@ -127,6 +128,9 @@ class SpringTable:
         return Springs(
             translational=sum(not spring.torsion for spring in self.springs),
             f=indices(places.functions[f] for f in self.functions),
+            table=starts([rows for rows, _, _ in self.tables])[:-1],
+            places=indices(count for _, count, _ in self.tables),
+            rates=indices(count for _, _, count in self.tables),
             vector=indices(a for vectors in self.numbers for a in vectors),
             slot=places.square(self.groups),
         )
@@ -138,6 +142,7 @@ class SpringTable:
             cubic=stack([s.cubic for s in self.springs]),
             damping=stack([s.damping for s in self.springs]),
             pull=stack(self.pulls),
+            table=stack([row for rows, _, _ in self.tables for row in rows]),
         )
 
 
@@ -232,7 +237,7 @@ class VectorTables(NamedTuple):
     vectors: VectorTable
     springs: SpringTable
     laws: LawTable
-    centres: int  # number of the first vector between centres of circles that have friction
+    actions: int  # number of the first vector of contacts that have friction
 
     @staticmethod
     def of(mechanism: Mechanism) -> VectorTables:
@@ -240,8 +245,8 @@ class VectorTables(NamedTuple):
 
         Vectors with angles come first: those of constraints and of friction, of torsion springs, of
         points of laws and of moments. Those of translational springs, the positions of points of
-        laws, the directions of following forces, those between centres of circles that have
-        friction, and what turns with bodies and rods come after them.
+        laws, the directions of following forces, those of where friction acts in contacts, and what
+        turns with bodies and rods come after them.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
@@ -258,10 +263,10 @@ class VectorTables(NamedTuple):
             [vector for spring in springs if not spring.torsion for vector in spring.vectors],
             [frame.position for frame in points],
             [force.direction for force in mechanism.following],
-            [f.sliding.centres for _, f in mechanism.frictions if f.sliding.centres],
+            [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, centres, turning, _ = starts(
+        _, torsion, normal, _, straight, position, direction, actions, turning, _ = starts(
             parts
         ).tolist()
         vectors = VectorTable(
@@ -278,5 +283,5 @@ class VectorTables(NamedTuple):
             vectors,
             SpringTable(springs, elongations, vectors.groups),
             LawTable(mechanism.laws, normal, position, vectors.groups, len(mechanism.frictions)),
-            centres,
+            actions,
         )

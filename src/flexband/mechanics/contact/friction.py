@@ -16,7 +16,7 @@ from flexband.errors import (
     check_same_samples,
 )
 from flexband.mechanics.contact.geometry.travel import Travel
-from flexband.mechanics.kernels.forms import Form, Vector
+from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 
 
 @frozen(kw_only=True)
@@ -84,7 +84,7 @@ class FrictionEntry(NamedTuple):
     Attributes
     ----------
     sliding : the travel s.
-    law : of the friction, for the travel of the surfaces.
+    law : of the friction, for the travel of the surfaces, or µ.
     normal : returns vectors whose lengths add up to the normal force, from the multipliers of a
         joint or the forces of the contacts of its part.
     normals : number of these vectors.
@@ -92,27 +92,30 @@ class FrictionEntry(NamedTuple):
     factor : returns the ratio of the forces from µ, which are not the same in a pin.
     angular : whether s is an angle.
     one_way : whether s is free to increase and does not decrease; N is then 1.
+    active : of a joint that switches, the function of time or the event that says whether s sticks;
+        N is then positive where it does, and µs the largest |s| at which it may begin.
     """
 
     sliding: Travel
-    law: Coulomb
+    law: Friction
     normal: Callable[[Sequence[Form]], Sequence[Vector]]
     normals: int = 1
     lever: ArrayLike = 1.0
     factor: Callable[[np.ndarray], np.ndarray] = np.asarray
     angular: bool = False
     one_way: bool = False
+    active: TimeFunction | tuple[str, str] | None = None
 
     @property
     def whole_travel(self) -> Form:
         """The travel, with the orbit for a distance of 1."""
-        travel, orbit, _ = self.sliding
+        travel, _, orbit = self.sliding
         return travel + orbit if orbit else travel
 
     @property
     def numbers(self) -> tuple[ArrayLike, ...]:
         """µs, µk, µs − µk while it slides, c and 1/v² for s."""
-        law, lever = self.law, np.asarray(self.lever, dtype=float)
+        law, lever = as_coulomb("friction", self.law), np.asarray(self.lever, dtype=float)
         kinetic, static = (
             lever * self.factor(np.asarray(law.kinetic if mu is None else mu, dtype=float))
             for mu in (law.kinetic, law.static)
@@ -124,6 +127,6 @@ class FrictionEntry(NamedTuple):
         return static, kinetic, static - kinetic, viscous, inverse**2
 
 
-def rubbing(friction: Coulomb | None, sliding: Travel) -> FrictionEntry | None:
+def rubbing(friction: Friction | None, sliding: Callable[[], Travel]) -> FrictionEntry | None:
     """Return the friction of a contact along a travel; `contact_entries` sets its normal force."""
-    return None if friction is None else FrictionEntry(sliding, friction, lambda forces: [])
+    return None if friction is None else FrictionEntry(sliding(), friction, lambda forces: [])

@@ -342,7 +342,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         solved = where(active, none, pending)
         done = project(structure, method, values, now, work, solved, moved)
         settled = NEWTON.settled if matrices < NEWTON.followed else NEWTON.nearly_settled
-        unsettled = less(filled(settled), carry_reactions(structure, values, z, done))
+        change = carry_reactions(structure, values, z, done, matrices == 0)
+        unsettled = less(filled(settled), change)
         done, solved = where(unsettled, none, done), where(unsettled, none, solved)
         pending, solved = where(done, none, pending), where(done, none, solved)
         matrices += 1

@@ -248,7 +248,7 @@ def accelerate(structure, values, now, work, chosen):
             store(z, row, load(z, row) + where(pending, load(r, i), none))
         for k in range(state.multiplier, state.angle):
             store(z, k, load(z, k) + where(pending, load(r, k), none))
-        followed = carry_reactions(structure, values, z, pending)
+        followed = carry_reactions(structure, values, z, pending, count == 0)
     if rough:
         jammed = where(less(filled(PROJECTION.jammed), followed), pending, none)
         for i in range(1, state.coordinates + 1):

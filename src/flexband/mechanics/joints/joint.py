@@ -77,6 +77,10 @@ class Joint(ABC):
         """Return vectors of constant length that turn with none of the bodies."""
         return []
 
+    def at_rest(self) -> Joint:
+        """Return the joint for statics and modes, another one if it switches."""
+        return self
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
         """Return the force [N] on the first body at its point, from −Φ_qᵀλ, or None."""
         return None

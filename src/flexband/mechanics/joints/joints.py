@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,8 +46,10 @@ from flexband.mechanics.joints.joint import (
     straight,
 )
 from flexband.mechanics.kernels.forms import (
+    Composed,
     Form,
     Frame,
+    TimeFunction,
     Vector,
     add,
     angle,
@@ -92,7 +95,7 @@ class LineJoint(PairJoint):
     def _travel(self, frame: Resolve) -> Travel:
         """Return the travel along the line."""
         x, y = self.axis
-        return travel_on_line(frame(self.first), frame(self.second), (-y, x))
+        return Travel(travel_on_line(frame(self.first), frame(self.second), (-y, x)).travel)
 
     def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
@@ -144,11 +147,8 @@ class Revolute(PairJoint):
         """Return the contact of the pin in the hole."""
         if self.clearance is None or self.law is None:
             return []
-        friction = None
-        if self.friction is not None:
-            radius = np.asarray(self.radius, dtype=float)
-            travel = travel_on_circle(frame(self.first), frame(self.second), -radius)
-            friction = rubbing(as_coulomb("Revolute friction", self.friction), travel)
+        points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
+        friction = rubbing(self.friction, partial(travel_on_circle, *points, -radius))
         return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
@@ -159,7 +159,7 @@ class Revolute(PairJoint):
         return [
             FrictionEntry(
                 Travel(turn),
-                as_coulomb("Revolute friction", self.friction),
+                self.friction,
                 lambda multipliers: [(multipliers[0], multipliers[1])],
                 lever=self.radius,
                 factor=lambda mu: np.sin(np.arctan(mu)),
@@ -331,11 +331,11 @@ class Prismatic(LineJoint, AlignedJoint):
                     centre=(corner_x, corner_y),
                     height=-(side + np.asarray(self.clearance)),
                 )
-                friction = None
-                if self.friction is not None:
-                    corner = frame(self.first).moved(corner_x, corner_y)
-                    travel = travel_on_line(corner, frame(self.second), (wall * y, -wall * x))
-                    friction = rubbing(as_coulomb("Prismatic friction", self.friction), travel)
+                corner = frame(self.first).moved(corner_x, corner_y)
+                lever = subtract(corner.position, frame(self.first).position)
+                normal = wall * y, -wall * x
+                travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+                friction = rubbing(self.friction, travel)
                 contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
@@ -351,8 +351,7 @@ class Prismatic(LineJoint, AlignedJoint):
             half, couple = multipliers[0] * 0.5, multipliers[1] * inverse
             return [(half + couple, Form({})), (half - couple, Form({}))]
 
-        law = as_coulomb("Prismatic friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, ends, normals=2)]
+        return [FrictionEntry(self._travel(frame), self.friction, ends, normals=2)]
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections, nothing with clearance."""
@@ -422,8 +421,8 @@ class Slot(LineJoint):
         """Return that of the pin."""
         if self.friction is None:
             return []
-        law = as_coulomb("Slot friction", self.friction)
-        return [FrictionEntry(self._travel(frame), law, lambda m: [(m[0], Form({}))])]
+        along = self._travel(frame)
+        return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return n · (r_first − r_second) less the offset."""
@@ -437,25 +436,32 @@ class Slot(LineJoint):
 
 @frozen()
 class Distance(PairJoint):
-    """A rigid rod without mass between two points.
+    """A rigid rod without mass between two points, or a cylinder whose stroke is prescribed.
 
     Parameters
     ----------
     first, second : the points.
-    length : of the rod [m].
+    length : of the rod [m], or that of the cylinder as a function of the time [s].
 
     Raises
     ------
     InputError
-        If the length is not positive.
+        If the length is not positive, that of a cylinder at any time.
     """
 
     first: PointName
     second: PointName
-    length: ArrayLike
+    length: ArrayLike | TimeFunction
 
     def __post_init__(self) -> None:
-        check_positive("Distance length [m]", self.length)
+        if not callable(self.length):
+            check_positive("Distance length [m]", self.length)
+
+    def _length(self, outer: Callable[[np.ndarray], np.ndarray]) -> Form:
+        """Return a function of the length."""
+        if callable(self.length):
+            return Form.function(Composed(outer, self.length, "Distance length [m]"))
+        return Form.constant(outer(np.asarray(self.length, dtype=float)))
 
     def rods(self, frame: Resolve) -> list[Vector]:
         """Return d = r_first − r_second."""
@@ -464,10 +470,24 @@ class Distance(PairJoint):
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        length = np.asarray(self.length, dtype=float)
-        return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
+        return [dot(apart, apart) * self._length(_half_inverse) - self._length(_half)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ d/ℓ."""
         (apart,) = self.rods(frame)
-        return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)
+        return scale(-multipliers[0] * self._length(_inverse), apart)
+
+
+def _half(length: np.ndarray) -> np.ndarray:
+    """Return ℓ/2."""
+    return 0.5 * length
+
+
+def _half_inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/2ℓ."""
+    return 0.5 * _inverse(length)
+
+
+def _inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/ℓ; raise `InputError` if ℓ is not positive."""
+    return 1.0 / check_positive("Distance length [m]", length, rank=None)

@@ -11,9 +11,15 @@ from flexband.mechanics.kernels.elements.elastic import (
     add_elastic_forces,
     add_elastic_tangent,
     elastic_energy,
+    update_free_strains,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
-from flexband.mechanics.kernels.friction import add_friction, add_jacobian, update_friction
+from flexband.mechanics.kernels.friction import (
+    add_friction,
+    add_jacobian,
+    add_to_contacts,
+    update_friction,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     clear,
@@ -90,9 +96,14 @@ def clear_matrix(pattern, matrix):
 
 @compiled
 def update_dependent(structure, values, now, z):
-    """Set the rows of z that follow from the coordinates: angles, tensions and elongations."""
+    """Set the rows of z that follow from the coordinates: angles, tensions and elongations.
+
+    Free strains, which follow from the time, are set as well.
+    """
     state = structure.state
     update_angles(structure.vectors, values.vectors, state, z)
+    update_free_strains(structure.beams, values.beams, values.functions, now)
+    update_free_strains(structure.cables, values.cables, values.functions, now)
     update_springs(
         structure.springs, values.springs, structure.vectors, values.vectors, state,
         values.functions, now, z,
@@ -137,11 +148,14 @@ def residual(structure, values, now, z, r, memory):
 
 @compiled
 def loads(structure, values, now, z, r, memory):
-    """Set r to the loads alone, see `add_loads`."""
+    """Set r to the loads of `add_loads` and friction alone."""
     state = structure.state
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     add_loads(structure, values, now, z, r, memory)
+    if state.angle > state.friction:
+        update_friction(structure, values, now, z, r)
+        add_friction(structure, values, now, z, r)
     pass_on_moments(structure.vectors, values.vectors, state, z, r)
 
 
@@ -165,12 +179,12 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     add_mass(structure.mass, values.regular_mass, matrix)
     add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks)
     add_spring_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
-        rate, matrix,
+        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
+        z, weight, rate, matrix,
     )  # fmt: skip
     add_torsion_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
-        rate, matrix,
+        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
+        z, weight, rate, matrix,
     )  # fmt: skip
     add_law_tangent(
         structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z,
@@ -193,6 +207,7 @@ def prepare(structure, values, now, z, memory):
             structure.laws, values.laws, structure.vectors, values.vectors, state,
             values.functions, now, z, memory,
         )  # fmt: skip
+        add_to_contacts(structure, values, z)
 
 
 @compiled

@@ -14,11 +14,16 @@ the state are not in the matrix, which remains symmetric.
 Where N is a reaction, it is that of the projected accelerations: those of Newton's method have
 errors of a sign, whose friction would slow down what turns. So N is held while Newton's method
 solves a step and follows after the projection, until both agree. That converges by the ratio
-µ |∂N/∂λ|, which is less than 1 unless friction jams.
+µ |∂N/∂λ|. Where two changes after each other are parallel, as those of a single friction are, their
+ratio is known and the sum of all further ones is added at once. A ratio beyond ±1 is left to
+diverge: then two motions are possible, or none.
 
 The travel of circles has a term |d| φ, where d is the vector between their centres and φ its angle
 against the second body. It is defined by its rate, |d| φ̇: while they stick, a step adds φ₁ − φ₀
 times the mean of |d| at both ends of the step.
+
+A row of a joint that switches sticks where its N is positive, and is free elsewhere. In place of
+|d| and φ₀ it has the energy that it has taken, and the speed that it stops.
 """
 
 from __future__ import annotations
@@ -48,6 +53,24 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.state import FRICTION_ROWS
+
+
+class FollowOptions(NamedTuple):
+    """When changes of reactions are summed up.
+
+    Attributes
+    ----------
+    skew
+        Squared sine of the angle between two changes, up to which they are parallel.
+    ratio
+        The largest of their ratios, beyond which they are not summed up.
+    """
+
+    skew: float = 1e-2
+    ratio: float = 0.995
+
+
+FOLLOW = FollowOptions()
 
 
 class Modes(NamedTuple):
@@ -137,9 +160,9 @@ def update_friction(structure, values, now, z, r):
         store(z, row, filled(0.0))
     add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
     for n in range(len(friction.of_components)):
-        row = components + 2 * n
+        row, k = components + 2 * n, friction.of_components[n]
         x, y = load(z, row), load(z, row + 1)
-        add_to(z, normal + friction.of_components[n], sqrt(x * x + y * y))
+        add_to(z, normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(count):
@@ -155,23 +178,59 @@ def update_friction(structure, values, now, z, r):
 
 
 @compiled
-def carry_reactions(structure, values, z, chosen):
+def add_to_contacts(structure, values, z):
+    """Add friction to the forces of its contacts, on the first and on the second body."""
+    friction, vectors, numbers = structure.friction, structure.vectors, values.vectors
+    for n in range(len(friction.rubbed)):
+        row, first = friction.contact_force[n], friction.action + 3 * n
+        force = load(z, structure.state.friction + friction.rubbed[n])
+        x, y = vector(vectors, numbers, z, 0, first)
+        ax, ay = vector(vectors, numbers, z, 0, first + 1)
+        bx, by = vector(vectors, numbers, z, 0, first + 2)
+        pull, couple = force / sqrt(x * x + y * y), force * load(values.friction.radius, n)
+        x, y = pull * x, pull * y
+        add_to(z, row, -x)
+        add_to(z, row + 1, -y)
+        add_to(z, row + 2, ay * x - ax * y - couple)
+        add_to(z, row + 3, x)
+        add_to(z, row + 4, y)
+        add_to(z, row + 5, bx * y - by * x + couple)
+
+
+@compiled
+def carry_reactions(structure, values, z, chosen, begins):
     """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
 
     That is relative to the largest one, or to a millionth of the largest so far if that is more.
+    Changes before it `begins` do not count.
     """
     friction, state, none = structure.friction, structure.state, filled(0.0)
     count, change, largest = state.friction - state.multiplier, none, none
     if not friction.follows:
         return none
     first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
+    past = first + count + 1
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
+    squares, products, others = none, none, none
+    for k in range(count):
+        step = load(z, state.multiplier + k) - load(z, first + k)
+        last = none if begins else load(z, past + k)
+        squares, products = squares + last * last, products + last * step
+        others = others + step * step
+    scale = where(less(none, squares), squares, filled(1.0))
+    ratio = products / scale
+    skew = others - ratio * products
+    parallel = where(less(skew, FOLLOW.skew * others), less(none, squares), none)
+    parallel = where(less(magnitude(ratio), filled(FOLLOW.ratio)), parallel, none)
+    factor = where(parallel, 1.0 / (1.0 - ratio), filled(1.0))
     for k in range(count):
         reaction, before = load(z, state.multiplier + k), load(z, first + k)
-        change = maximum(change, magnitude(reaction - before))
+        step, last = reaction - before, none if begins else load(z, past + k)
+        change = maximum(change, magnitude(step))
         largest = maximum(largest, magnitude(reaction))
-        store(z, first + k, where(chosen, reaction, before))
+        store(z, first + k, where(chosen, before + factor * step, before))
+        store(z, past + k, where(chosen, where(parallel, none, step), last))
     known = load(z, first + count)
     store(z, first + count, where(chosen, maximum(known, largest), known))
     largest = maximum(largest, 1e-6 * known)

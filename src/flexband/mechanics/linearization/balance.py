@@ -42,11 +42,14 @@ class BalanceTolerances(NamedTuple):
         largest force.
     rank
         Relative size below which a direction of Φ_qᵀ cannot carry a force.
+    iterations
+        In which reactions settle that friction follows, at most.
     """
 
     force: float = 1e-9
     lost_force: float = 1e-4
     rank: float = 1e-6
+    iterations: int = 20
 
 
 class RestSearch(NamedTuple):
@@ -115,20 +118,67 @@ class Balance:
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
         rows = equations.jacobian(z) * size
-        norms = np.hypot(rows[:, ::2], rows[:, 1::2]).max(axis=1, initial=1e-300)
-        self.rows, self.violation = rows / norms[:, None], Phi / norms
+        self.norms = np.hypot(rows[:, ::2], rows[:, 1::2]).max(axis=1, initial=1e-300)
+        self.rows, self.violation = rows / self.norms[:, None], Phi / self.norms
         self.carried = np.zeros(0)
         if len(rows):
             self.carried = np.linalg.lstsq(self.rows.T, -size * r, rcond=tolerances.rank)[0]
-            z[equations.multipliers] = self.carried / norms
+            r = self._with_friction(z, r)
+            z[equations.multipliers] = self.carried / self.norms
         self.z = z
-        self.linear = equations.linear(z, spin)
+        self.linear = equations.linear(z, spin).following(self.following(self.rows))
         self.basis = allowed(self.linear.Phi, size, tolerances.rank)
         with np.errstate(invalid="ignore"):  # a law that fails, which is told later
             self.forces = self.basis.T @ r
             self.loose = self.basis.T @ loose
         self.pull = equations.inertia(z)
         z[equations.y] = equations.solved_states()
+
+    def _with_friction(self, z: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Let friction that slides follow the reactions, which it changes; return the residual.
+
+        That is Newton's method for the reactions, which are left as they are if it fails.
+        """
+        equations, size = self.equations, self.equations.size
+        for _ in range(self.tolerances.iterations):
+            if not equations.follows(z):
+                break
+            z[equations.carried] = self.carried / self.norms
+            r, G = equations.residual(z)[0], equations.by_reactions(z)
+            forces = size[:, None] * np.column_stack([r - G @ z[equations.carried], G / self.norms])
+            across = np.linalg.lstsq(self.rows.T, forces, rcond=self.tolerances.rank)[0]
+            following = np.eye(len(self.rows)) + across[:, 1:]
+            before, self.carried = self.carried, np.linalg.solve(following, -across[:, 0])
+            if np.abs(self.carried - before).max() <= ROUNDING * np.abs(before).max():
+                break
+        return r
+
+    def following(self, rows: np.ndarray) -> np.ndarray | None:
+        """Return R of `Linear.following` with these constraints, the first of which are of joints.
+
+        The changes of reactions are those that balance forces on the directions of the constraints,
+        δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr.
+        """
+        if not self.equations.follows(self.z):
+            return None
+        G, count = self.equations.by_reactions(self.z), len(self.rows)
+        across = np.linalg.pinv(rows.T, rcond=self.tolerances.rank) * self.equations.size
+        change = np.eye(len(rows))
+        change[:, :count] += across @ (G / self.norms)
+        return -(G / self.norms) @ np.linalg.solve(change, across)[:count]
+
+    def contraction(self, rows: np.ndarray, M: np.ndarray) -> float:
+        """Return how much larger a change of reactions becomes by the friction that it causes.
+
+        From 1 on, friction does not determine the accelerations: it has none, or several.
+        """
+        n, count, size = len(M), len(self.rows), self.equations.size
+        matrix = np.zeros((n + len(rows),) * 2)
+        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M * size * size[:, None], rows.T, rows
+        forces = np.zeros((len(matrix), count))
+        forces[:n] = -size[:, None] * self.equations.by_reactions(self.z) / self.norms
+        changes = np.linalg.lstsq(matrix, forces, rcond=None)[0][n : n + count]
+        return float(np.abs(np.linalg.eigvals(changes)).max())
 
     @property
     def free(self) -> int:
@@ -222,7 +272,8 @@ class Balance:
         """The matrices of small motions, in which states of force laws are unknowns."""
         if not self.equations.state_count:
             return self.linear
-        return self.equations.coupled(self.z, self.spin)
+        linear = self.equations.coupled(self.z, self.spin)
+        return linear.following(self.following(self.rows))
 
     def lowest(self) -> float:
         """Return the lowest ω² [1/s²] of the symmetric part of the stiffness, or 0."""
@@ -275,7 +326,7 @@ def is_stable(linear: Linear, basis: np.ndarray) -> bool:
         return True
     D, L = (reduced(part, basis) for part in (linear.D, linear.L))
     count = 2 * basis.shape[1]
-    if is_symmetric(L) and _no_growth(D + D.T):
+    if linear.carried is None and is_symmetric(L) and _no_growth(D + D.T):
         K = reduced(linear.K + linear.L, basis)
         try:
             np.linalg.cholesky(K + K.T)

@@ -112,8 +112,8 @@ def eigenmodes(linear: Linear, basis: np.ndarray, count: int) -> Eigenmodes:
     """Return the `count` modes of lowest frequency, or all if there are fewer."""
     if linear.states is not None:
         return _with_states(linear, linear.states, basis, count)
-    M, D, L = (reduced(part, basis) for part in (linear.M, linear.D, linear.L))
-    symmetric = is_symmetric(L)
+    M, D, L = (reduced(part, basis) for part in (linear.inertia, linear.D, linear.L))
+    symmetric = is_symmetric(L) and linear.carried is None
     if symmetric:
         linear = linear._replace(L=(linear.L + linear.L.T) / 2)
     K = reduced(linear.K + linear.L, basis)
@@ -213,7 +213,8 @@ def _with_states(
     state moves by one.
     """
     n, m = basis.shape[1], len(states.by_state)
-    M, D, K = (reduced(part, basis) for part in (linear.M, linear.D, linear.K + linear.L))
+    parts = linear.inertia, linear.D, linear.K + linear.L
+    M, D, K = (reduced(part, basis) for part in parts)
     right = np.hstack([-K, -D, basis.T @ states.loads])
     rows = [
         np.hstack([np.zeros((n, n)), np.eye(n), np.zeros((n, m))]),

@@ -8,6 +8,9 @@ of force laws that is not symmetric. Where laws have states y with rates ẏ = g
 too:
 
     M δq̈ + … = Q_y δy,   δẏ = g_q δq + g_v δq̇ + g_y δy
+
+Friction that slides is a load. Where it depends on reactions, it adds G δλ. With δλ from the
+equations themselves, that is R (M δq̈ + D δq̇ + (K + L) δq), see `Linear.following`.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_type import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.kernels.state import GAP_ROWS
+from flexband.mechanics.kernels.state import FRICTION_ROWS, GAP_ROWS
 
 
 class LinearStates(NamedTuple):
@@ -51,6 +54,22 @@ class Linear(NamedTuple):
     Phi: np.ndarray  # (multipliers, coordinates)
     terms: np.ndarray  # magnitudes of the terms of K + L, whose rounding matters
     states: LinearStates | None = None  # of laws, where M, … hold them
+    carried: np.ndarray | None = None  # inertia by which reactions change friction, R M
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """What multiplies δq̈: M, with the part of friction that is not symmetric."""
+        return self.M if self.carried is None else self.M + self.carried
+
+    def following(self, R: np.ndarray | None) -> Linear:
+        """Return the matrices with friction that follows reactions, R of the forces."""
+        if R is None:
+            return self
+        states = self.states and self.states._replace(
+            loads=self.states.loads + R @ self.states.loads
+        )
+        D, L = self.D + R @ self.D, self.L + R @ (self.K + self.L)
+        return self._replace(D=D, L=L, states=states, carried=R @ self.M)
 
 
 @dataclass(frozen=True)
@@ -70,6 +89,10 @@ class Spin:
         """Return the rotation that has this part of the centrifugal forces."""
         return Spin(np.sqrt(part) * self.rate, self.centre)
 
+    def pace(self, size: np.ndarray) -> float:
+        """Return how fast the motion is [1/s], |Ω|."""
+        return abs(self.rate)
+
     def velocity(self, q: np.ndarray) -> np.ndarray:
         """Return Ω J (q − centre)."""
         return self.rate * turned(q - self.centre)
@@ -77,6 +100,29 @@ class Spin:
     def acceleration(self, q: np.ndarray) -> np.ndarray:
         """Return −Ω² (q − centre)."""
         return -(self.rate**2) * (q - self.centre)
+
+
+@dataclass(frozen=True)
+class Driven(Spin):
+    """The steady motion of what drives move, while all else rests.
+
+    Attributes
+    ----------
+    v, a : the velocities and accelerations of the coordinates.
+    """
+
+    v: np.ndarray
+    a: np.ndarray
+
+    def pace(self, size: np.ndarray) -> float:
+        """Return the largest velocity relative to the size of the mechanism [1/s]."""
+        return float(np.abs(self.v / size).max())
+
+    def velocity(self, q: np.ndarray) -> np.ndarray:
+        return self.v
+
+    def acceleration(self, q: np.ndarray) -> np.ndarray:
+        return self.a
 
 
 def turned(q: np.ndarray) -> np.ndarray:
@@ -95,8 +141,11 @@ class Equations:
 
     Attributes
     ----------
-    perturbation
-        Displacement of the central differences of loads, relative to the size of the mechanism.
+    perturbation, of_depth, of_speed
+        Displacement of the central differences of loads, relative to the size of the mechanism, and
+        the same relative to the depth of a contact, and to a Stribeck speed, where that is less.
+    still
+        Sliding speed that counts as none, relative to the largest velocity.
     min_length
         Length of a spring, relative to the size of the mechanism, below which it counts as none.
     damping_weight
@@ -104,6 +153,8 @@ class Equations:
     """
 
     perturbation = 1e-6
+    of_depth = of_speed = 2e-3
+    still = 1e-9
     min_length = 1e-12
     damping_weight = 1e9
 
@@ -117,6 +168,10 @@ class Equations:
         self.a = slice(self.state.acceleration + 1, self.state.energy)
         self.multipliers = slice(self.state.multiplier, self.state.friction)
         starts = self.state.law_state + self.state_count * np.arange(5)
+        self.frictions = self.state.angle - self.state.friction
+        self.senses = slice(self.state.sliding, self.state.sliding + self.frictions)
+        carried = self.state.sliding + FRICTION_ROWS * self.frictions
+        self.carried = slice(carried, carried + self.state.friction - self.state.multiplier)
         self.y, self.y0, _, self.rates = (slice(*pair) for pair in pairwise(starts.tolist()))
         self.size = 1.0 / self.values.inverse_scale[self.q, 0]
 
@@ -185,11 +240,31 @@ class Equations:
         M[mass.i, mass.j] = M[mass.j, mass.i] = entries[:, 0]
         return M[1:, 1:]
 
+    @cached_property
+    def _units(self) -> np.ndarray:
+        """The size of the mechanism for each friction, 1 where its travel is an angle."""
+        return np.where(self.system.structure.friction.angular, 1.0, self.size.max())
+
     def spun(self, z: np.ndarray, spin: Spin) -> np.ndarray:
-        """Return the state with the velocities and accelerations of a steady rotation."""
+        """Return the state with the velocities, accelerations and sliding of a steady motion."""
         z = z.copy()
         z[self.v], z[self.a] = spin.velocity(z[self.q]), spin.acceleration(z[self.q])
+        if self.frictions:
+            self.loads(z[:, None])
+            speeds = self.work.z[self.senses.start + 2 * self.frictions :][: self.frictions, 0]
+            rest = np.abs(speeds) <= self.still * self._units * spin.pace(self.size)
+            z[self.senses] = np.where(rest, MODE.free, np.sign(speeds))
         return z
+
+    def follows(self, z: np.ndarray) -> bool:
+        """Return whether friction slides that may depend on reactions."""
+        return self.system.structure.friction.follows and bool(z[self.senses].any())
+
+    def by_reactions(self, z: np.ndarray) -> np.ndarray:
+        """Return G, the derivatives of friction by the reactions of joints."""
+        size = np.abs(z[self.carried]).max(initial=0.0) or 1.0
+        steps = np.full(self.state.friction - self.state.multiplier, self.perturbation * size)
+        return -self._differences(z, self.carried.start, steps)[: self.state.coordinates]
 
     def residual(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return M a + Φ_qᵀλ + F − Q, and Φ."""
@@ -205,10 +280,10 @@ class Equations:
 
     def sticking(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of the travels of friction, shape (frictions, coordinates)."""
-        z, state = z.copy(), self.state
+        z = z.copy()
         self.residual(z)  # which sets the distance of circles, as long as they do not stick
-        z[state.sliding : state.sliding + state.angle - state.friction] = MODE.sticks
-        return self._matrix(z, 0.0)[state.friction - 1 :, : state.coordinates]
+        z[self.senses] = MODE.sticks
+        return self._matrix(z, 0.0)[self.state.friction - 1 :, : self.state.coordinates]
 
     def given(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the constant forces, and those of products and force laws."""
@@ -279,9 +354,11 @@ class Equations:
 
     def linear(self, z: np.ndarray, spin: Spin) -> Linear:
         """Return the matrices about a state, in axes that turn with `spin`."""
-        n, M, matrix = self.state.coordinates, self.mass, self._matrix(z, 0.0)
+        n, M, smooth = self.state.coordinates, self.mass, z.copy()
+        smooth[self.senses] = MODE.free  # friction is a load
+        matrix = self._matrix(smooth, 0.0)
         K, Phi = matrix[:n, :n], matrix[n : self.state.friction - 1, :n]
-        D = (self._matrix(z, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
+        D = (self._matrix(smooth, self.damping_weight) - matrix)[:n, :n] / self.damping_weight
         by_place, by_rate = (part[:n] for part in self._load_derivatives(z, spin))
         centrifugal, coriolis = spin.rate**2 * M, 2 * spin.rate * turning(M)
         L = -by_place - spin.rate * turning(by_rate)
@@ -292,13 +369,30 @@ class Equations:
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of the loads, and of the rates of laws' states, by q and v."""
         n, structure = self.state.coordinates, self.system.structure
-        if not (len(structure.forces.row) or len(structure.laws.address)):
+        loaded = len(structure.forces.row) or len(structure.laws.address)
+        if not (loaded or z[self.senses].any()):
             return np.zeros((n, n)), np.zeros((n, n))
-        pace = self.perturbation * max(1.0, abs(spin.rate))
         return (
-            self._differences(z, self.q.start, self.perturbation * self.size),
-            self._differences(z, self.v.start, pace * self.size),
+            self._differences(z, self.q.start, self._nudge(z) * self.size),
+            self._differences(z, self.v.start, self._pace(spin) * self.size),
         )
+
+    def _nudge(self, z: np.ndarray) -> float:
+        """Return the displacement of differences, a small part of the depth of each contact."""
+        kinds = self.system.structure.laws.gap_kind
+        self.loads(z[:, None])
+        depths = -self.work.z[self.state.gap :][: len(kinds), 0]
+        depths = np.where(kinds == GAP.length, depths / self.size.max(), depths)
+        closed = np.isin(kinds, (GAP.length, GAP.angle)) & (depths > 0)
+        part = self.of_depth * np.min(depths, where=closed, initial=1.0)
+        return min(self.perturbation, max(part, 1e-5 * self.perturbation))
+
+    def _pace(self, spin: Spin) -> float:
+        """Return the velocity of differences, a small part of the Stribeck speeds."""
+        inverse_speeds = np.sqrt(self.values.friction.inverse_square[:, 0])
+        largest = np.max(self._units * inverse_speeds, initial=0.0)
+        pace = self.perturbation * max(1.0, abs(spin.rate))
+        return pace if pace * largest <= self.of_speed else self.of_speed / largest
 
     def _state_derivatives(self, z: np.ndarray, spin: Spin, scale: np.ndarray) -> LinearStates:
         """Return the derivatives of laws with states, which are held, of these sizes."""

@@ -61,7 +61,6 @@ class Brake(PairLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return the friction."""
-        law = as_coulomb(f"{type(self).__name__} friction", self.friction)
 
         def pressure(forces: Sequence[Form]) -> list[Vector]:
             match self.force:
@@ -74,7 +73,7 @@ class Brake(PairLoad):
             return [(pressing, Form({}))]
 
         turn = turning_of(model, self.first, self.second)
-        entry = FrictionEntry(turn, law, pressure, lever=self.radius, angular=True)
+        entry = FrictionEntry(turn, self.friction, pressure, lever=self.radius, angular=True)
         return Entries(frictions=[entry])
 
 

@@ -124,10 +124,7 @@ class Contact(ContactLoad):
             as_coulomb("Contact friction", self.friction)
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
-        friction = None
-        if self.friction is not None:
-            law = as_coulomb("Contact friction", self.friction)
-            friction = rubbing(law, self.geometry.travel(first, second))
+        friction = rubbing(self.friction, partial(self.geometry.travel, first, second))
         kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
         return [touching(kernel, self.law, *parameters, friction=friction)]
 
@@ -188,10 +185,8 @@ class Stop(ContactLoad):
             as_coulomb("Stop friction", self.friction)
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
-        (x, y), friction = self.axis, None
-        if self.friction is not None:
-            law = as_coulomb("Stop friction", self.friction)
-            friction = rubbing(law, travel_on_line(first, second, self.axis))
+        x, y = self.axis
+        friction = rubbing(self.friction, partial(travel_on_line, first, second, self.axis))
         return [
             touching(
                 gap_above_line,

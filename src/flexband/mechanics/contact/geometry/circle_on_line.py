@@ -17,8 +17,8 @@ from flexband.errors import (
     check_pair,
 )
 from flexband.mechanics.contact.geometry.geometry import Geometry
-from flexband.mechanics.contact.geometry.travel import Travel
-from flexband.mechanics.kernels.forms import Frame, angle, dot, subtract
+from flexband.mechanics.contact.geometry.travel import NO_LEVER, Action, Travel
+from flexband.mechanics.kernels.forms import Frame, Vector, angle, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,
     cosine,
@@ -106,15 +106,23 @@ class CircleOnLine(Geometry):
 
 
 def travel_on_line(
-    first: Frame, second: Frame, normal: tuple[float, float], radius: ArrayLike = 0.0
+    first: Frame,
+    second: Frame,
+    normal: tuple[float, float],
+    radius: ArrayLike = 0.0,
+    lever: Vector = NO_LEVER,
 ) -> Travel:
-    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), with t the normal of the line turned by −90°."""
+    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), with t the normal of the line turned by −90°.
+
+    `lever` is from the first point of the contact to that of the frame `first`.
+    """
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-    along = dot(second.direction(y, -x), subtract(first.position, second.position))
+    apart, line = subtract(first.position, second.position), second.direction(y, -x)
+    radius = np.asarray(radius, dtype=float)
+    travel, action = dot(line, apart), Action(line, lever, apart, radius)
     if not np.any(radius):
-        return Travel(along)
-    turn = angle(first.normal) - angle(second.normal)
-    return Travel(along + turn * np.asarray(radius, dtype=float))
+        return Travel(travel, action)
+    return Travel(travel + (angle(first.normal) - angle(second.normal)) * radius, action)
 
 
 def line_parameters(

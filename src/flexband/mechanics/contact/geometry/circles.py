@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
 from flexband.mechanics.contact.geometry.geometry import Geometry
-from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.contact.geometry.travel import NO_LEVER, Action, Travel
 from flexband.mechanics.kernels.forms import Frame, angle, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 
@@ -107,7 +107,8 @@ def travel_on_circle(first: Frame, second: Frame, radius: np.ndarray) -> Travel:
     """
     centres, below = subtract(first.position, second.position), angle(second.normal)
     turn = (angle(first.normal) - below) * -radius
-    return Travel(turn, orbit=angle(centres) - below, centres=centres)
+    action = Action((-centres[1], centres[0]), NO_LEVER, centres, -radius)
+    return Travel(turn, action, orbit=angle(centres) - below)
 
 
 def check_radii(name: str, radii: object, check) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,11 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.requirements.corridors import check_instantaneous, joint
+from flexband.analysis.requirements.corridors import (
+    check_instantaneous,
+    for_constant_offsets,
+    joint,
+)
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
@@ -149,4 +153,5 @@ def allocate(
         with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirmed(surrogate, worst, first, runs_of, search)
-    return result_of(surrogate, limit_corridors, worst, confirmation)
+    result = result_of(surrogate, limit_corridors, worst, confirmation)
+    return for_constant_offsets(result, limit_corridors, surrogate.diagnostics.attrs)

@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 1
+# Hundreds of processes import the same modules, so bytecode is kept even where that is turned off.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: install demo compare test kernels check metrics unchanged wheel bench validate accuracy honesty numerics paper gallery report-picture inputs models references docs
 
@@ -77,8 +79,9 @@ inputs: install
 
 validate: install
 	$(BIN)/python validation/table.py
+	$(BIN)/python validation/exudyn/page.py
 
-# The tests of other people's models, with FMPy, Exudyn and UM-Bridge.
+# The tests of other people's models, with FMPy, Exudyn, pylinkage and UM-Bridge.
 models: install .venv/modelled
 	$(BIN)/pytest tests/models
 

@@ -2,8 +2,8 @@
 
 The oldest Python gets the lowest versions that pyproject.toml states, all others the newest. The
 oldest and the newest compile the engine. On the newest, the wheel is then replaced by one with
-machine code, which must give the same result without compiling; on the oldest, by one with another
-stiffness of springs, which must compute by it.
+machine code, which must give the same result without compiling; on the oldest, by one whose search
+for bounds gives twice their values, which must compute by it, and without compiling the engine.
 """
 
 from __future__ import annotations
@@ -48,6 +48,8 @@ import flexband as fb
 
 study = fb.Study(lambda stiffness: -9.81 / stiffness, {"stiffness": fb.Interval(90.0, 110.0)},
                  fb.PCCI(0, 2))
+if __name__ == "__main__":
+    print(float(study.run()["mean"].min()))
 """
 
 
@@ -98,25 +100,29 @@ def check(
 
 
 def upgrade(python: Path, folder: Path) -> None:
-    """Replace the wheel by one whose springs are twice as stiff, of the same version."""
+    """Replace the wheel by one whose bounds are twice the values, of the same version."""
     home = python.parents[2]
-    before = run(python, "study.py", folder=home)
+    (home / "formula.py").write_text(FORMULA, encoding="utf-8")
+    exact = -1 - 9.81 / 100.0 * (1 - math.cos(0.3 * math.sqrt(100.0)))
+    assert abs(float(run(python, "study.py", folder=home)) - exact) < 1e-5
+    before, objects = run(python, "formula.py", folder=home), set(home.rglob("*dynamics*.o"))
     source = folder / "changed"
     unneeded = shutil.ignore_patterns(".venv", ".git", ".*_cache", "output")
     shutil.copytree(ROOT, source, ignore=unneeded)
-    kernel = source / "src/flexband/mechanics/kernels/springs.py"
+    kernel = source / "src/flexband/uncertainty/expansions/bounds/search.py"
     text = kernel.read_text(encoding="utf-8")
-    changed = text.replace("load(values.stiffness, s)", "2.0 * load(values.stiffness, s)")
+    changed = text.replace("least[n] = values[n]", "least[n] = 2.0 * values[n]")
     assert changed != text
     kernel.write_text(changed, encoding="utf-8")
     (folder / "other").mkdir()
     other = build(source, folder / "other")
     run(python, *INSTALL, "--no-deps", "--force-reinstall", other, folder=home)
-    after = run(python, "study.py", folder=home)
-    for found, stiffness in ((before, 100.0), (after, 200.0)):
-        exact = -1 - 9.81 / stiffness * (1 - math.cos(0.3 * math.sqrt(stiffness)))
-        assert abs(float(found) - exact) < 1e-5, found
-    print(f"upgraded wheel: {before} -> {after} m: passed")
+    after = run(python, "formula.py", folder=home)
+    assert abs(float(before) + 9.81 / 90.0) < 1e-3, before
+    assert float(after) == 2 * float(before), after
+    assert abs(float(run(python, "study.py", folder=home)) - exact) < 1e-5
+    assert set(home.rglob("*dynamics*.o")) == objects
+    print(f"upgraded wheel: {before} -> {after}: passed")
 
 
 def check_objects(python: Path, pure: Path) -> None:

@@ -15,6 +15,7 @@ from scipy.optimize import root
 from typer.testing import CliRunner
 
 import flexband as fb
+from benchmarks.play.linkages import Dyad, Linkage
 from flexband.cli import app
 from flexband.report import pdf
 from flexband.study.comparison import compare
@@ -307,6 +308,37 @@ def controlled_arm(own):
     assert at(motion, "integral")[-1] * own.INTEGRAL == pytest.approx(moment, rel=1e-3)
 
 
+def robot_arm(own):
+    """At rest the links are at the sums of the angles, and the integral carries the hand."""
+    motion, angles = own.motion(), np.cumsum([np.pi / 3, -np.pi / 2, own.WRIST])
+    tip = np.array(own.LENGTHS) @ np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    np.testing.assert_allclose([at(motion, f"tip_{axis}")[-1] for axis in "XY"], tip, atol=1e-4)
+    section = own.SECTION["height"] * own.SECTION["width"] * own.SECTION["density"]
+    _, lower, hand = section * 9.81 * np.array(own.LENGTHS)
+    moment = hand * own.LENGTHS[2] / 2 * np.cos(angles[2])
+    assert at(motion, "i")[-1] * own.GAINS[1] == pytest.approx(moment, rel=1e-2)
+    moment += (lower / 2 + hand) * own.LENGTHS[1] * np.cos(angles[1])
+    assert at(motion, "M")[-1] == pytest.approx(moment, rel=1e-2)
+    assert at(motion, "power")[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def gripper(own):
+    """The bar loses ½ m v² J/(J + m L²), carries the load on a circle, and lets it fall freely."""
+    motion = own.motion()
+    inertia = own.MASS * own.LENGTH**2 / 3
+    speed = np.sqrt(own.MASS * 9.81 * own.LENGTH / inertia) * own.LENGTH
+    lost = 0.5 * own.LOAD * speed**2 * inertia / (inertia + own.LOAD * own.LENGTH**2)
+    assert at(motion, "lost")[-1] == pytest.approx(lost, rel=1e-4)
+    t = motion.time.values
+    carried, flying = (t > own.SEIZED) & (t <= own.RELEASED), t > own.RELEASED + 0.01
+    for axis in "XY":
+        apart = (at(motion, f"load_{axis}") - at(motion, f"bar_{axis}"))[carried]
+        np.testing.assert_allclose(apart, 0.0, atol=1e-4)
+        falling = np.diff(at(motion, f"load_{axis}")[flying], 2) / np.diff(t)[0] ** 2
+        np.testing.assert_allclose(falling, {"X": 0.0, "Y": -9.81}[axis], atol=1e-4)
+        assert np.all(at(motion, f"grip_{axis}")[t < own.SEIZED - 0.01] == 0.0)
+
+
 def hydraulic_cylinder(own):
     """Both flows are A v and the pressures hold the damper: (2A³/o²) v² + c v = A p."""
     motion = own.motion()
@@ -377,11 +409,27 @@ def brake_squeal(own):
         assert modes["unstable"].any() == (mu > 0.45)
 
 
+def play(own):
+    """All pins move the rocker as the coupler's length does: bounds are ± 4 c |∂ψ/∂b|, ± 1 %."""
+    bands = own.study.run()["mean"].sel(output="rocker")
+    bar = (own.CRANK, 0.0), (own.GROUND, 0.0)
+    dyad = Dyad(("b", "c"), (own.COUPLER, own.ROCKER), (("crank", *bar[0]), ("ground", *bar[1])))
+    linkage = Linkage(own.CRANK, [dyad], ["c"], own.START + own.TURN * bands["time"].values)
+    longer = np.array([own.COUPLER, own.COUPLER + 1e-6])
+    slope = np.diff(linkage.outputs_at({}, b=longer)[:, 0], axis=0)[0] / 1e-6
+    np.testing.assert_allclose(bands[1] - bands[0], 8 * own.PLAY * np.abs(slope), rtol=0.01)
+    one = fb.propagate(own.response, {"C": fb.Play(own.PLAY)}, fb.AdaptivePCCI(1e-3))["mean"][:, 0]
+    hits = fb.simulate(own.generator(clearance=own.PLAY), duration=1.0, step=0.02).values[0]
+    depth = 2e-3 * (one[1] - one[0])  # of the contact
+    assert np.all((hits >= one[0] - depth) & (hits <= one[1] + depth))
+    assert float(np.ptp((hits - one.mean("bound")).values)) > 0.9 * float((one[1] - one[0]).min())
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, brake_squeal,
+    hydraulic_cylinder, stick_slip, brake_squeal, play, robot_arm, gripper,
 )}  # fmt: skip
 
 

@@ -68,8 +68,8 @@ def mechanism(**parts):
 
 
 def same(a):
-    """Return a number, or a field's value in the middle of the domain."""
-    return a(np.array([0.5]))[:, 0] if callable(a) else np.array(a)
+    """Return a number, the sum of a pair, or a field's value in the middle of the domain."""
+    return a(np.array([0.5]))[:, 0] if callable(a) else np.sum(np.atleast_2d(a), axis=0)
 
 
 def response(a, b):
@@ -139,6 +139,13 @@ OWN = {
     ("SpringMoment", "spring"): "torsion",
     ("Stress", "body"): "b",
     ("LawState", "load"): "fading",
+    ("LawForce", "load"): "fading",
+    ("Switched", "joint"): fb.Revolute("r.tip", (1.0, 0.0)),
+    ("Switched", "active"): lambda t: t > 0.05,
+    ("FreeStrain", "member"): "c",
+    ("Bushing", "stiffness"): (1.0, 1.0, 1.0),
+    ("Characteristic", "force"): (1.0, 2.0),
+    ("Characteristic", "place"): (0.0, 1.0),
     ("LawState", "state"): "s",
     **{(name, "sensor"): fb.Position("r.tip") for name in fb.sensors.__all__},
     ("Average", "window"): 0.1,
@@ -256,6 +263,7 @@ OBJECTS = [
 FOREIGN = {
     "Dask", "FMU", "Surrogate", "UMBridgeModel", "UMBridgeServer", "load_ipython_extension",
     "load_surrogate", "open_runs", "serve", "Gap", "ContactForce", "Contacts", "FrictionForce",
+    "SwitchingLoss",
 }  # fmt: skip
 """What takes a file, a server, another program's object, the parts of a surrogate, or a contact."""
 

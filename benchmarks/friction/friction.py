@@ -13,14 +13,12 @@ the places. Grazing are events that a change of a thousandth would undo.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from xarray import DataArray
 
-import flexband as fb
 from benchmarks.friction.draws import (
     Brake,
     Coulomb,
@@ -42,6 +40,7 @@ from benchmarks.numerics.contact_draws import (
 )
 from benchmarks.numerics.contacts import (
     PLACE,
+    TIMES,
     allowed,
     bars,
     chain,
@@ -51,11 +50,11 @@ from benchmarks.numerics.contacts import (
     law,
     moving,
     place_error,
+    simulated,
     tabulate,
 )
 
 MECHANISMS = 40
-TIMES = 41
 STILL = 1e-8
 """Sliding speed [m/s] below which friction sticks."""
 
@@ -282,10 +281,7 @@ def drawn(seed: int) -> Draw:
 
 
 def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
-    """Return the family, what became of a mechanism, why, and the CPU time of the engine [s].
-
-    One that is wrong is simulated again with a hundredth of the tolerance.
-    """
+    """Return the family, what became of a mechanism, why, and the CPU time of the engine [s]."""
     draw = drawn(seed)
     reference, duration = Reference(draw), 0.5 if draw.touches else 1.0
     try:
@@ -295,32 +291,19 @@ def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
     except (TooLongError, JammedError) as error:
         return draw.kind, "no reference", type(error).__name__, 0.0
     count, ended = comparable(exact.counted, coarse)
-    outcome, text, spent = "wrong", "", 0.0
-    for part in (1.0, 0.01):
-        begun = time.process_time()
-        try:
-            motion = fb.simulate(
-                mechanism(draw, reference.velocities().reshape(-1, 3)),
-                duration=duration, step=duration / (TIMES - 1),
-                integrator=fb.GeneralizedAlpha(
-                    step_tolerance=part * tolerance, spectral_radius=1.0
-                ),
-            )  # fmt: skip
-        except fb.errors.RunError as error:
-            return draw.kind, "failed", f"{type(error).__name__}: {error}", 0.0
-        spent = time.process_time() - begun
-        until = last_time(motion, exact.counted, count, bool(ended))
-        inside = motion["time"].values <= until
+
+    def compared(motion: DataArray) -> tuple[bool, str]:
+        inside = motion["time"].values <= last_time(motion, exact.counted, count, bool(ended))
         apart = place_error(motion, exact.places, inside, draw.size)
         off, differ = instants(motion, exact, count), modes(motion, exact, inside)
         text = (
             f"{count} events, instants {off:.1e} of what is allowed, places {apart:.1e}, "
             f"{differ} other modes {ended}"
         )
-        if off < 1.0 and apart < PLACE and not differ:
-            outcome = "right" if part == 1.0 else "right at a hundredth"
-            break
-    return draw.kind, outcome, text, spent
+        return off < 1.0 and apart < PLACE and not differ, text
+
+    model = mechanism(draw, reference.velocities().reshape(-1, 3))
+    return draw.kind, *simulated(model, duration, tolerance, compared)
 
 
 def instants(motion: DataArray, exact: Motion, count: int) -> float:

@@ -157,13 +157,13 @@ def rates(outcomes: Sequence[Outcome], tolerance: float) -> list[Rate]:
     """Return the required rates. Where the method failed, the claim counts as not right."""
     done = [one for one in outcomes if not one.failure]
     counted = [
-        _rate(f"claims too small by {FACTOR:g}", [too_small(o) for o in done], "at most 3 %"),
-        _rate(
+        rate(f"claims too small by {FACTOR:g}", [too_small(o) for o in done], "at most 3 %"),
+        rate(
             f"claims below the tolerance, true error {FACTOR:g} times above it",
             [false(one, tolerance) for one in done],
             "at most 1 %",
         ),
-        _rate(
+        rate(
             f"claims within a factor {FACTOR:g}, or rightly below the tolerance",
             [right(one, tolerance) for one in outcomes],
             "90 %",
@@ -172,7 +172,8 @@ def rates(outcomes: Sequence[Outcome], tolerance: float) -> list[Rate]:
     return [*counted, *_in_time(done)] if done else []
 
 
-def _rate(name: str, hits: Sequence[bool], required: str) -> Rate:
+def rate(name: str, hits: Sequence[bool], required: str) -> Rate:
+    """Return how often something is so."""
     test = binomtest(sum(hits), max(len(hits), 1))
     span = test.proportion_ci(method="exact")
     return Rate(name, *(100 * v for v in (test.statistic, span.low, span.high)), required)

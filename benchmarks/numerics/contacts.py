@@ -173,10 +173,7 @@ def allowed(events: list, k: int) -> float:
 
 
 def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
-    """Return the family, what became of a mechanism, why, and the CPU time of the engine [s].
-
-    One that is wrong is simulated again with a hundredth of the tolerance.
-    """
+    """Return the family, what became of a mechanism, why, and the CPU time of the engine [s]."""
     draw = drawn(seed)
     reference = Reference(draw)
     try:
@@ -187,28 +184,45 @@ def judged(seed: int, tolerance: float) -> tuple[str, str, str, float]:
     except TooLongError:
         return draw.kind, "no reference", "", 0.0
     count, ended = comparable(events, rough)
+
+    def compared(motion: DataArray) -> tuple[bool, str]:
+        off, apart = errors(draw, motion, places, events, count, bool(ended))
+        text = f"{count} contacts, instants {off:.1e} of what is allowed, places {apart:.1e}"
+        return off < 1.0 and apart < PLACE, f"{text} {ended}"
+
+    model = mechanism(draw, reference.velocities().reshape(-1, 3))
+    return draw.kind, *simulated(model, duration, tolerance, compared)
+
+
+def simulated(
+    model: fb.Mechanism,
+    duration: float,
+    tolerance: float,
+    compared: Callable[[DataArray], tuple[bool, str]],
+) -> tuple[str, str, float]:
+    """Return what becomes of a mechanism, why, and the CPU time of the engine [s].
+
+    One that is wrong is simulated again with a hundredth of the tolerance. `compared` says whether
+    a motion is right, and why.
+    """
     outcome, text, spent = "wrong", "", 0.0
     for part in (1.0, 0.01):
         begun = time.process_time()
         try:
             motion = fb.simulate(
-                mechanism(draw, reference.velocities().reshape(-1, 3)),
-                duration=duration, step=duration / (TIMES - 1),
+                model, duration=duration, step=duration / (TIMES - 1),
                 integrator=fb.GeneralizedAlpha(
                     step_tolerance=part * tolerance, spectral_radius=1.0
                 ),
             )  # fmt: skip
         except fb.errors.RunError as error:
-            return draw.kind, "failed", f"{type(error).__name__}: {error}", 0.0
+            return "failed", f"{type(error).__name__}: {error}", 0.0
         spent = time.process_time() - begun
-        off, apart = errors(draw, motion, places, events, count, bool(ended))
-        text = (
-            f"{count} contacts, instants {off:.1e} of what is allowed, places {apart:.1e} {ended}"
-        )
-        if off < 1.0 and apart < PLACE:
+        right, text = compared(motion)
+        if right:
             outcome = "right" if part == 1.0 else "right at a hundredth"
             break
-    return draw.kind, outcome, text, spent
+    return outcome, text, spent
 
 
 def errors(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         errors as errors,
         execution as execution,
         fields as fields,
+        loads as loads,
         methods as methods,
         models as models,
         plot as plot,
@@ -131,6 +132,7 @@ if TYPE_CHECKING:
     from flexband.uncertainty.inputs.fields.interval_field import IntervalField as IntervalField
     from flexband.uncertainty.inputs.fields.random_field import RandomField as RandomField
     from flexband.uncertainty.inputs.inputs import Input as Input, Interval as Interval
+    from flexband.uncertainty.inputs.play import GuidePlay as GuidePlay, Play as Play
     from flexband.uncertainty.methods.pcci import PCCI as PCCI, ImprovedPCCI as ImprovedPCCI
     from flexband.uncertainty.methods.scanning import (
         LHSScanning as LHSScanning,

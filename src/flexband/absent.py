@@ -48,15 +48,10 @@ ABSENT = (
         "currents and pressures are its first-order states.",
     ),
     Absent(
-        "motors that prescribe the angle between two moving bodies",
-        "RelativeRotation RelativeDrive PrescribedAngle JointMotor",
-        "PrescribedRotation drives a body against the ground. Between moving bodies, TorsionSpring "
-        "has a torque, and with a high stiffness its rest angle follows a motion approximately.",
-    ),
-    Absent(
-        "bushings",
-        "Bushing ElasticJoint FlexibleJoint",
-        "Replace the joint by two Spring in different directions and a TorsionSpring.",
+        "pins whose play moves within a run",
+        "Clearance ClearanceJoint JointClearance",
+        "A Play is constant in each run. Its bounds hold for positions of a prescribed motion; for "
+        "forces and impacts, take Revolute(clearance=…, law=…).",
     ),
     Absent(
         "plates, shells and solids",

@@ -22,6 +22,7 @@ NAMESPACES = (
     "errors",
     "execution",
     "fields",
+    "loads",
     "methods",
     "models",
     "sections",

@@ -71,6 +71,13 @@ class Response(ABC):
         """Return whether bodies may hit each other, so that small differences grow."""
         return False
 
+    def instantaneous(self, **values: Any) -> list[str] | None:
+        """Return the outputs that follow from the inputs' values of one instant; None if unknown.
+
+        Bounds of these hold for inputs that vary in time, too.
+        """
+        return None
+
     def quantities(self, **values: Any) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
         return []
@@ -122,6 +129,9 @@ class FunctionResponse(Response):
 
     def impacts(self, **values: Any) -> bool:
         return self._answer("impacts", False, values)
+
+    def instantaneous(self, **values: Any) -> list[str] | None:
+        return self._answer("instantaneous", None, values)
 
     def quantities(self, **values: Any) -> list[str]:
         return self._answer("quantities", [], values)

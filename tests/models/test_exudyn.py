@@ -1,14 +1,16 @@
-"""A model in Exudyn, run sample by sample, against the same mechanism in flexband."""
+"""Models in Exudyn, run sample by sample, against flexband in the plane and SciPy in space."""
 
+import itertools
 import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import flexband as fb
 
-pytest.importorskip("exudyn")
+pytest.importorskip("exudyn.itemInterface")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "models" / "exudyn_pendulum.py"
 
 
@@ -42,3 +44,90 @@ def test_a_double_pendulum():
     np.testing.assert_allclose(found, expected.values, atol=4e-5)
     np.testing.assert_allclose(found["time"], expected["time"])
     assert own["study"].response is own["response"]
+
+
+def example(name):
+    return runpy.run_path(str(EXAMPLE.with_name(name)))
+
+
+def turned(points, angle, plane):
+    """Return points turned by an angle in a plane of two axes; complex numbers are allowed."""
+    i, j = plane
+    moved = points.astype(complex)
+    moved[:, i] = np.cos(angle) * points[:, i] - np.sin(angle) * points[:, j]
+    moved[:, j] = np.sin(angle) * points[:, i] + np.cos(angle) * points[:, j]
+    return moved
+
+
+def test_a_robot_arm_in_space():
+    """Against Lagrange's equations: eight points have the inertia of a block."""
+    own = example("exudyn_robot_arm.py")
+    width, forearm, upper, payload = own["WIDTH"], own["FOREARM"], 0.5, 1.0
+    corners = np.array(list(itertools.product((-(12**-0.5), 12**-0.5), repeat=3)))
+
+    def block(length):
+        return corners * (length, width, width) + (length / 2, 0.0, 0.0)
+
+    def places(q):
+        hand = turned(np.vstack([block(forearm), [(forearm, 0.0, 0.0)]]), q[2], (0, 2))
+        arm = turned(np.vstack([block(upper), hand + np.array([upper, 0.0, 0.0])]), q[1], (0, 2))
+        return turned(np.vstack([arm, corners * width]), q[0], (0, 1))
+
+    sizes = np.repeat([upper, forearm, width], 8) * own["DENSITY"] * width**2 / 8
+    masses = np.insert(sizes, 16, payload)
+    stiffness = np.array([*own["STIFFNESS"], 100.0])
+
+    def jacobian(q):
+        return np.stack([places(q + 1e-30j * e).imag / 1e-30 for e in np.eye(3)], axis=-1)
+
+    def rate(t, state):
+        q, v = np.split(state, 2)
+        bias = (jacobian(q + 1e-6 * v) - jacobian(q - 1e-6 * v)) @ v / 2e-6 + (0.0, 0.0, 9.81)
+        J = jacobian(q)
+        moment = -stiffness * (q - own["TARGETS"]) - own["DAMPING"] * v
+        moment -= np.einsum("k,kci,kc", masses, J, bias)
+        return np.r_[v, np.linalg.solve(np.einsum("k,kci,kcj", masses, J, J), moment)]
+
+    values = {"payload": np.array([payload]), "upper_length": np.array([upper]),
+              "elbow_stiffness": stiffness[2:]}  # fmt: skip
+    found = own["response"](**values)[0]
+    times = found["time"].values
+    solved = solve_ivp(
+        rate, (0.0, times[-1]), np.zeros(6), rtol=1e-8, atol=1e-9, t_eval=times[::10]
+    )
+    expected = np.array([places(q)[16].real for q in solved.y[:3].T]).T
+    assert np.ptp(found.values, axis=1).min() > 0.1
+    np.testing.assert_allclose(found.values[:, ::10], expected, atol=2e-5)
+
+
+def test_a_flexible_four_bar_in_space():
+    """A stiff rod moves as a rigid one does; a soft one bends as finer elements say."""
+    own = example("exudyn_spatial_four_bar.py")
+    length, angle = 0.3, own["rocker_angle"]
+    mass = own["DENSITY"] * np.pi * own["RADIUS"] ** 2 * length
+
+    def places(theta):
+        phi = angle(theta, length)
+        tip = own["CRANK"] * np.array([np.cos(theta), np.sin(theta), 0.0])
+        end = own["PIVOT"] + own["ROCKER"] * np.array([0.0, np.cos(phi), np.sin(phi)])
+        return np.array([tip, (tip + end) / 2, end, (phi, 0.0, 0.0)])
+
+    def energies(theta):  # of a rate of one; Simpson's rule is exact for a rigid rod
+        slope = (places(theta + 1e-5) - places(theta - 1e-5)) / 2e-5
+        weights = np.array([mass / 6, 4 * mass / 6, mass / 6, 1e-3])
+        return own["FLYWHEEL"] + weights @ (slope**2).sum(1), mass * 9.81 * places(theta)[1, 2]
+
+    def rate(t, state):
+        theta, omega = state
+        (more, high), (less, low) = energies(theta + 1e-4), energies(theta - 1e-4)
+        pull = own["TORQUE"] - (more - less) / 2e-4 * omega**2 / 2 - (high - low) / 2e-4
+        return omega, pull / energies(theta)[0]
+
+    stiff = own["four_bar"](length, 3e11)
+    times = stiff["time"].values
+    solved = solve_ivp(rate, (0.0, times[-1]), (0.0, 0.0), rtol=1e-8, t_eval=times)
+    np.testing.assert_allclose(stiff[0], solved.y[0], atol=1e-3)
+    np.testing.assert_allclose(stiff[1], angle(stiff[0].values, length), atol=2e-5)
+    soft, fine = (own["four_bar"](length, 3e9, elements)[2].values for elements in (6, 12))
+    assert 1e-4 < np.ptp(soft) < 0.03
+    np.testing.assert_allclose(soft, fine, atol=0.01 * np.ptp(soft))

@@ -5,8 +5,15 @@ import pytest
 import xarray as xr
 
 import flexband as fb
-from flexband.report.text.parts import parts_line, parts_table
-from flexband.study.results.verdicts import Verdict
+from flexband.report.study_report import answer_of, remarks
+from flexband.report.text.parts import (
+    horizon_line,
+    parts_table,
+    predictable_part,
+    sampling_line,
+)
+from flexband.report.text.verdicts import verdict_line
+from flexband.study.results.verdicts import Reason, Verdict
 from flexband.study.run import RunOptions
 
 TIME = np.arange(0.0, 5.0, 0.05)
@@ -55,10 +62,13 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert [verdict.verdict for verdict in result.verdicts] == [Verdict.FAIL, Verdict.PASS]
     assert result.verdicts[0].share[0] == float(parts["failing"][0])
     assert not parts["quantity_predictable"].any()
-    line = parts_line(parts)
-    assert line.startswith("Impacts make single motions unpredictable after ")
-    assert "those of 292 sampled parts (x: Uniform(lower=0.0, upper=3.0))" in line
-    assert "(y): peaks and counts" in line
+    line = horizon_line(parts)
+    assert line.startswith("Impacts make the motion of a single part unpredictable: y after 2.")
+    assert "292 sampled parts tell how peaks" in line
+    assert sampling_line(parts) == "292 sampled parts with x: Uniform(lower=0.0, upper=3.0)"
+    assert answer_of(study, result)[0] == line
+    assert remarks(study, result) == [sampling_line(parts)]
+    assert predictable_part(result.bands, parts) is None
     assert [row[:2] for row in parts_table(parts)[1]] == [["largest y", "m"], ["smallest y", "m"]]
     again = study_of(Colliding(), requirements=limits, scatter={"x": uniform}).run_in(tmp_path)
     assert again.reused
@@ -86,3 +96,64 @@ def test_predictable_motions_and_those_without_impacts_are_not_sampled(tmp_path,
     assert result.doubts
     assert result.parts is None
     assert not (tmp_path / "parts.nc").exists()
+
+
+class Shaken(Colliding):
+    """The same with a force that moves it a little."""
+
+    def __call__(self, x, force):
+        return super().__call__(x) + 1e-3 * force[:, None, None]
+
+    def impacts(self, x, force):
+        return True
+
+
+def test_a_probability_is_counted_in_the_samples(tmp_path):
+    limits = [
+        fb.Requirement(name, during=(4.9, 4.92), criterion=fb.analysis.Probability(p), below=below)
+        for name, below, p in (("often", 0.5, 0.3), ("rarely", 2.0, 0.02))
+    ]
+    random = fb.Study(
+        Colliding(), {"x": fb.Uniform(0.0, 3.0)}, fb.AdaptivePCCI(max_runs=18), requirements=limits
+    ).run_in(tmp_path / "random")
+    assert [verdict.verdict for verdict in random.verdicts] == [Verdict.FAIL, Verdict.PASS]
+    assert random.verdicts[0].share[0] == pytest.approx(0.5, abs=0.08)
+    assert random.limits.probability is None
+    inputs = {"x": fb.Interval(0.0, 3.0), "force": fb.Normal(0.0, 1.0)}
+    worst = fb.Study(Shaken(), inputs, fb.AdaptivePCCI(max_runs=18), requirements=limits).run_in(
+        tmp_path / "worst"
+    )
+    assert [verdict.verdict for verdict in worst.verdicts] == [Verdict.FAIL, Verdict.UNDECIDED]
+    assert worst.verdicts[1].reason is Reason.OF_PARTS
+    assert "Require a share of the parts" in verdict_line(worst.verdicts[1])
+
+
+class Geared(Colliding):
+    """The same after a gear: a wave that is not predictable, or a triangle that is."""
+
+    def __call__(self, x, gear):
+        waves = super().__call__(x)
+        return waves if gear[0] == "high" else waves * 0 + 0.1 * x[:, None, None]
+
+    def impacts(self, x, gear):
+        return True
+
+
+def test_parts_are_sampled_with_every_choice(tmp_path):
+    inputs = {"x": fb.Interval(0.0, 3.0), "gear": fb.Choice("low", "high")}
+    share = fb.analysis.ShareOfParts(0.3)
+    limits = [
+        fb.Requirement("late", below=below, during=(4.9, 4.92), criterion=share)
+        for below in (0.5, 1.5)
+    ]
+    study = fb.Study(
+        Geared(), inputs, fb.AdaptivePCCI(max_runs=8), requirements=limits,
+        scatter={"x": fb.Uniform(0.0, 3.0)},
+    )  # fmt: skip
+    result = study.run_in(tmp_path)
+    assert result.parts["choice"].values.tolist() == ["low", "high"]
+    assert np.isinf(result.parts["horizon_low"].values).tolist() == [[True], [False]]
+    assert result.parts["failing"].values[0, 0] == 0.0
+    assert [verdict.verdict for verdict in result.verdicts] == [Verdict.FAIL, Verdict.PASS]
+    assert parts_table(result.parts)[1][0][0] == "largest y, low"
+    assert ": y after 2." in horizon_line(result.parts)

@@ -10,14 +10,19 @@ import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
 from flexband.analysis.peaks import drops, spacing
-from flexband.analysis.requirements.corridors import Corridor, chosen_output, joint
+from flexband.analysis.requirements.corridors import (
+    Corridor,
+    check_instantaneous,
+    chosen_output,
+    joint,
+)
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
 from flexband.analysis.results import ERRORS, Variables, check_free
 from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
@@ -181,7 +186,9 @@ class _Checked:
         bands = self.bands[label]
         self.source, error = error_of(bands, self.labels)
         self.inputs = str(bands.attrs.get("inputs", ""))
-        return _checked(requirement.corridor(self.labels, label), bands, self.labels, error)
+        corridor = requirement.corridor(self.labels, label)
+        check_instantaneous({str(requirement): corridor}, bands.attrs)
+        return _checked(corridor, bands, self.labels, error)
 
 
 def _bands(
@@ -199,6 +206,7 @@ def _bands(
     columns = compensators(space)
     if not columns:
         return bands
+    check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()

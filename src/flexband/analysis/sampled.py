@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.machine_code import compiled
+from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scan
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -56,7 +56,7 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
 
 def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
     """Return half the width of the confidence interval of the mean over the replicates."""
-    factor = scipy.stats.t.ppf((1 + CONFIDENCE) / 2, REPLICATES - 1) / math.sqrt(REPLICATES)
+    factor = stdtrit(REPLICATES - 1, (1 + CONFIDENCE) / 2) / math.sqrt(REPLICATES)
     return factor * replicates.std(axis=axis, ddof=1)
 
 
@@ -70,14 +70,24 @@ class SampledSeries:
     expansion : that of the output alone.
     hybrid : the expansion of the series themselves, or of their parts.
     columns : where the parts of phases are; None if the series are polynomials.
-    scanned : η among which bounds are searched first, and the numbers of the points next to each.
+    scan : η among which bounds are searched first, and the numbers of the points next to each.
     """
 
     output: int
     expansion: Expansion
     hybrid: HybridExpansion
     columns: PartColumns | None
-    scanned: tuple[np.ndarray, np.ndarray]
+    scan: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def scanned(self) -> tuple[np.ndarray, np.ndarray]:
+        """The scan, for a search over intervals; raise `InputError` if there is a disc."""
+        if self.hybrid.discs:
+            raise InputError(
+                "quantiles, p-boxes, Sobol' indices and derived quantities are searched over "
+                "intervals alone and do not take a Play"
+            )
+        return self.scan
 
     @staticmethod
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:

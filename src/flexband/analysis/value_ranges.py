@@ -137,4 +137,5 @@ def _on_box(expansion: HybridExpansion, lower: np.ndarray, upper: np.ndarray) ->
         index, which = np.unique(new, axis=0, return_inverse=True)
         entries = matrix[row, orders[col]], (which.ravel(), col)
         transform = csr_array(entries, shape=(len(index), len(orders))) @ transform
-    return HybridExpansion((), index, np.asarray(transform @ expansion.coefficients))
+    coefficients = np.asarray(transform @ expansion.coefficients)
+    return HybridExpansion((), index, coefficients, expansion.discs)

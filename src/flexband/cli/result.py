@@ -15,7 +15,7 @@ from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
-from flexband.report.text.parts import parts_line
+from flexband.report.text.parts import parts_table, predictable_part
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Verdict
 from flexband.words import number_of
@@ -62,16 +62,17 @@ def print_result(
     """Print the table of a result, what it answers, and the files that were written."""
     verdicts = result.verdicts_in(study.display)
     title = f"{plan.title}: {result.label}, {number_of(result.runs, 'run')}"
-    table = tables.summary_table(study.display.data(result.bands), result.verification)
+    sampled = result.parts
+    shown = predictable_part(study.display.data(result.bands), sampled)
+    table = None if shown is None else tables.summary_table(shown, result.verification)
+    parts = None if sampled is None else parts_table(sampled)
     answer = answer_of(study, result) if reported else []
-    if result.parts is not None:
-        answer = [parts_line(result.parts), *answer]
     notes = remarks(study, result)
     if as_json:
         doubts = [doubt_text(doubt) for doubt in result.doubts]
         print_json(
             {"verdicts": [asdict(verdict) for verdict in verdicts],
-             "title": title, "table": table, "answer": answer, "runs": result.runs,
+             "title": title, "table": table, "parts": parts, "answer": answer, "runs": result.runs,
              "doubts": doubts, "remarks": notes}
         )  # fmt: skip
         return
@@ -79,7 +80,10 @@ def print_result(
         print_text(verdict_line(verdict), STYLES[verdict.verdict])
     if verdicts:
         print_text("")
-    print_table(title, table)
+    if table is not None:
+        print_table(title, table)
+    if parts is not None:
+        print_table("Distribution over the parts (95 % confidence)", parts)
     files = [f"Report: {result.folder / FileName.REPORT}"] * reported
     kinds: dict[str, str] = {
         FileName.SURROGATE: "Model: ",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         NormalLaw as NormalLaw,
         hertz_stiffness as hertz_stiffness,
     )
+    from flexband.mechanics.joints.switched import Switched as Switched
     from flexband.mechanics.loads.brakes import (
         Brake as Brake,
         Clutch as Clutch,

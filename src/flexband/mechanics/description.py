@@ -8,15 +8,9 @@ import numpy as np
 
 from flexband.errors import check_instance
 from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.packing import AT_START, pack
-from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.engine.corrections import corrections, report
-from flexband.mechanics.engine.failures import raise_failures
-from flexband.mechanics.engine.redundancy import dependent
-from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.joints.joint import Joint, body_and_point
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.linearization.mobility import Mobility
 from flexband.mechanics.loads.load import Load
 
 
@@ -43,12 +37,9 @@ def describe(mechanism: Mechanism) -> str:
     4 coordinates, 1 constraints (including those of rigidity), 3 degrees of freedom
     """
     check_instance("mechanism", mechanism, Mechanism)
-    system = assemble(mechanism)
-    values = pack(system, AT_START)(0)
-    work, failure = while_compiling(lambda: begin(system, values))
-    raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
-    redundant, names = dependent(system, work.z[:, 0])
-    changes = report(system, corrections(system, work.z, np.zeros(1, dtype=int)))
+    mobility = Mobility.of(mechanism)
+    system, z, redundant, names = mobility
+    changes = report(system, corrections(system, z, np.zeros(1, dtype=int)))
 
     owners = system.constraints
     bodies = [
@@ -71,7 +62,7 @@ def describe(mechanism: Mechanism) -> str:
         *_table(["load", "kind", "points"], loads),
         *_table(["sensor", "kind", "outputs"], sensors),
         f"{count} coordinates, {len(owners)} constraints (including those of rigidity), "
-        f"{count - len(owners) + redundant} degrees of freedom",
+        f"{mobility.degrees_of_freedom} degrees of freedom",
     ]
     if redundant:
         lines.append(

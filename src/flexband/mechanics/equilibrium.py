@@ -72,6 +72,7 @@ def equilibrium(
     """
     check_instance("mechanism", mechanism, Mechanism)
     refuse_over_steps(mechanism.sensors)
+    mechanism = mechanism.at_rest()
     steps, at = check_steps(steps), check_time(time)
     if threads is not None:
         check_integer("threads", threads, 1)

@@ -165,6 +165,7 @@ def sample_modes(
     thickness: bool = False,
 ) -> AllModes:
     """Return the modes of every sample; `thickness` is whether to list those of thickness."""
+    mechanism = mechanism.at_rest()
     system, spins = assemble(mechanism), None
     if isinstance(about, SteadyRotation):
         system, spins = _spins(mechanism, system, about)

@@ -25,6 +25,7 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.mechanics.starts import start_of
 from flexband.progress import listener
@@ -74,6 +75,10 @@ class MechanismResponse(Response):
 
 class SensorResponse(MechanismResponse):
     """A response whose outputs are those of the mechanism's sensors."""
+
+    def instantaneous(self, **values: Argument) -> list[str]:
+        """Return the positions, angles and lengths, if the motion is prescribed."""
+        return instantaneous(self.built(values))
 
     def quantities(self, **values: Argument) -> list[str]:
         """Return of which vector or tensor each output is a component: its sensor and unit."""
@@ -198,7 +203,7 @@ class DynamicResponse(SensorResponse):
             step, runs that diverge are not completed with half of it: the step is too long.
         """
         arrays = {name: v for name, v in values.items() if not callable(v)}
-        samples = max((np.size(v) for v in arrays.values()), default=1)
+        samples = samples_of(arrays)
         with without_warnings(when=self.given is not None):
             if not self.given_step:
                 warn(f"the step is left out: {self.step:g} s is used", ResolutionWarning)
@@ -242,6 +247,12 @@ class DynamicResponse(SensorResponse):
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""
+
+
+def samples_of(values: Mapping[str, Argument]) -> int:
+    """Return the number of samples of arguments, whose last axis is that of the samples."""
+    arrays = (np.asarray(v) for v in values.values() if not callable(v))
+    return max((array.shape[-1] for array in arrays if array.ndim), default=1)
 
 
 def begun(motion: xr.DataArray) -> xr.DataArray:
@@ -353,4 +364,5 @@ def _shown(name: str, value: Argument, sample: int) -> str:
             return f"{name} = a function"
         return f"{name}(0) = {at_start[min(sample, len(at_start) - 1)]:.9g}"
     array = np.atleast_1d(np.asarray(value))
-    return f"{name} = {array[min(sample, len(array) - 1)]:.9g}"
+    numbers = np.atleast_1d(array[..., min(sample, array.shape[-1] - 1)])
+    return f"{name} = {', '.join(f'{number:.9g}' for number in numbers)}"

@@ -88,6 +88,8 @@ def started(
         state = state_of(start, period)
         return continued(assemble(mechanism), state)
     begins, system = start_of(start, period, step, "step"), assemble(mechanism)
+    if start in ("static", "periodic") and mechanism.at_rest() is not mechanism:
+        raise InputError(f"start={start!r} is not for a mechanism with joints that switch")
     if slow:
         system = replace(system, functions=slowed(system.functions, slow))
     return system, begins

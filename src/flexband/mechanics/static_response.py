@@ -13,7 +13,12 @@ import xarray as xr
 from flexband.errors import InputError, RunError, check_function, check_integer
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
-from flexband.mechanics.response import Argument, MechanismResponse, SensorResponse
+from flexband.mechanics.response import (
+    Argument,
+    MechanismResponse,
+    SensorResponse,
+    samples_of,
+)
 from flexband.words import number_of
 
 
@@ -56,7 +61,7 @@ class AtRest(MechanismResponse, ABC):
             If the constraints cannot be met or no equilibrium is found for a sample; the message
             gives the inputs of failed runs.
         """
-        samples = max((np.size(v) for v in values.values() if not callable(v)), default=1)
+        samples = samples_of(values)
         try:
             outputs = self.outputs(self.mechanism(values), values)
         except RunError as error:

@@ -85,7 +85,7 @@ class _Rows:
         self.count = 1
         for name, value in self.values.items():
             if not callable(value):
-                self._grow(name, len(value))
+                self._grow(name, value.shape[-1])
 
     def _grow(self, name: str, count: int) -> None:
         if count != self.count and 1 not in (count, self.count):
@@ -95,7 +95,7 @@ class _Rows:
     def row(self, k: int) -> dict[str, Any]:
         """Return the values of sample k: Python's own numbers and texts, and functions."""
         return {
-            name: self._function(name, value, k) if callable(value) else _one(value, k)
+            name: self._function(name, value, k) if callable(value) else _one(value.T, k)
             for name, value in self.values.items()
         }
 

@@ -14,6 +14,7 @@ from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
 from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.text import tables
+from flexband.report.text.parts import horizon_line, sampling_line
 from flexband.study.folder import StudyFolder
 from flexband.study.presentation.title_block import title_block
 from flexband.study.results.answers import answer_file, read_answer
@@ -38,12 +39,11 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
         "title_block": block,
         "label": result.label,
         "computed": dict(result.computed),
-        "doubts": result.doubts,
         "files": list(result.files),
         "remarks": remarks(study, result),
         **given_by(study, _inputs(study, result), result.surrogate, file,
                    seconds=result.seconds_per_run),
-        "unchecked": result.limits_unchecked,
+        **_head(result),
         "signed": signed([folder / name for name in result.result_files]),
     }  # fmt: skip
     try_write(lambda: write_given(folder, given))
@@ -62,17 +62,28 @@ def answer_of(study: Study, result: StudyResult) -> list[str]:
     """Return what the first lines of a report say."""
     inputs = inputs_table(_inputs(study, result), study.display)
     check = result.limits
-    given = {"doubts": result.doubts, "unchecked": result.limits_unchecked}
     shares = uncertain_ones(result.contributions, inputs)
-    return verdict(given, result.bands, result.verification, shares, check)
+    return verdict(_head(result), result.bands, result.verification, shares, check)
 
 
 def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
+    if result.parts is not None:  # no advice on bands helps
+        return [*tables.failures(result.bands), sampling_line(result.parts)]
     about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]
+
+
+def _head(result: StudyResult) -> dict[str, Any]:
+    """Return what the first lines of a report need that is in no other file."""
+    unpredictable = "" if result.parts is None else horizon_line(result.parts)
+    return {
+        "doubts": result.doubts,
+        "unchecked": result.limits_unchecked,
+        "unpredictable": unpredictable,
+    }
 
 
 def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:

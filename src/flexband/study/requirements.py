@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.parts.distribution import SamplingOptions, distribution
+from flexband.analysis.parts.distribution import SamplingOptions, distribution, yield_of
 from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.selection import surrogates_of
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.error_text import error_text
 from flexband.errors import warn
@@ -23,22 +23,20 @@ from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
 
-if TYPE_CHECKING:
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-    StudySurrogate = Surrogate | SurrogateOfChoices | None
-
 
 def sampled_parts(
-    progress: StudyProgress, surrogate: StudySurrogate, doubts: Sequence[Doubt], **execution: Any
+    progress: StudyProgress,
+    surrogate: AnySurrogate | None,
+    doubts: Sequence[Doubt],
+    **execution: Any,
 ) -> xr.Dataset | None:
     """Write how numbers are distributed over the parts, where a motion is not predictable.
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
     and the horizon of predictability is within the run. The runs of `predictability_horizon` and of
-    `sample_parts` are recorded with the others; both results are in one dataset. None otherwise,
-    and with choices; if runs fail, this is warned of.
+    `sample_parts` are recorded with the others; both results are in one dataset, with choices for
+    each combination of options along the dim "choice". None otherwise; if runs fail, this is warned
+    of.
 
     Parameters
     ----------
@@ -57,34 +55,46 @@ def sampled_parts(
 
 
 def _sampled(
-    progress: StudyProgress, surrogate: Surrogate | SurrogateOfChoices, **execution: Any
+    progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
     """Return the distribution and the horizon; None if the motion is predictable."""
-    study, (label, case) = progress.study, next(iter(surrogates_of(surrogate).items()))
-    space, near, options = case.space, HorizonOptions(), SamplingOptions()
-    if label or not study.source.impacts(**space.arguments_at(*space.nominal())):
+    study, near, options = progress.study, HorizonOptions(), SamplingOptions()
+    cases = surrogates_of(surrogate)
+    spaces = {label: case.space for label, case in cases.items()}
+    if not any(study.source.impacts(**s.arguments_at(*s.nominal())) for s in spaces.values()):
         return None
     folder = progress.folder.path
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)
     how = {"store": progress.store, **execution}
     with runs_as_expanded(study.response, study.inputs, **how) as runs_of:
 
-        def run(name: str, count: int) -> Runs:
+        def run(name: str, label: str, count: int) -> Runs:
             listener().stage(name)
-            return runs_of(case, label, counted(progress.task(name), count))
+            name = f"{name}, {label}" if label else name
+            return runs_of(cases[label], label, counted(progress.task(name), count))
 
-        horizon = horizon_of(run("neighbouring runs", near.runs(space)), space, None, 0, near)
-        if horizon["predictable"].all():
+        horizons = {
+            label: horizon_of(
+                run("neighbouring runs", label, near.runs(space)), space, None, 0, near
+            )
+            for label, space in spaces.items()
+        }
+        if all(horizon["predictable"].all() for horizon in horizons.values()):
             return None
-        parts, count = Parts.of(space, study.scatter), options.count(requirements)
-        samples = run("samples of the parts", count)
-        made = distribution(samples, parts, requirements, None, 0, options)
-    return made.assign(horizon.variables).assign_attrs({**horizon.attrs, **made.attrs})
+        made = []
+        for label, space in spaces.items():
+            parts, count = Parts.of(space, study.scatter), options.count(requirements)
+            samples = run("samples of the parts", label, count)
+            case = distribution(samples, parts, requirements, None, 0, options, label)
+            horizon = horizons[label]
+            case = case.assign(horizon.variables).assign_attrs({**horizon.attrs, **case.attrs})
+            made.append(case.assign_coords(choice=label) if label else case)
+    return xr.concat(made, "choice") if len(made) > 1 else made[0]
 
 
 def checked_requirements(
     progress: StudyProgress,
-    surrogate: StudySurrogate,
+    surrogate: AnySurrogate | None,
     doubts: Sequence[Doubt],
     parts: xr.Dataset | None,
     **execution: Any,
@@ -101,9 +111,7 @@ def checked_requirements(
         return None, ""
     if surrogate is None:
         return None, "the method expands no response"
-    production = None
-    if parts is not None:
-        production = parts[[name for name in parts if parts[name].dims == ("limit",)]]
+    production = None if parts is None else yield_of(parts)
     try:
         requirements = around_nominal(study.requirements, folder, surrogate, study.display)
 

@@ -240,7 +240,10 @@ def _check_criteria(study: Study) -> None:
     for requirement in several(study.requirements):
         criterion, label = requirement.criterion, requirement.label
         if isinstance(criterion, ShareOfParts) and not study.scatter:
-            raise InputError(f"{label} criterion ShareOfParts requires the study's scatter")
+            raise InputError(
+                f"{label} criterion ShareOfParts requires the study's scatter, such as "
+                'Study(…, scatter={"length": fb.Uniform(0.9, 1.1)})'
+            )
         random = Space(first_case(study.inputs)).of_kind(random=True)
         if isinstance(criterion, Probability) and not random:
             raise InputError(

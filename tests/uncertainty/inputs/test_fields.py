@@ -352,3 +352,15 @@ def test_extrapolation_of_a_field_of_one_term_is_warned_of():
 def test_a_length_that_polynomials_cannot_follow_is_refused(expansion, length):
     with pytest.raises(fb.errors.InputError, match="too short for"):
         expansion(fb.fields.exponential, length, (0.0, 1.0), 12)
+
+
+def test_bands_name_functions_of_fields_without_their_addresses():
+    def mean(x):
+        return 1.0 + x
+
+    field = fb.RandomField(mean, 0.1, correlation_length=2.0, domain=(0.0, 1.0), terms=1)
+    bands = fb.propagate(lambda E: E(np.zeros(1))[:, 0], {"E": field}, fb.PCCI(1, 0))
+    text = bands.attrs["inputs"]
+    assert "discretization=eole" in text
+    assert "mean," in text
+    assert "0x" not in text

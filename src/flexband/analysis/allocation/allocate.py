@@ -20,10 +20,11 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.corridors import check_instantaneous, joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -129,11 +130,13 @@ def allocate(
     check_instance("surrogate", surrogate, Surrogate, "one that `expand` returns, without choices")
     k = checked_sigmas(sigmas)
     limit_corridors = corridors(limits, surrogate.labels)
+    check_instantaneous(limit_corridors, surrogate.diagnostics.attrs)
     tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
     corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
     options = {"store": store, "executor": executor}
     if probability is not None:
+        check_no_play(surrogate.space, "allocate with a probability")
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
         return allocated_by_chance(chance, response, options)

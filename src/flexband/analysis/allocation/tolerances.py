@@ -14,7 +14,7 @@ from flexband.analysis.allocation.grades import Grades
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.inputs import Input, Interval
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 
 STEP = 1e-4
 """Step of differences, of the logarithm of a tolerance."""
@@ -78,13 +78,21 @@ class Tolerances:
                 f"costs must not be Grades where inputs are chosen, a Sizing or a Compensator; "
                 f"these are {', '.join(space.chosen)}"
             )
+        adjusted = compensators(space)
+        if adjusted:
+            check_no_play(space, "allocate with a Compensator")
         own = np.array([columns.get(k, -1) for k in costs])
-        return Tolerances(space, costs, least, largest, own, sizes, compensators(space))
+        return Tolerances(space, costs, least, largest, own, sizes, adjusted)
 
     @property
     def grades(self) -> list[Grades]:
         """The grades of all tolerances; none if these are not graded."""
         return [cost for cost in self.costs.values() if isinstance(cost, Grades)]
+
+    @cached_property
+    def dimensions(self) -> np.ndarray:
+        """The number of each input's variables, (names,)."""
+        return np.array([self.space.inputs[name].dimension for name in self.costs], dtype=int)
 
     @property
     def names(self) -> list[str]:
@@ -146,7 +154,10 @@ class Tolerances:
         radius = np.broadcast_to(self._all_radii, self.center(x).shape).copy()
         of_interval = self.columns >= 0
         parts = np.exp(x[..., : len(self.largest)][..., of_interval])
-        radius[..., self.columns[of_interval]] *= parts
+        for second in (0, 1):  # of the variables of a pair
+            columns = self.columns[of_interval] + second
+            present = self.dimensions[of_interval] > second
+            radius[..., columns[present]] *= parts[..., present]
         return radius
 
     def nominal(self, x: np.ndarray) -> dict[str, float]:
@@ -164,9 +175,9 @@ class Tolerances:
         inputs: dict[str, Input] = {}
         middles, radii = self.nominal(x), {k: size.tolerance for k, size in self._sizings.items()}
         for name, column, t in zip(self.names, self.columns, self.values(x), strict=True):
-            if column < 0:
-                inputs[name] = self.space.inputs[name].replaced({"std": float(t)})
-            else:
+            if column < 0 or (name in self.space.plays and not random_alone):
+                inputs[name] = self.space.inputs[name].with_tolerance(float(t))
+            elif name not in self.space.plays:
                 radii[name] = float(t)
         for name, radius in radii.items() if not random_alone else ():
             values = self.space.inputs[name].value(np.array([[-1.0], [0.0], [1.0]]))

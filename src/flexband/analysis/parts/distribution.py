@@ -19,7 +19,7 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.criteria import ShareOfParts
-from flexband.analysis.requirements.production import with_yield
+from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
@@ -82,8 +82,12 @@ def distribution(
     quantities: Quantities | None,
     seed: int,
     options: SamplingOptions,
+    case: str = "",
 ) -> xr.Dataset:
-    """Return what `sample_parts` does; `run` returns runs at points."""
+    """Return what `sample_parts` does; `run` returns runs at points.
+
+    They are those of a combination of options, `case`; "" without choices.
+    """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
     good = np.full(count, True)
@@ -94,7 +98,7 @@ def distribution(
         good[[first + k for k in made.failed]] = False
         response = made.values.isel(sample=good[first:end])
         blocks.append(numbers_of(response, quantities))
-        margins.append(margins_of(requirements, response, blocks[-1]))
+        margins.append(margins_of(requirements, response, blocks[-1], case))
     numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
     values = parts.space.numbers_at(xi[good], eta[good])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
@@ -120,14 +124,14 @@ def distribution(
 
 
 def margins_of(
-    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray
+    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray, case: str
 ) -> np.ndarray:
     """Return least margins of outputs, or of numbers by name, (requirements, samples)."""
     as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
         values = as_outputs if requirement.output in names else response
-        inside = requirement.corridor(values).margin(values.values, values.values)
+        inside = requirement.corridor(values, case).margin(values.values, values.values)
         margins.append(inside.reshape(len(values), -1).min(axis=1))
     return np.reshape(margins, (len(margins), len(numbers)))
 
@@ -144,3 +148,13 @@ def yields(
     ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
     data = {name: ("limit", values) for name, values in ends.items()}
     return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))
+
+
+def yield_of(parts: xr.Dataset) -> xr.Dataset:
+    """Return the yield of sampled parts, with choices that of the best and the worst of them."""
+    of_limits = parts[[name for name in parts if "limit" in parts[name].dims]]
+    if "choice" in of_limits.dims:
+        failing = of_limits["failing"]
+        ends = [of_limits.isel(choice=k("choice")) for k in (failing.argmin, failing.argmax)]
+        of_limits = with_yield(xr.concat(ends, xr.Variable("bound", ["lower", "upper"])))
+    return of_limits.assign_attrs({OF_SAMPLES: int(bool(parts.attrs["scatter"]))})

@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+import scipy
 from scipy.special import ndtri
-from scipy.stats import binom, binomtest
 
 
 def quantiles_of(
@@ -29,7 +29,7 @@ def quantiles_of(
     beyond = np.full((1 + lost, *values.shape[1:]), np.inf)
     tail = (1 - confidence) / 2
     ranks = np.ceil(len(values) * probabilities - 1e-9) - 1
-    low, high = (binom.ppf(part, count, probabilities) for part in (tail, 1 - tail))
+    low, high = (scipy.stats.binom.ppf(part, count, probabilities) for part in (tail, 1 - tail))
     lowest, highest = np.concatenate([-beyond, ordered]), np.concatenate([ordered, beyond])
     return ordered[ranks.astype(int)], lowest[low.astype(int)], highest[high.astype(int)]
 
@@ -40,7 +40,7 @@ def share_of(hits: int, count: int, confidence: float, lost: int) -> tuple[float
     Lost samples may be hits or not; `count` is without them.
     """
     ends = [
-        binomtest(number, count + lost).proportion_ci(confidence, method="exact")
+        scipy.stats.binomtest(number, count + lost).proportion_ci(confidence, method="exact")
         for number in (hits, hits + lost)
     ]
     return hits / count, float(ends[0].low), float(ends[1].high)

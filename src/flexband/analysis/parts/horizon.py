@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.integrate import cumulative_trapezoid
 from scipy.special import ndtr
 
 from flexband.analysis.parts.numbers import (
@@ -227,7 +227,7 @@ def _ends(values: np.ndarray, times: np.ndarray, unit: str, options: HorizonOpti
         return np.where(shares >= options.limit, values[: options.points, -1], np.inf)
     if (np.diff(values, axis=1) < 0).any():
         for _ in range(_rates(unit)):
-            values = cumulative_trapezoid(values, times, axis=1, initial=0)
+            values = scipy.integrate.cumulative_trapezoid(values, times, axis=1, initial=0)
     grown = _shares(values, options) >= options.limit
     if len(times) > 1:
         grown[:, :-1] &= grown[:, 1:]

@@ -45,11 +45,11 @@ class Parts:
         words = [f"{name}: {distribution!r}" for name, distribution in scatter.items()]
         words += [f"{name}: {distribution!r}, assumed" for name, distribution in assumed.items()]
         tolerances = ScatteringTolerances.of({**assumed, **scatter}, space)
+        words += [f"{name}: {pair!r}" for name, pair in space.plays.items()]
         return Parts(space, tolerances, "; ".join(words))
 
     def samples(self, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of independent parts; the first ones are the same for any count."""
         n, tolerances = self.space.random_dimension, self.tolerances
         u = np.random.default_rng(seed).standard_normal((count, n + tolerances.dimension))
-        eta = tolerances.eta(u[:, n:]) if tolerances.intervals else np.zeros((count, 0))
-        return of_normals(u[:, :n], self.space.families), eta
+        return of_normals(u[:, :n], self.space.families), tolerances.eta(u[:, n:])

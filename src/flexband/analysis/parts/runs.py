@@ -30,7 +30,10 @@ def plain_runs(
     check_function("response", response)
     check_names(response, inputs)
     if choices := choices_of(inputs):
-        raise InputError(f"inputs must have no Choice; got {', '.join(choices)}")
+        raise InputError(
+            f"inputs must have no Choice; got {', '.join(choices)}. A study samples every option; "
+            "here the response must choose one"
+        )
     placed, explored = located(response, inputs, as_store(options.store))
     space = Space(placed)
     with evaluations(response, placed, options) as evaluate:

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-import scipy
 from scipy.special import erf, log_ndtr, ndtr, ndtri
 
 from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
@@ -187,7 +186,8 @@ def _best(
     gain, scatter = sign * (out - out[best]).mean(axis=1), (out - out[best]).std(axis=1)
     scatter = scatter / np.sqrt(count) + 1e-300
     z = gain / scatter
-    exceeded = gain * ndtr(z) + scatter * scipy.stats.norm.pdf(z)  # expectation
+    density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
+    exceeded = gain * ndtr(z) + scatter * density  # expectation
     noise = float(np.log1p(exceeded.max() / probability)) if len(several) > 1 else 0.0
     near = mixture_around(lambda u: state.least(u, at), known[best].u, rng, options=importance)
     size = _sizes(alike, near, rng, count, options)

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy
-from scipy.special import ndtri
+from scipy.special import gammaincinv, ndtri
 
 from flexband.analysis.peaks import drops
 from flexband.analysis.probability.importance import Mixture
@@ -163,7 +162,7 @@ def clear(
     estimates = np.where(few, 0.0, probability)
     low, high = interval(estimates, error, none)
     count = np.where(few, n, 1.0)
-    bound = probability / count * scipy.stats.chi2.ppf(0.975, 2 * (count + 1)) / 2
+    bound = probability / count * gammaincinv(count + 1, 0.975)
     return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 

@@ -19,9 +19,9 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
-from flexband.analysis.requirements.corridors import joint
+from flexband.analysis.requirements.corridors import check_instantaneous, joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
-from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
+from flexband.analysis.requirements.scatter import Scatter, scattering
 from flexband.analysis.results import (
     check_free,
     doubts_of,
@@ -144,12 +144,11 @@ def failure_probability(
     for name in ("limit", "probability", "probability_at", "samples"):
         check_free(name, labels)
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
+    for label, case in surrogates.items():
+        check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     names = list(next(iter(corridors_of.values())))
     spaces = [case.space for case in surrogates.values()]
-    tolerances = {
-        label: None if scatter is None else ScatteringTolerances.of(scatter, case.space)
-        for label, case in surrogates.items()
-    }
+    tolerances = {label: scattering(scatter, case.space) for label, case in surrogates.items()}
     if scatter is None and not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"

@@ -8,6 +8,7 @@ and the density of the inputs itself and a wider one, which see what the groups 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -91,9 +92,15 @@ class Mixture:
     @staticmethod
     def mean(*several: Mixture) -> Mixture:
         """Return some mixtures in equal parts."""
-        each = zip(*(vars(mixture).values() for mixture in several), strict=True)
-        means, factors, shares = (np.concatenate(arrays) for arrays in each)
+        each = ((mixture.means, mixture.factors, mixture.shares) for mixture in several)
+        means, factors, shares = map(np.concatenate, zip(*each, strict=True))
         return Mixture(means, factors, shares / len(several))
+
+    @cached_property
+    def _inverses(self) -> tuple[np.ndarray, np.ndarray]:
+        """The inverse factors, and the logarithms of shares over determinants."""
+        determinants = np.log(np.diagonal(self.factors, 0, 1, 2)).sum(axis=1)
+        return np.linalg.inv(self.factors), np.log(self.shares) - determinants
 
     def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return samples, shape (count, n); the number of each density is that of its share."""
@@ -106,9 +113,8 @@ class Mixture:
     def weights(self, u: np.ndarray) -> np.ndarray:
         """Return the density of the inputs over that of the mixture, shape (points,)."""
         logs = []
-        for mean, factor, share in zip(self.means, self.factors, self.shares, strict=True):
-            z = np.einsum("ij,cj->ci", np.linalg.inv(factor), u - mean)
-            size = np.log(share) - np.log(np.diag(factor)).sum()
+        for mean, inverse, size in zip(self.means, *self._inverses, strict=True):
+            z = np.einsum("ij,cj->ci", inverse, u - mean)
             logs.append(size - 0.5 * np.einsum("ci,ci->c", z, z))
         return np.exp(-0.5 * np.sum(u**2, axis=1) - np.logaddexp.reduce(logs))
 
@@ -132,14 +138,20 @@ def _directions(samples: np.ndarray, options: MixtureOptions) -> np.ndarray:
 def _groups(
     samples: np.ndarray, rng: np.random.Generator, options: MixtureOptions
 ) -> list[np.ndarray]:
-    distinct = np.unique(samples, axis=0)
+    if not len(samples):
+        return []
+    ordered = samples[np.lexsort(samples.T[::-1])]  # np.unique takes 20 times as long
+    distinct = ordered[np.append(True, (np.diff(ordered, axis=0) != 0).any(axis=1))]
     count = min(options.max_groups, len(distinct) // 2)
     if count < 2:
-        return [samples] if len(samples) else []
+        return [samples]
     centres = distinct[rng.choice(len(distinct), count, replace=False)]
-    groups: list[np.ndarray] = []
+    nearest = np.zeros(len(samples), int)
     for _ in range(options.rounds):
         nearest = scipy.spatial.distance.cdist(samples, centres).argmin(axis=1)
-        groups = [group for k in range(len(centres)) if len(group := samples[nearest == k])]
-        centres = np.array([group.mean(axis=0) for group in groups])
-    return groups
+        sums = np.stack([np.bincount(nearest, column) for column in samples.T], axis=1)
+        sizes = np.bincount(nearest)[:, None]
+        before, centres = centres, (sums / np.maximum(sizes, 1))[sizes[:, 0] > 0]
+        if np.array_equal(before, centres):
+            break
+    return [samples[nearest == k] for k in np.unique(nearest)]

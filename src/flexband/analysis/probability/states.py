@@ -183,7 +183,7 @@ class LimitState:
         reduce : is given a block and its margins, one array (points, outputs, times) per part, or
             what `of` returns of a part.
         """
-        eta = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
+        eta = np.atleast_2d(eta)
         block = max(256, 100_000 // self.width)  # samples whose margins stay in the cache
         blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
         results: dict[int, Reduced] = {}
@@ -191,7 +191,8 @@ class LimitState:
         def solve(number: int) -> None:
             rows = blocks[number]
             xi = of_normals(u[rows], self.families)
-            results[number] = reduce(rows, [of(part, xi, eta[rows]) for part in self.parts])
+            places = eta if len(eta) == 1 else eta[rows]
+            results[number] = reduce(rows, [of(part, xi, places) for part in self.parts])
 
         if len(blocks) == 1:  # less work than starting a thread
             solve(0)

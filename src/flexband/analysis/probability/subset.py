@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
+from scipy.special import chdtri
 
 from flexband.analysis.probability.importance import Mixture, MixtureOptions
 
@@ -113,7 +113,7 @@ def _with_scouts(
     """Return rare samples with those that scouts find, and the probability of all of them."""
     z = rng.standard_normal((options.scouts * len(options.scout_scales), n))
     scale, chains = np.repeat(options.scout_scales, options.scouts), options.scout_chains
-    farthest = math.sqrt(scipy.stats.chi2.isf(options.beyond_scouts, n))
+    farthest = math.sqrt(chdtri(n, options.beyond_scouts))
     size = np.minimum(scale * np.linalg.norm(z, axis=1), farthest)
     u = z * (size / np.linalg.norm(z, axis=1))[:, None]
     margin = least(u)

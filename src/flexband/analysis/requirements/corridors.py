@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from types import EllipsisType
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -46,6 +47,20 @@ def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
             f"limits must leave something between them; got {', '.join(named_corridors)}"
         )
     return Corridor("", lower, upper, (...,))
+
+
+def check_instantaneous(
+    named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
+) -> None:
+    """Raise `InputError` if a limited output has bounds for constant offsets, by attributes."""
+    outputs = np.atleast_1d(attrs.get("constant_offsets", []))
+    for name, corridor in named_corridors.items():
+        if corridor.output in outputs:
+            raise InputError(
+                f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides, "
+                "on which no requirement can rest; those of positions of a mechanism whose motion "
+                "is prescribed hold in general"
+            )
 
 
 def checked_bound(name: str, bound: Bound) -> Bound:

@@ -14,6 +14,9 @@ from flexband.execution.store import StoreLike
 from flexband.progress import Progress
 from flexband.response import ResponseFunction
 
+OF_SAMPLES = "tolerances_scatter"
+"""Attribute of a yield that was counted in sampled parts: whether their tolerances differ."""
+
 LONG_NAMES = {
     "yield": "share of the parts that meet the requirement",
     "yield_low": "lower end of its confidence interval",

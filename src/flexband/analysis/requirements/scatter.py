@@ -13,8 +13,9 @@ from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.normal import TruncatedNormal
 from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 
 
 @frozen()
@@ -80,11 +81,12 @@ class ScatteringTolerances:
     Attributes
     ----------
     space : of the distributions, by the names of the tolerances.
-    intervals : of the surrogate, in the order of η.
+    intervals, plays : of the surrogate; the latter scatter by themselves.
     """
 
     space: Space
     intervals: Mapping[str, Interval]
+    plays: Mapping[str, FreePair]
 
     @staticmethod
     def of(scatter: Scatter, space: Space) -> ScatteringTolerances:
@@ -99,6 +101,8 @@ class ScatteringTolerances:
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
         tolerances: dict[str, Interval] = {}
         for name, interval in space.of_kind(random=False).items():
+            if name in space.plays:
+                continue
             if type(interval) is not Interval:
                 kind = type(interval).__name__
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
@@ -119,22 +123,36 @@ class ScatteringTolerances:
                 f"scatter must have a distribution of every tolerance; {', '.join(missing)} "
                 f"{'has' if len(missing) == 1 else 'have'} none"
             )
-        return ScatteringTolerances(Space(groups), tolerances)
+        return ScatteringTolerances(Space(groups), tolerances, space.plays)
 
     @property
     def dimension(self) -> int:
         """Number of standard normal variables."""
-        return self.space.random_dimension
+        return self.space.random_dimension + 2 * len(self.plays)
 
     def eta(self, u: np.ndarray) -> np.ndarray:
         """Return η of shape (points, m) at standard normal variables u (points, dimension)."""
-        xi = of_normals(u, self.space.families)
+        k = self.space.random_dimension
+        xi = of_normals(u[:, :k], self.space.families)
         values = self.space.numbers_at(xi, np.zeros((len(u), 0)))
-        columns = [
-            np.clip(interval.standard(np.asarray(values[name])).reshape(len(u)), -1.0, 1.0)
+        columns = {
+            name: np.clip(interval.standard(np.asarray(values[name])).reshape(-1, 1), -1.0, 1.0)
             for name, interval in self.intervals.items()
-        ]
-        return np.stack(columns, axis=1)
+        }
+        for first, (name, pair) in enumerate(self.plays.items()):
+            columns[name] = pair.of_normals(u[:, k + 2 * first : k + 2 * first + 2])
+        ordered = (columns[name] for name in sorted(columns))
+        return np.concatenate([np.zeros((len(u), 0)), *ordered], axis=1)
+
+
+def scattering(scatter: Scatter | None, space: Space) -> ScatteringTolerances | None:
+    """Return how tolerances scatter; None if they do not, and probabilities are bounded over them.
+
+    Raise `InputError` as `ScatteringTolerances.of`, and if they are bounded over a disc.
+    """
+    if scatter is None:
+        return check_no_play(space, "failure_probability without scatter")
+    return ScatteringTolerances.of(scatter, space)
 
 
 def _within(

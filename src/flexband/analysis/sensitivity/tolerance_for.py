@@ -14,7 +14,7 @@ from flexband.errors import InputError, check_numbers, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, not_constant
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -81,7 +81,7 @@ def tolerance_for(
     @cache
     def width(factor: float) -> np.ndarray:
         with without_warnings():  # of inputs that are only tried
-            part = plain_surrogate.narrowed(**{name: _with_tolerance(input_, factor * tolerance)})
+            part = plain_surrogate.narrowed(**{name: input_.with_tolerance(factor * tolerance)})
         lower, upper = ends(part)
         return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
@@ -136,9 +136,3 @@ def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
             f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {shown(name)}"
         )
     return allowed[name], surrogate.space.inputs[name]
-
-
-def _with_tolerance(input_: Input, tolerance: float) -> Input:
-    if not isinstance(input_, Interval):
-        return input_.replaced({"std": tolerance})
-    return Interval.around((input_.lower + input_.upper) / 2, tolerance=tolerance)

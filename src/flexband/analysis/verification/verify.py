@@ -34,6 +34,7 @@ from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_function, check_integer
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
@@ -345,7 +346,7 @@ def _points(
         once = np.unique(eta[at_bounds].round(6), axis=0, return_index=True)[1]
         anywhere |= ~np.isin(k, at_bounds[once])
         pairs = pairs[~anywhere[pairs].any(axis=1)]
-    eta = np.where(anywhere[:, None], rng.uniform(-1, 1, eta.shape), eta)
+    eta = np.where(anywhere[:, None], in_discs(rng.uniform(-1, 1, eta.shape), space.discs), eta)
     normals, weight = np.zeros((runs, space.random_dimension)), np.ones(runs)
     sample = sampled | (space.random_dimension == 0)
     for kind in (sample, ~sample & (bound == 0), ~sample & (bound == 1)):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,41 +20,81 @@ from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS
 from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS
+from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.mechanics.loads.load import FreeStrainEntry
+
+
+class FreeTerm(NamedTuple):
+    """A term c f(t) of an axial strain without stress, in a row of the stiffness."""
+
+    row: int
+    c: np.ndarray
+    f: TimeFunction
 
 
 class ElementTable:
-    """The elements of all cables, or of all beams without an integration rule."""
+    """The elements of all cables, or of all beams without an integration rule.
 
-    functions = ()
+    Parameters
+    ----------
+    free : axial strains without stress, of which all members take their own.
+    """
 
-    def __init__(self):
+    def __init__(self, free: Sequence[FreeStrainEntry] = ()):
+        self.free, self.free_terms = free, list[FreeTerm]()
         self.groups: list[range] = []
         self.inverse_length: list[ArrayLike] = []
         self.retardation: list[ArrayLike] = []
         self.stiffness: list[np.ndarray] = []
 
-    def take(self, body: CentreLine, first: int) -> None:
+    @property
+    def functions(self) -> list[TimeFunction]:
+        return [term.f for term in self.free_terms]
+
+    def take(self, name: str, body: CentreLine, first: int) -> None:
         """Append the elements of a body whose coordinates start in row `first` of z."""
-        self._take(body, first)
+        self._take(first, body)
+        self.retardation += body.retardation_times * body.elements
         strains = body.element_strains(body.at_start, body.element_lengths.T)
         numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
+        begin, count, axial = len(self.stiffness), len(numbers), len(numbers) - len(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
+        for entry in self.free:
+            places = enumerate(entry.strains if entry.member == name else [])
+            for row, form in (
+                (begin + e * count + axial + k, form)
+                for e, forms in places
+                for k, form in enumerate(forms)
+            ):
+                for (_, _, f), c in form.terms.items():
+                    if f is None:
+                        self.stiffness[row] = self.stiffness[row] + c
+                    else:
+                        self.free_terms.append(FreeTerm(row, c, f))
 
-    def _take(self, body: CentreLine, first: int) -> None:
+    def _take(self, first: int, body: CentreLine) -> None:
         """Append what elements of all kinds have."""
         starts = [first + int(row) for row in body.element_rows]
         self.groups += [range(start, start + body.element_coordinates) for start in starts]
         self.inverse_length += list(1 / body.element_lengths.T)
-        self.retardation += [body.retardation_time] * body.elements
 
     def couples(self) -> Couples:
         return pairs_of(self.groups)
 
     def structure(self, places: Places) -> Elements | Continua:
-        return Elements(self.first(), self.damped(), places.square(self.groups))
+        return Elements(
+            self.first(),
+            self.damped(),
+            free=indices(term.row for term in self.free_terms),
+            f=indices(places.functions[term.f] for term in self.free_terms),
+            slot=places.square(self.groups),
+        )
 
     def values(self) -> ElementValues | ContinuumValues:
-        return ElementValues(*map(stack, (self.inverse_length, self.stiffness, self.retardation)))
+        free = [term.c for term in self.free_terms]
+        at_start = [self.stiffness[term.row] for term in self.free_terms]
+        rows = (self.inverse_length, self.stiffness, self.retardation, free, at_start)
+        return ElementValues(*map(stack, rows))
 
     def first(self) -> np.ndarray:
         """Return the first coordinate of each element."""
@@ -59,7 +102,9 @@ class ElementTable:
 
     def damped(self) -> np.ndarray:
         """Return whether the material of each element is damped in any sample."""
-        return np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
+        damped = np.array([np.any(np.asarray(t) > 0) for t in self.retardation], dtype=bool)
+        each = max(len(damped) // max(len(self.groups), 1), 1)
+        return np.array(damped.reshape(-1, each).any(axis=1))
 
 
 class ContinuumTable(ElementTable):
@@ -70,9 +115,10 @@ class ContinuumTable(ElementTable):
         self.initial: list[np.ndarray] = []
         self.initial_row: list[int] = []
 
-    def take(self, body: CentreLine, first: int) -> None:
+    def take(self, name: str, body: CentreLine, first: int) -> None:
         """Append the elements of a beam; only curved ones have strains at the start."""
-        self._take(body, first)
+        self._take(first, body)
+        self.retardation += body.retardation_times[:1] * body.elements
         self.stiffness += _by_point([np.moveaxis(c, 0, -1) for c in body.stiffness()])
         rows = [] if body.straight else _by_point(body.initial_strains(POSITIONS))
         each, begin = len(rows) // body.elements, len(self.initial)

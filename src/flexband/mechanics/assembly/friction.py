@@ -62,6 +62,7 @@ class FrictionTable:
             diagonal=indices(places.slot(k, k) for k in multipliers),
             angular=indices(friction.angular for friction in self.frictions),
             one_way=indices(friction.one_way for friction in self.frictions),
+            switched=indices(friction.active is not None for friction in self.frictions),
             follows=any(
                 state.sliding <= j < state.gap for term in self.normals.terms for j in term[1:3]
             ),

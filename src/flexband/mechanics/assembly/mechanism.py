@@ -33,6 +33,8 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     GeneralizedForce,
+    Polar,
+    TimeFunction,
     Vector,
     add,
     at_point,
@@ -363,8 +365,39 @@ class Mechanism:
                 parts = [owner for owner, _ in self.constraints]
                 rows = [k for k, owner in enumerate(parts) if owner == f"joint {name!r}"]
                 forces = [Form.variable(carried + k) for k in rows]
-            normals.append(friction.normal(forces))
+            normal = friction.normal(forces)
+            if friction.active:
+                normal = [(naming(f"joint {name!r}", self._activity, friction.active), Form({}))]
+            normals.append(normal)
         return normals
+
+    def _activity(self, active: TimeFunction | tuple[str, str]) -> Form:
+        """Return what is positive where a joint that switches is active."""
+        if not isinstance(active, tuple):
+            return Form.function(active) - 0.5
+        load, event = active
+        names = {
+            part: [e for law in es.laws for e in law.events] for part, es in self.entries.items()
+        }
+        _within("load with events", load, {part: group for part, group in names.items() if group})
+        _within(f"event of load {load!r}", event, dict.fromkeys(names[load]))
+        before = sum(len(law.events) for law in self.laws[: self._before(load, "laws")])
+        modes = self.state.gap + 2 * ((self.state.extreme - self.state.gap) // GAP_ROWS)
+        return Form.variable(modes + before + names[load].index(event)) * -1.0
+
+    def at_rest(self) -> Mechanism:
+        """Return the mechanism for statics and modes: joints that switch are as at the start."""
+        joints = {name: joint.at_rest() for name, joint in self.joints.items()}
+        if all(joints[name] is joint for name, joint in self.joints.items()):
+            return self
+        return replace(self, joints=joints)
+
+    def switching_losses(self, joint: str) -> list[Form]:
+        """Return the energies that the rows of a joint that switches have taken so far."""
+        count, owners = len(self.frictions), [name for name, f in self.frictions if f.active]
+        _within("joint that switches", joint, dict.fromkeys(owners))
+        rows = [k for k, (name, f) in enumerate(self.frictions) if f.active and name == joint]
+        return [Form.variable(self.state.sliding + 4 * count + k) for k in rows]
 
     @cached_property
     def entries(self) -> dict[str, Entries]:
@@ -579,6 +612,22 @@ class Mechanism:
             row = self.state.law + 3 * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
         return [(force, moved) for force, moved in pairs if moved.terms]
+
+    @cached_property
+    def polars(self) -> dict[int, list[Polar]]:
+        """Of each row of z that is an angle or an elongation, the terms that it is the sum of."""
+        rows, one = self.rows_with_multipliers, np.asarray(1.0)
+        angles = [polar._replace(c=one, f=None) for row in rows for polar in row.polar]
+        turns = [spring.vectors for _, spring in self.springs if spring.torsion]
+        turns += [[frame.normal for frame in law.points] for law in self.laws]
+        turns += [[moment.direction] for moment in self.moments]
+        angles += [Polar(vector, one) for vectors in turns for vector in vectors]
+        polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
+        for k, (_, spring) in enumerate(self.springs):
+            first, *others = spring.vectors
+            terms = [Polar(first, one, length=not others), *(Polar(v, -one) for v in others)]
+            polars[self.state.elongation + k] = terms
+        return polars
 
     # --- inertia ----------------------------------------------------------------------------
 

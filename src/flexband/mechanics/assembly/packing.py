@@ -49,6 +49,11 @@ class Packed:
         values = values._replace(springs=values.springs._replace(rest=rest))
         travels = _writable(values.friction.terms)  # and these while circles slide on each other
         values = values._replace(friction=values.friction._replace(terms=travels))
+        for kind in ("beams", "cables"):  # and these with the temperature
+            members = values.beams if kind == "beams" else values.cables
+            if len(members.free):
+                members = members._replace(stiffness=_writable(members.stiffness))
+                values = values._replace(**{kind: members})
         if not len(values.polynomials):
             return values
         return values._replace(functions=_writable(values.functions), rates=_writable(values.rates))

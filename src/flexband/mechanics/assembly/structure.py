@@ -33,6 +33,8 @@ class Elements(NamedTuple):
 
     first: np.ndarray  # of the element's coordinates
     damped: np.ndarray  # whether its material is
+    free: np.ndarray  # rows of the stiffness where free strains are that change in time
+    f: np.ndarray  # functions of time of these strains
     slot: np.ndarray  # (elements, coordinates, coordinates)
 
 
@@ -65,6 +67,9 @@ class Springs(NamedTuple):
 
     translational: int  # number of translational springs
     f: np.ndarray  # function of time that multiplies the pull
+    table: np.ndarray  # first row of its table: places, rates, then coefficients
+    places: np.ndarray  # how many it has, 0 without a table
+    rates: np.ndarray  # the same
     vector: np.ndarray  # the vector of each translational spring, both of each torsion spring
     slot: np.ndarray  # (springs, most entries, most entries)
 
@@ -120,6 +125,7 @@ class Friction(NamedTuple):
     diagonal: np.ndarray  # friction -> place of its pivot
     angular: np.ndarray  # friction -> whether its travel is an angle
     one_way: np.ndarray  # friction -> whether it is free one way, and holds any force the other
+    switched: np.ndarray  # friction -> whether it is a row of a joint that switches
     follows: bool  # whether normal forces are reactions
     normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
     of_components: np.ndarray  # vector -> friction
@@ -170,7 +176,9 @@ class ElementValues(NamedTuple):
 
     inverse_length: np.ndarray
     stiffness: np.ndarray  # rows of an element: upper triangles, then its strains at the start
-    retardation: np.ndarray  # of a Kelvin–Voigt solid [s]
+    retardation: np.ndarray  # of a Kelvin–Voigt solid, and of its bending [s]
+    free: np.ndarray  # coefficients of free strains
+    at_start: np.ndarray  # strains at the start in the same rows
 
 
 class ContinuumValues(NamedTuple):
@@ -197,6 +205,7 @@ class SpringValues(NamedTuple):
     cubic: np.ndarray
     damping: np.ndarray
     pull: np.ndarray
+    table: np.ndarray
 
 
 class FrictionValues(NamedTuple):

@@ -107,12 +107,14 @@ def assemble(mechanism: Mechanism) -> System:
     mechanism.warn_of_elements()
     state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
     velocity: list[ArrayLike] = [0.0]
-    elements = {"beams": ElementTable(), "continua": ContinuumTable(), "cables": ElementTable()}
+    free = [strain for entries in mechanism.entries.values() for strain in entries.strains]
+    continua = ContinuumTable()
+    elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
     for name, body in mechanism.bodies.items():
         velocity += naming(f"body {name!r}", body.velocities)
         if name in mechanism.members:
             member, first = mechanism.member(name)
-            naming(f"body {name!r}", elements[member.element_table].take, member, first)
+            naming(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
     inertia = Inertia(mechanism)
     outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
@@ -160,7 +162,7 @@ def assemble(mechanism: Mechanism) -> System:
         start=stack(mechanism.guess),
         velocity=stack(velocity),
         inverse_scale=stack(inertia.inverse_scale),
-        rigidity=stack([rigidity(**elements, mass=mass)]),
+        rigidity=stack([rigidity(elements["beams"], continua, elements["cables"], mass)]),
         regular_mass=stack(list(inertia.regular_mass.values())),
         sharing_mass=stack(list(inertia.sharing_mass().values())),
         metric=stack(inertia.metric()),

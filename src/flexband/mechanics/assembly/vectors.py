@@ -115,6 +115,7 @@ class SpringTable:
         self.springs, self.numbers = springs, numbers
         self.groups = [[i for a in vectors for i in groups[a]] for vectors in numbers]
         self.pulls, self.functions = [], []
+        self.tables = [s.table.rows if s.table else ([], 0, 0) for s in springs]
         for spring in springs:
             (((_, _, f), c),) = spring.pull.terms.items() or [((0, 0, None), 0.0)]
             self.pulls.append(c)
@@ -127,6 +128,9 @@ class SpringTable:
         return Springs(
             translational=sum(not spring.torsion for spring in self.springs),
             f=indices(places.functions[f] for f in self.functions),
+            table=starts([rows for rows, _, _ in self.tables])[:-1],
+            places=indices(count for _, count, _ in self.tables),
+            rates=indices(count for _, _, count in self.tables),
             vector=indices(a for vectors in self.numbers for a in vectors),
             slot=places.square(self.groups),
         )
@@ -138,6 +142,7 @@ class SpringTable:
             cubic=stack([s.cubic for s in self.springs]),
             damping=stack([s.damping for s in self.springs]),
             pull=stack(self.pulls),
+            table=stack([row for rows, _, _ in self.tables for row in rows]),
         )
 
 

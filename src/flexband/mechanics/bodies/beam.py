@@ -83,6 +83,8 @@ class Beam(CentreLine):
         loads act between the ends: then they are shared among the parts between these points.
     retardation_time : τ [s] of a Kelvin–Voigt solid, whose stresses are those of the strains
         E + τ Ė. A vibration of angular frequency ω has the damping ratio τω/2.
+    bending_retardation_time : τ [s] of bending alone, or None for the same one. A beam with an
+        `integration` has none.
     start : position of the start [m].
     angle : from the X axis to the beam's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left, less than 2/height. Terms of
@@ -140,6 +142,10 @@ class Beam(CentreLine):
             return
         allowed = "None, sections.SelectiveIntegration() or sections.FullIntegration()"
         check_implements("Beam integration", self.integration, SectionIntegration, allowed)
+        if self.bending_retardation_time is not None:
+            raise InputError(
+                "Beam bending_retardation_time must be None if there is an integration"
+            )
         if self.shear_factor is not None:
             raise InputError(
                 "Beam shear_factor must be None if there is an integration; "

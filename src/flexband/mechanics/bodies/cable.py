@@ -54,6 +54,7 @@ class Cable(CentreLine):
         loads act between the ends: then they are shared among the parts between these points.
     retardation_time : τ [s] of a Kelvin–Voigt solid, whose section forces are those of the
         strains ε + τ ε̇ and κ + τ κ̇. A vibration of angular frequency ω has the damping ratio τω/2.
+    bending_retardation_time : τ [s] of bending alone, or None for the same one.
     start : position of the start [m].
     angle : from the X axis to the cable's axis at the start [rad].
     curvature : κ₀ of the undeformed axis [1/m], positive to the left.

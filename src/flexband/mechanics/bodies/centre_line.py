@@ -58,7 +58,7 @@ class CentreLine(Body):
     """A flexible line of elements.
 
     See `Beam` and `Cable` for the parameters that they share: `length`, `elements`, `start`,
-    `angle`, `velocity`, `rate`, `curvature` and `retardation_time`.
+    `angle`, `velocity`, `rate`, `curvature` and both retardation times.
 
     `elements_per_node` is the number of elements between two named nodes. It is more than one if
     the mesh was `refined`, so that "node 2" stays where it was. `elements_left_out` tells whether
@@ -78,6 +78,7 @@ class CentreLine(Body):
     rate: ArrayLike = 0.0
     curvature: Property = 0.0
     retardation_time: ArrayLike = 0.0
+    bending_retardation_time: ArrayLike | None = None
     elements_per_node: int = 1
     elements_left_out: bool = False
     divisions: tuple[float, ...] = ()
@@ -103,13 +104,17 @@ class CentreLine(Body):
         velocity = point(f"{name} velocity", self.velocity)
         check_finite(f"{name} rate [rad/s]", self.rate)
         check_non_negative(f"{name} retardation_time [s]", self.retardation_time)
+        if self.bending_retardation_time is not None:
+            check_non_negative(
+                f"{name} bending_retardation_time [s]", self.bending_retardation_time
+            )
         curvature = (f"{name} curvature [1/m]", self.curvature, check_finite)
         for quantity, value, check in (curvature, *self.properties()):
             if not callable(value):
                 check(quantity, value)
         bent = [] if callable(self.curvature) else [self.curvature]
         motion = self.angle, self.rate, *start, *velocity
-        check_same_samples(name, self.length, self.retardation_time, *bent, *motion)
+        check_same_samples(name, self.length, *self.retardation_times, *bent, *motion)
 
     @classmethod
     def along(cls, path: Path, **properties: Any) -> Self:
@@ -202,6 +207,12 @@ class CentreLine(Body):
     @abstractmethod
     def counts(self) -> tuple[int, int]:
         """How many `element_strains` and numbers of `section_stiffness` there are."""
+
+    @property
+    def retardation_times(self) -> list[ArrayLike]:
+        """Those of all strains but bending, and of bending [s]."""
+        bending = self.bending_retardation_time
+        return [self.retardation_time, self.retardation_time if bending is None else bending]
 
     @property
     def size(self) -> int:

@@ -16,7 +16,7 @@ from flexband.errors import (
     check_same_samples,
 )
 from flexband.mechanics.contact.geometry.travel import Travel
-from flexband.mechanics.kernels.forms import Form, Vector
+from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 
 
 @frozen(kw_only=True)
@@ -92,6 +92,8 @@ class FrictionEntry(NamedTuple):
     factor : returns the ratio of the forces from µ, which are not the same in a pin.
     angular : whether s is an angle.
     one_way : whether s is free to increase and does not decrease; N is then 1.
+    active : of a joint that switches, the function of time or the event that says whether s sticks;
+        N is then positive where it does, and µs the largest |s| at which it may begin.
     """
 
     sliding: Travel
@@ -102,6 +104,7 @@ class FrictionEntry(NamedTuple):
     factor: Callable[[np.ndarray], np.ndarray] = np.asarray
     angular: bool = False
     one_way: bool = False
+    active: TimeFunction | tuple[str, str] | None = None
 
     @property
     def whole_travel(self) -> Form:

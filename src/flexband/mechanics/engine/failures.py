@@ -108,9 +108,7 @@ def raise_failures(
             "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
             f"{part[sample]:.3g} (m, or rad of an angle)",
-            FAILURE.jammed: f"friction of {rough(system)} jams: with it no motion is consistent, "
-            "or several are (Painlevé). A smaller friction coefficient, a longer guide, or a load "
-            "nearer to it avoids that; or let what is pressed together be elastic",
+            FAILURE.jammed: _jam(system),
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
@@ -139,9 +137,27 @@ def _massless(system: System) -> str:
     return f"a body without mass or inertia ({', '.join(map(repr, names))})"
 
 
-def rough(system: System) -> str:
-    """Return the parts that have friction."""
-    return " or ".join(dict.fromkeys(repr(name) for name, _ in system.mechanism.frictions))
+def rough(system: System, *, switched: bool = False) -> str:
+    """Return the parts that have friction, or the joints that switch."""
+    names = (name for name, f in system.mechanism.frictions if bool(f.active) == switched)
+    return " or ".join(dict.fromkeys(map(repr, names)))
+
+
+def _jam(system: System) -> str:
+    """Return why friction, or a joint that switches, has no consistent motion."""
+    reasons = []
+    if joints := rough(system, switched=True):
+        reasons.append(
+            f"joint {joints} becomes active farther from its place than its tolerance, or "
+            "contradicts other joints"
+        )
+    if parts := rough(system):
+        reasons.append(
+            f"friction of {parts} jams: with it no motion is consistent, or several are "
+            "(Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
+            "avoids that; or let what is pressed together be elastic"
+        )
+    return "; or ".join(reasons)
 
 
 def _causes(found: dict[int, tuple[float, str]]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -30,17 +31,21 @@ from flexband.mechanics.kernels.forms import (
     subtract,
 )
 
+GROUND = (0.0, 0.0)
+
 
 @frozen()
 class PrescribedRotation(Joint):
-    """A drive: the body of `first` is at the given angle to the X axis.
+    """A drive: the angle of one body to another, such as two links of an arm, or to the X axis.
 
     Parameters
     ----------
     first : a point of the driven body. The angle is that of the normal of its section (the x axis
         of a rigid body).
+    second : a point of the body from which the angle counts, and which takes the opposite moment.
+        It may be left out, as in ``PrescribedRotation(first, angle)``, for the ground.
     angle : function of the time [s] that returns radians, a number or an array of shape (n,), with
-        any number of turns. The body's own `angle` at the start must be within 90° of it.
+        any number of turns. The angle at the start must be within 90° of it.
 
     Raises
     ------
@@ -49,41 +54,57 @@ class PrescribedRotation(Joint):
 
     Examples
     --------
-    >>> crank = fb.Mechanism(
-    ...     bodies={"crank": fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=7800.0)},
+    >>> def bar(**start):
+    ...     return fb.RigidBody.bar(length=0.2, height=0.01, width=0.01, density=7800.0, **start)
+    ...
+    >>> arm = fb.Mechanism(
+    ...     bodies={"upper": bar(), "lower": bar()},
     ...     joints={
-    ...         "pin": fb.Revolute("crank.start", (0.0, 0.0)),
-    ...         "motor": fb.PrescribedRotation("crank", lambda t: 2 * np.pi * t),
+    ...         "shoulder": fb.Revolute("upper.start", (0.0, 0.0)),
+    ...         "elbow": fb.Revolute("lower.start", "upper.end"),
+    ...         "motor 1": fb.PrescribedRotation("upper", lambda t: 2 * np.pi * t),
+    ...         "motor 2": fb.PrescribedRotation("lower", "upper", lambda t: 2 * np.pi * t),
     ...     },
-    ...     sensors={"end": fb.Position("crank.end")},
+    ...     sensors={"hand": fb.Position("lower.end"), "turn": fb.Angle("lower")},
     ... )
-    >>> fb.simulate(crank, duration=0.125, step=0.005).values[:, -1].round(4)  # 45°
-    array([0.1414, 0.1414])
+    >>> fb.simulate(arm, duration=0.25, step=1e-3).values[:, -1].round(4)  # 90° and 180°
+    array([-0.2   ,  0.2   ,  3.1416])
     """
 
     first: PointName
-    angle: TimeFunction
+    second: Any = GROUND
+    angle: Any = None
 
     def __post_init__(self) -> None:
+        if self.angle is None:
+            object.__setattr__(self, "angle", self.second)
+            object.__setattr__(self, "second", GROUND)
         check_function("PrescribedRotation angle", self.angle, " of time")
 
-    def _direction(self) -> Vector:
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Points of both bodies."""
+        return [self.first, self.second]
+
+    def _directions(self, frame: Resolve) -> tuple[Vector, Vector]:
+        """Return the second normal turned by the angle, and the first one."""
         name = "PrescribedRotation angle [rad]"
-        cosine, sine = (Composed(outer, self.angle, name) for outer in (np.cos, np.sin))
-        return Form.function(cosine), Form.function(sine)
+        c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
+        x, y = frame(self.second).normal
+        return (x * c - y * s, x * s + y * c), frame(self.first).normal
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return the sine of the angle from the prescribed direction to the body's x axis."""
-        return [cross(self._direction(), frame(self.first).normal)]
+        """Return the sine of the angle from the prescribed direction to the first normal."""
+        return [cross(*self._directions(frame))]
 
     def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle from the prescribed direction to the body's x axis."""
-        return [dot(self._direction(), frame(self.first).normal)]
+        """Return the cosine of the angle from the prescribed direction to the first normal."""
+        return [dot(*self._directions(frame))]
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
-        """Return −λ, times the length of the body's normal."""
-        driven = frame(self.first)
-        return [couple(multipliers[0], (driven, driven.normal))]
+        """Return −λ, times the lengths of both normals."""
+        ends = [frame(point) for point in self.points]
+        return [couple(multipliers[0], *((end, end.normal) for end in ends))]
 
 
 @frozen()

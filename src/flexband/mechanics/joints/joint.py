@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from flexband.errors import InputError, check_numbers
+from flexband.errors import InputError, check_finite, check_numbers, shown
 from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.contact.contact_law import PairContact
 from flexband.mechanics.contact.friction import FrictionEntry
@@ -20,6 +21,9 @@ from flexband.mechanics.kernels.forms import Form, Frame, Vector
 
 PointName = str | Point
 """A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""
+
+Offset = Sequence[ArrayLike] | np.ndarray
+"""A pair of numbers, or an array of shape (2, n)."""
 
 Resolve = Callable[[PointName], Frame]
 """Returns the frame of a point."""
@@ -73,6 +77,10 @@ class Joint(ABC):
         """Return vectors of constant length that turn with none of the bodies."""
         return []
 
+    def at_rest(self) -> Joint:
+        """Return the joint for statics and modes, another one if it switches."""
+        return self
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
         """Return the force [N] on the first body at its point, from −Φ_qᵀλ, or None."""
         return None
@@ -118,6 +126,15 @@ def straight(kind: str, line: Frame) -> Frame:
             "the bent member. For a guide at one section, weld a rigid body to the member there"
         )
     return line
+
+
+def checked_offset(name: str, offset: Offset) -> tuple[np.ndarray, np.ndarray]:
+    """Return both numbers of an offset; raise `InputError` if it is no pair of finite numbers."""
+    try:
+        first, second = offset
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a pair of numbers; got {shown(offset)}") from None
+    return check_finite(name, first), check_finite(name, second)
 
 
 def check_axis(name: str, axis: tuple[float, float]) -> None:

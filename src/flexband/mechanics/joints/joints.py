@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -13,6 +13,7 @@ from flexband.arguments import frozen
 from flexband.errors import (
     InputError,
     check_angle,
+    check_finite,
     check_flag,
     check_non_negative,
     check_positive,
@@ -34,17 +35,21 @@ from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
+    Offset,
     PairJoint,
     PointName,
     Resolve,
     along,
     check_axis,
+    checked_offset,
     couple,
     straight,
 )
 from flexband.mechanics.kernels.forms import (
+    Composed,
     Form,
     Frame,
+    TimeFunction,
     Vector,
     add,
     angle,
@@ -112,12 +117,14 @@ class Revolute(PairJoint):
     radius : of the pin [m]: without friction it matters for drawings alone.
     friction : `contact.Coulomb` or µ, or None for none. Without clearance, the moment of friction
         is r R sin(arctan µ) with the radius r and the resultant R of the reaction.
+    offset : from the first point to the pin, in the axes of the first body [m]: a pair of numbers,
+        such as the value of a `Play`.
 
     Raises
     ------
     InputError
-        If the clearance or the radius is not positive, there is one of clearance and law only, or
-        friction without a radius.
+        If the clearance or the radius is not positive, there is one of clearance and law only,
+        friction without a radius, or an offset that is no pair, or beside a clearance.
     """
 
     first: PointName
@@ -126,9 +133,11 @@ class Revolute(PairJoint):
     law: NormalLaw | None = None
     radius: ArrayLike = 0.0
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         _check_clearance("Revolute", self.clearance, self.law)
+        _check_offset("Revolute", self.offset, self.clearance)
         check_non_negative("Revolute radius [m]", self.radius)
         if self.friction is not None:
             as_coulomb("Revolute friction", self.friction)
@@ -162,7 +171,8 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        return list(subtract(frame(self.first).position, frame(self.second).position))
+        pin = frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
+        return list(subtract(pin.position, frame(self.second).position))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
@@ -183,6 +193,13 @@ def _check_clearance(name: str, clearance: ArrayLike | None, law: NormalLaw | No
     if clearance is not None:
         check_positive(f"{name} clearance [m]", clearance)
         check_law(f"{name} law", law)
+
+
+def _check_offset(name: str, offset: Offset, clearance: ArrayLike | None) -> None:
+    """Raise `InputError` if an offset is no pair, or beside a clearance, which leaves it free."""
+    numbers = checked_offset(f"{name} offset", offset)
+    if clearance is not None and any(np.any(number != 0) for number in numbers):
+        raise InputError(f"{name} needs one of clearance and offset; got both")
 
 
 def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,13 +274,15 @@ class Prismatic(LineJoint, AlignedJoint):
     friction : `contact.Coulomb` or µ, or None for none. Without clearance the normal forces are
         |N/2 ± M/ℓ| at the ends of the slider, with the force N across the line, the moment M and
         the length ℓ.
+    offset : of the slider to the left of the axis [m], and the angle that it turns further [rad]: a
+        pair of numbers, such as the value of a `GuidePlay`.
 
     Raises
     ------
     InputError
         If the axis has no length, a number is out of its range, there are not both of clearance and
-        law, or no length where it is needed and, when the mechanism is made, if the line or a
-        slider with friction is on a flexible member.
+        law, or no length where it is needed, the offset is no pair or beside a clearance and, when
+        the mechanism is made, if the line or a slider with friction is on a flexible member.
     """
 
     first: PointName
@@ -275,9 +294,11 @@ class Prismatic(LineJoint, AlignedJoint):
     height: ArrayLike = 0.0
     law: NormalLaw | None = None
     friction: Friction | None = None
+    offset: Offset = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_axis("Prismatic axis", self.axis)
+        _check_offset("Prismatic", self.offset, self.clearance)
         check_angle("Prismatic angle", self.angle)
         _check_clearance("Prismatic", self.clearance, self.law)
         check_non_negative("Prismatic height [m]", self.height)
@@ -343,7 +364,12 @@ class Prismatic(LineJoint, AlignedJoint):
         """
         if self.clearance is not None:
             return []
-        return [*super().constraints(frame), cross(*self._normals(frame))]
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset[0], dtype=float), cross(*self._normals(frame))]
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        turn = np.asarray(self.angle) + np.asarray(self.offset[1])
+        return turned(frame(self.second).normal, turn), frame(self.first).normal
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
@@ -369,21 +395,25 @@ class Slot(LineJoint):
     second : a point of the slot's line, on a rigid body or the ground.
     axis : direction of the line in the axes of the second body; any length but zero.
     friction : `contact.Coulomb` or µ against the reaction, or None for none.
+    offset : of the pin to the left of the axis [m]: one number, since the body may rotate. An
+        ``Interval(-c, c)`` is the play of the pin.
 
     Raises
     ------
     InputError
-        If the axis has no length, friction is negative and, when the mechanism is made, if the line
-        is on a flexible member.
+        If the axis has no length, friction is negative, the offset is not finite and, when the
+        mechanism is made, if the line is on a flexible member.
     """
 
     first: PointName
     second: PointName
     axis: tuple[float, float] = (1.0, 0.0)
     friction: Friction | None = None
+    offset: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         check_axis("Slot axis", self.axis)
+        check_finite("Slot offset [m]", self.offset)
         if self.friction is not None:
             as_coulomb("Slot friction", self.friction)
 
@@ -394,6 +424,11 @@ class Slot(LineJoint):
         along = self._travel(frame)
         return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return n · (r_first − r_second) less the offset."""
+        (across,) = super().constraints(frame)
+        return [across - np.asarray(self.offset, dtype=float)]
+
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line."""
         return self._rubbed(frame, multipliers)
@@ -401,25 +436,32 @@ class Slot(LineJoint):
 
 @frozen()
 class Distance(PairJoint):
-    """A rigid rod without mass between two points.
+    """A rigid rod without mass between two points, or a cylinder whose stroke is prescribed.
 
     Parameters
     ----------
     first, second : the points.
-    length : of the rod [m].
+    length : of the rod [m], or that of the cylinder as a function of the time [s].
 
     Raises
     ------
     InputError
-        If the length is not positive.
+        If the length is not positive, that of a cylinder at any time.
     """
 
     first: PointName
     second: PointName
-    length: ArrayLike
+    length: ArrayLike | TimeFunction
 
     def __post_init__(self) -> None:
-        check_positive("Distance length [m]", self.length)
+        if not callable(self.length):
+            check_positive("Distance length [m]", self.length)
+
+    def _length(self, outer: Callable[[np.ndarray], np.ndarray]) -> Form:
+        """Return a function of the length."""
+        if callable(self.length):
+            return Form.function(Composed(outer, self.length, "Distance length [m]"))
+        return Form.constant(outer(np.asarray(self.length, dtype=float)))
 
     def rods(self, frame: Resolve) -> list[Vector]:
         """Return d = r_first − r_second."""
@@ -428,10 +470,24 @@ class Distance(PairJoint):
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        length = np.asarray(self.length, dtype=float)
-        return [dot(apart, apart) * (0.5 / length) - Form.constant(0.5 * length)]
+        return [dot(apart, apart) * self._length(_half_inverse) - self._length(_half)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ d/ℓ."""
         (apart,) = self.rods(frame)
-        return scale(-multipliers[0] * (1 / np.asarray(self.length, dtype=float)), apart)
+        return scale(-multipliers[0] * self._length(_inverse), apart)
+
+
+def _half(length: np.ndarray) -> np.ndarray:
+    """Return ℓ/2."""
+    return 0.5 * length
+
+
+def _half_inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/2ℓ."""
+    return 0.5 * _inverse(length)
+
+
+def _inverse(length: np.ndarray) -> np.ndarray:
+    """Return 1/ℓ; raise `InputError` if ℓ is not positive."""
+    return 1.0 / check_positive("Distance length [m]", length, rank=None)

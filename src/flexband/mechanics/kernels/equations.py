@@ -11,6 +11,7 @@ from flexband.mechanics.kernels.elements.elastic import (
     add_elastic_forces,
     add_elastic_tangent,
     elastic_energy,
+    update_free_strains,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
 from flexband.mechanics.kernels.friction import (
@@ -95,9 +96,14 @@ def clear_matrix(pattern, matrix):
 
 @compiled
 def update_dependent(structure, values, now, z):
-    """Set the rows of z that follow from the coordinates: angles, tensions and elongations."""
+    """Set the rows of z that follow from the coordinates: angles, tensions and elongations.
+
+    Free strains, which follow from the time, are set as well.
+    """
     state = structure.state
     update_angles(structure.vectors, values.vectors, state, z)
+    update_free_strains(structure.beams, values.beams, values.functions, now)
+    update_free_strains(structure.cables, values.cables, values.functions, now)
     update_springs(
         structure.springs, values.springs, structure.vectors, values.vectors, state,
         values.functions, now, z,
@@ -173,12 +179,12 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     add_mass(structure.mass, values.regular_mass, matrix)
     add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks)
     add_spring_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
-        rate, matrix,
+        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
+        z, weight, rate, matrix,
     )  # fmt: skip
     add_torsion_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, weight,
-        rate, matrix,
+        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
+        z, weight, rate, matrix,
     )  # fmt: skip
     add_law_tangent(
         structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z,

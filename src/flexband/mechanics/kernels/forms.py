@@ -28,7 +28,7 @@ COEFFICIENTS = 8
 class Composed:
     """The function outer(inner(t)) of the time; `name` is that of inner(t), for messages."""
 
-    outer: np.ufunc
+    outer: Callable[[np.ndarray], np.ndarray]
     inner: TimeFunction
     name: str
 

@@ -21,6 +21,9 @@ diverge: then two motions are possible, or none.
 The travel of circles has a term |d| φ, where d is the vector between their centres and φ its angle
 against the second body. It is defined by its rate, |d| φ̇: while they stick, a step adds φ₁ − φ₀
 times the mean of |d| at both ends of the step.
+
+A row of a joint that switches sticks where its N is positive, and is free elsewhere. In place of
+|d| and φ₀ it has the energy that it has taken, and the speed that it stops.
 """
 
 from __future__ import annotations
@@ -157,9 +160,9 @@ def update_friction(structure, values, now, z, r):
         store(z, row, filled(0.0))
     add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
     for n in range(len(friction.of_components)):
-        row = components + 2 * n
+        row, k = components + 2 * n, friction.of_components[n]
         x, y = load(z, row), load(z, row + 1)
-        add_to(z, normal + friction.of_components[n], sqrt(x * x + y * y))
+        add_to(z, normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
     for k in range(count):

@@ -2,7 +2,10 @@
 
 A spring acts along its elongation s with the tension
 
-    T = k x + k₃ x³ + d ṡ + f(t),   x = s − s₀.
+    T = k x + k₃ x³ + d ṡ + f(t) g(x, ṡ),   x = s − s₀.
+
+g is 1, or a table that is linear between its values: Σ c_ij B_i(x) B_j(ṡ) with B₀ = 1, B₁ = x − x₀
+and B_i = max(x − x_{i−1}, 0), where x_i are the places of the table.
 
 The elongation of a translational spring is the length ℓ = |d| of a vector d; that of a torsion
 spring is the difference of the angles of two vectors. The translational springs come first.
@@ -69,6 +72,36 @@ def _rate(springs, vectors, vector_values, state, z, s):
 
 
 @compiled
+def _ramp(table, first, k, x):
+    """Return B_k and its derivative; the places of the table start in row `first`."""
+    if k == 0:
+        return filled(1.0), filled(0.0)
+    x = x - load(table, first + k - 1)
+    if k == 1:
+        return x, filled(1.0)
+    after = less(filled(0.0), x)
+    return where(after, x, filled(0.0)), where(after, filled(1.0), filled(0.0))
+
+
+@compiled
+def _table(springs, table, s, x, rate):
+    """Return g and its derivatives by x and by ṡ."""
+    value, slope, damping = filled(0.0), filled(0.0), filled(0.0)
+    first, rows, columns = springs.table[s], springs.places[s], springs.rates[s]
+    if rows == 0:
+        return filled(1.0), slope, damping
+    for i in range(rows):
+        bx, dx = _ramp(table, first, i, x)
+        for j in range(columns):
+            bv, dv = _ramp(table, first + rows, j, rate)
+            c = load(table, first + rows + columns + i * columns + j)
+            value += c * bx * bv
+            slope += c * dx * bv
+            damping += c * bx * dv
+    return value, slope, damping
+
+
+@compiled
 def update_springs(springs, values, vectors, vector_values, state, functions, now, z):
     """Set the tension T and the elongation s of every spring."""
     for s in range(len(springs.f)):
@@ -77,6 +110,8 @@ def update_springs(springs, values, vectors, vector_values, state, functions, no
         elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
         rate = _rate(springs, vectors, vector_values, state, z, s)
         pull = load(values.pull, s) * load(functions, now + springs.f[s])
+        if springs.places[s] > 0:
+            pull = pull * _table(springs, values.table, s, stretch, rate)[0]
         store(z, state.tension + s, elastic * stretch + load(values.damping, s) * rate + pull)
         store(z, state.elongation + s, length)
 
@@ -98,15 +133,23 @@ def add_spring_forces(springs, vectors, vector_values, state, z, r):
 
 
 @compiled
-def _slope(values, state, z, rate, s):
+def _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s):
     """Return ∂T/∂s + rate ∂T/∂ṡ."""
     stretch = load(z, state.elongation + s) - load(values.rest, s)
     slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
-    return slope + rate * load(values.damping, s)
+    slope = slope + rate * load(values.damping, s)
+    if springs.places[s] > 0:
+        speed = _rate(springs, vectors, vector_values, state, z, s)
+        _, by_place, by_rate = _table(springs, values.table, s, stretch, speed)
+        factor = load(values.pull, s) * load(functions, now + springs.f[s])
+        slope = slope + factor * (by_place + rate * by_rate)
+    return slope
 
 
 @compiled
-def add_spring_tangent(springs, values, vectors, vector_values, state, z, weight, rate, matrix):
+def add_spring_tangent(
+    springs, values, vectors, vector_values, state, functions, now, z, weight, rate, matrix
+):
     """Add `weight` times the tangent of translational springs, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ).
 
     The change of the damper's ℓ̇ with the direction is left out.
@@ -116,7 +159,8 @@ def add_spring_tangent(springs, values, vectors, vector_values, state, z, weight
         begin, end = vectors.start[a], vectors.start[a + 1]
         x, y = vector(vectors, vector_values, z, 0, a)
         length = load(z, state.elongation + s)
-        slope = weight * _slope(values, state, z, rate, s)
+        slope = _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s)
+        slope = weight * slope
         across = weight * load(z, state.tension + s) / length
         nx, ny = x / length, y / length
         for p in range(begin, end):
@@ -141,13 +185,16 @@ def _angle_entry(springs, vectors, vector_values, z, s, e):
 
 
 @compiled
-def add_torsion_tangent(springs, values, vectors, vector_values, state, z, weight, rate, matrix):
+def add_torsion_tangent(
+    springs, values, vectors, vector_values, state, functions, now, z, weight, rate, matrix
+):
     """Add `weight` times (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs.
 
     `angles.add_angle_tangent` adds T times the second derivatives of the angles.
     """
     for s in range(springs.translational, len(springs.f)):
-        slope = weight * _slope(values, state, z, rate, s)
+        slope = _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s)
+        slope = weight * slope
         first, second = _angles_of(springs, s)
         count = vectors.start[first + 1] - vectors.start[first]
         count += vectors.start[second + 1] - vectors.start[second]

@@ -10,11 +10,13 @@ from typing import NamedTuple, Protocol, runtime_checkable
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, check_finite
+from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.compiled_laws import Law, LawShape
 
 InTime = ArrayLike | TimeFunction
@@ -28,6 +30,7 @@ class LoadModel(Protocol):
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce: ...
     def law_state(self, load: str, name: str) -> Form: ...
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]: ...
+    def member(self, name: str) -> tuple[CentreLine, int]: ...
     def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce: ...
 
 
@@ -41,6 +44,7 @@ class SpringEntry(NamedTuple):
     stiffness, cubic, damping : k, k₃ and d.
     rest : s₀, or None if the spring is relaxed at the start.
     pull : f(t), an additional tension: one term c f(t), or none.
+    table : g(x, ṡ), by which f(t) is multiplied, or None.
     """
 
     vectors: Sequence[Vector]
@@ -49,6 +53,7 @@ class SpringEntry(NamedTuple):
     cubic: ArrayLike
     damping: ArrayLike
     pull: Form
+    table: Characteristic | None = None
 
     @property
     def torsion(self) -> bool:
@@ -88,6 +93,19 @@ class LawEntry(NamedTuple):
         return LawShape(*sizes, between, contact=self.gap_kind != GAP.event)
 
 
+class FreeStrainEntry(NamedTuple):
+    """An axial strain without stress at `AXIAL` places of the elements of a member.
+
+    Attributes
+    ----------
+    member : its name.
+    strains : of each element, at each of its places, Σ c f(t).
+    """
+
+    member: str
+    strains: Sequence[Sequence[Form]]
+
+
 class MomentEntry(NamedTuple):
     """A moment [N m] on the angle of a vector that is linear in the coordinates."""
 
@@ -120,6 +138,7 @@ class Entries:
     forces : generalized forces that are forms of the state.
     potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
     springs, laws, frictions : entries of the engine's springs, force laws and friction.
+    strains : free strains of members.
     moments, following : moments and following forces at points of flexible members.
     """
 
@@ -128,6 +147,7 @@ class Entries:
     springs: Sequence[SpringEntry] = ()
     laws: Sequence[LawEntry] = ()
     frictions: Sequence[FrictionEntry] = ()
+    strains: Sequence[FreeStrainEntry] = ()
     moments: Sequence[MomentEntry] = ()
     following: Sequence[FollowingEntry] = ()
 

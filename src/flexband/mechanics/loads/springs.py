@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, Vector, moves, subtract
+from flexband.mechanics.kernels.forms import Vector, moves, subtract
+from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, SpringEntry, in_time
+
+Drive = InTime | Characteristic
+"""A force in time, or over elongation and speed."""
 
 
 class SpringLoad(PairLoad):
@@ -31,9 +35,21 @@ class SpringLoad(PairLoad):
         check_finite(f"{kind} cubic [{cubic}]", self.cubic)
         check_non_negative(f"{kind} damping [{damping}]", self.damping)
 
-    def _along(self, vectors: Sequence[Vector], rest: ArrayLike | None, pull: Form) -> Entries:
-        numbers = (self.stiffness, rest, self.cubic, self.damping, pull)
+    def _along(
+        self, vectors: Sequence[Vector], rest: ArrayLike | None, drive: Drive, sign: float
+    ) -> Entries:
+        table, pull = None, drive
+        if isinstance(drive, Characteristic):
+            table, pull = drive, drive.factor
+        pull = in_time("pull", cast(InTime, pull)) * sign
+        numbers = (self.stiffness, rest, self.cubic, self.damping, pull, table)
         return Entries(springs=[SpringEntry(vectors, *numbers)])
+
+
+def check_drive(name: str, drive: Drive) -> None:
+    """Raise `InputError` if a pull or torque is none of a number, a function and a table."""
+    if not isinstance(drive, Characteristic):
+        in_time(name, cast(InTime, drive))
 
 
 @frozen()
@@ -49,7 +65,8 @@ class Spring(SpringLoad):
     rest_length : ℓ₀ [m], or None for a spring that is relaxed at the start, after assembly.
     cubic : k₃ [N/m³].
     damping : d [N s/m].
-    pull : f [N], positive if it draws the points together.
+    pull : f [N], positive if it draws the points together; also a `Characteristic` over ℓ − ℓ₀ and
+        its rate, a spring, damper or actuator from a table.
 
     Raises
     ------
@@ -63,7 +80,7 @@ class Spring(SpringLoad):
     rest_length: ArrayLike | None = None
     cubic: ArrayLike = 0.0
     damping: ArrayLike = 0.0
-    pull: InTime = 0.0
+    pull: Drive = 0.0
 
     units = ("N/m", "N/m³", "N s/m")
 
@@ -71,12 +88,12 @@ class Spring(SpringLoad):
         super().__post_init__()
         if self.rest_length is not None:
             check_non_negative("Spring rest_length [m]", self.rest_length)
-        in_time("Spring pull [N]", self.pull)
+        check_drive("Spring pull [N]", self.pull)
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along r_first − r_second."""
         apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
-        return self._along([apart], self.rest_length, in_time("pull", self.pull))
+        return self._along([apart], self.rest_length, self.pull, 1.0)
 
 
 @frozen()
@@ -95,7 +112,7 @@ class TorsionSpring(SpringLoad):
         counted from the full turn nearest to φ at the start; later turns are counted.
     cubic : k₃ [N m/rad³].
     damping : d [N m s/rad]; alone it is the viscous friction of a pin.
-    torque : T [N m], a motor between the two.
+    torque : T [N m], a motor between the two; also a `Characteristic` over φ − φ₀ and φ̇.
 
     Raises
     ------
@@ -109,7 +126,7 @@ class TorsionSpring(SpringLoad):
     rest_angle: ArrayLike | None = None
     cubic: ArrayLike = 0.0
     damping: ArrayLike = 0.0
-    torque: InTime = 0.0
+    torque: Drive = 0.0
 
     units = ("N m/rad", "N m/rad³", "N m s/rad")
 
@@ -117,11 +134,11 @@ class TorsionSpring(SpringLoad):
         super().__post_init__()
         if self.rest_angle is not None:
             check_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
-        in_time("TorsionSpring torque [N m]", self.torque)
+        check_drive("TorsionSpring torque [N m]", self.torque)
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along the angle between the normals of the two sections."""
         normals = [model.frame(point).normal for point in self.points]
         if not any(map(moves, normals)):
             raise InputError("a TorsionSpring must join a body that rotates")
-        return self._along(normals, self.rest_angle, -in_time("torque", self.torque))
+        return self._along(normals, self.rest_angle, self.torque, -1.0)

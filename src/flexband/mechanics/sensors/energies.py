@@ -9,7 +9,7 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.errors import check_instance
 from flexband.mechanics.kernels.extremes import KINDS
-from flexband.mechanics.kernels.forms import Form, during_impulse
+from flexband.mechanics.kernels.forms import Form, Polar, during_impulse
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
@@ -86,6 +86,75 @@ class Work(OverSteps):
         works, impulses = np.split(rows, [len(model.over_steps(self)) // 2])
         force, rate = np.split(impulses, 2)
         return (works.sum(axis=0) + np.cumsum((force * rate).sum(axis=0), axis=0))[None]
+
+
+@frozen()
+class Power(Sensor):
+    """The power that a load, joint or drive gives to the mechanism [W].
+
+    It is Q q̇ with the forces of which `Work` is the integral, and positive for a motor that drives.
+
+    Examples
+    --------
+    >>> wheel = fb.Mechanism(
+    ...     bodies={"wheel": fb.RigidBody(mass=1.0, inertia=2.0)},
+    ...     joints={
+    ...         "axle": fb.Revolute("wheel", (0.0, 0.0)),
+    ...         "motor": fb.PrescribedRotation("wheel", lambda t: 0.15 * t**2),
+    ...     },
+    ...     sensors={"P": fb.sensors.Power("motor")},
+    ... )
+    >>> fb.simulate(wheel, duration=1.0, step=0.5).values[0, 1:].round(3)  # [W], J ω̇ ω
+    array([0.09, 0.18])
+    """
+
+    part: str
+    units = (("", "W"),)
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        rows = []
+        for force, moved in model.generalized_force(self.part):
+            rows.append(force)
+            terms = _polars(moved, model)
+            for polar in terms:
+                rows += polar.vector
+            vectors = [form for polar in terms for form in polar.vector] or [moved]
+            rows += [form.shifted(model.state.velocity) for form in vectors]
+        return rows
+
+    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
+        given, power = iter(rows), np.zeros((1, *rows.shape[1:]))
+        for _, moved in model.generalized_force(self.part):
+            force, terms = next(given), _polars(moved, model)
+            vectors = [(next(given), next(given)) for _ in terms]
+            if not terms:
+                power += force * next(given)
+            for polar, (x, y) in zip(terms, vectors, strict=True):
+                u, v = next(given), next(given)
+                size = np.hypot(x, y) + 1e-100
+                rate = (x * u + y * v) / size if polar.length else (x * v - y * u) / size**2
+                power += force * polar.c * rate
+        return power
+
+
+@frozen()
+class SwitchingLoss(_Energy):
+    """The kinetic energy that a `Switched` joint has taken so far [J], each time it became active.
+
+    It is ½ Δvᵀ M Δv of the plastic impacts. Where several joints close at once, it is the part of
+    this one: half of its impulses times the speeds that they stop.
+    """
+
+    joint: str
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        return [sum(model.switching_losses(self.joint), Form({}))]
+
+
+def _polars(moved: Form, model: SensorModel) -> list[Polar]:
+    """Return the terms of a variable that is an angle or an elongation; none of a coordinate."""
+    row = max((j for _, j, _ in moved.terms), default=0)
+    return model.polars.get(row, [])
 
 
 def _rate_in_impulse(variable: Form, model: SensorModel) -> Form:

@@ -121,6 +121,34 @@ class SpringForce(Sensor):
 
 
 @frozen()
+class LawForce(Sensor):
+    """The force and the moment of a `ForceLaw` or `Bushing` on its first point.
+
+    They are in global axes: outputs "_X" and "_Y" [N], "_M" [N m].
+
+    Raises
+    ------
+    InputError
+        If the load is none of these.
+    """
+
+    load: str
+    units = (("_X", "N"), ("_Y", "N"), ("_M", "N m"))
+
+    def __post_init__(self) -> None:
+        check_instance("LawForce load", self.load, str, "the name of a load")
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        laws = {name: entries.laws for name, entries in model.entries.items() if entries.laws}
+        if self.load not in laws:
+            there = ", ".join(laws) or "none"
+            raise InputError(f"{self.load!r} is no force law or bushing; there is {there}")
+        count = sum(3 * len(law.points) for law in laws[self.load])
+        pairs = model.generalized_force(self.load)
+        return [force for force, _ in pairs[len(pairs) - count :][:3]]
+
+
+@frozen()
 class LawState(Sensor):
     """A first-order state of a `ForceLaw`, such as a pressure.
 

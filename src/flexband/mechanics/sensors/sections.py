@@ -50,11 +50,18 @@ class _Local(Sensor):
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
             return member.evaluated(at, name, value, check)[:, 0]
 
-        initial = member.element_strains(member.at_start, member.element_lengths.T)
+        initial = [
+            Form.constant(strain[element])
+            for strain in member.element_strains(member.at_start, member.element_lengths.T)
+        ]
+        for free in (entry for entries in model.entries.values() for entry in entries.strains):
+            strains = free.strains[element] if free.member == self.body else []
+            for k, strain in enumerate(strains):
+                initial[k] = initial[k] + strain
         return [
             *(Form.variable(first + k) for k in range(member.element_coordinates)),
             Form.constant(member.length_of(element)),
-            *(Form.constant(strain[element]) for strain in initial),
+            *initial,
             *map(Form.constant, member.section_stiffness(along)),
             *map(Form.constant, self._numbers(member, along)),
         ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -249,7 +249,7 @@ class _Motion:
 
 @dataclass(frozen=True, eq=False)
 class _Drive(_TabulatedFunction):
-    """A function in constraints: a prescribed motion, or its sine or cosine.
+    """A function in constraints: a prescribed motion, or a function of it such as its sine.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ class _Drive(_TabulatedFunction):
     """
 
     motion: _Motion
-    outer: np.ufunc | None
+    outer: Callable[[np.ndarray], np.ndarray] | None
     fine: np.ndarray
     values: np.ndarray
     rates: np.ndarray
@@ -267,7 +267,9 @@ class _Drive(_TabulatedFunction):
     breaks: Breaks | None
 
     @staticmethod
-    def of(motion: _Motion, outer: np.ufunc | None, times: np.ndarray) -> _Drive:
+    def of(
+        motion: _Motion, outer: Callable[[np.ndarray], np.ndarray] | None, times: np.ndarray
+    ) -> _Drive:
         fine = _fine(times)
         values = motion.fine if outer is None else outer(motion.fine)
         rates, reach, spacing = derivatives(values, fine[1] - fine[0])

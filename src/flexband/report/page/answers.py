@@ -14,7 +14,7 @@ from flexband.analysis.requirements.production import share_in_words
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
-from flexband.report.text.parts import parts_line, parts_table
+from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
@@ -91,7 +91,7 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     }  # fmt: skip
     table = tables[name](answer) if name in tables else None
     if name == "parts":
-        remarks.insert(0, parts_line(answer))
+        remarks.insert(0, sampling_line(answer))
     if "slack" in answer:
         remarks.append(margins_left(answer))
     if name == "sobol" and answer.sizes["name"] == 1:

@@ -19,6 +19,7 @@ from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
+from flexband.report.text.parts import predictable_part
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
@@ -65,7 +66,9 @@ def write_report(
     checked, contributions = (
         None if data is None else display.data(data) for data in (checked, contributions)
     )
-    uncertain = uncertain_ones(contributions, given["inputs"])
+    parts = read_answer(folder, "parts") if given.get("unpredictable") else None
+    uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
+    predictable = predictable_part(bands, parts)
     nominal = nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
     charts = chart_data(bands, nominal, contributions, limits, display.input_units())
@@ -98,7 +101,7 @@ def write_report(
         description=given.get("description", ""),
         question=given.get("question"),
         inputs=with_shares(given["inputs"], uncertain),
-        bands=tables.summary_table(bands, checked),
+        bands=([], []) if predictable is None else tables.summary_table(predictable, checked),
         limits=limits_table(*check[:2], production) if check is not None else None,
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs

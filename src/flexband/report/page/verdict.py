@@ -44,9 +44,11 @@ def verdict(
 ) -> list[str]:
     """Return what the first lines of the report say after the verdicts on requirements."""
     doubts: Sequence[Doubt] = given["doubts"]
-    lines = [doubt_line(doubt) for doubt in doubts]
-    lines.append(tables.error_in_words(bands))
-    if checked is not None:
+    unpredictable = given.get("unpredictable", "")
+    lines = [unpredictable] if unpredictable else [doubt_line(doubt) for doubt in doubts]
+    if not unpredictable:
+        lines.append(tables.error_in_words(bands))
+    if checked is not None and not unpredictable:
         lines.append(tables.checked_in_words(checked))
     limits = None if check is None else check.margins
     if why := given.get("unchecked"):
@@ -64,7 +66,7 @@ def verdict(
         worst = every.isel(bound=-1) if "bound" in every.dims else every
         share = share_in_words(worst).replace("meet it", "meet all requirements")
         lines.append(f"Yield: {share}. {RANDOM_SAMPLES}.")
-    if contributions is not None:
+    if contributions is not None and not unpredictable:
         lines.append(what_matters(contributions, limits))
     return lines
 

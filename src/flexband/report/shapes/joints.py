@@ -12,6 +12,7 @@ from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation,
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PairJoint, PointName
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.joints.switched import Switched
 from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.shapes.contacts import add_pin, enlarged
@@ -25,6 +26,7 @@ from flexband.report.shapes.sketch import (
     arrow,
     circle,
     in_metres,
+    spring,
 )
 from flexband.report.shapes.tracks import Tracks
 
@@ -69,6 +71,15 @@ def _(joint: Revolute, sketch: Sketch, name: str) -> None:
 
 
 @add_joint.register
+def _(joint: Switched, sketch: Sketch, name: str) -> None:
+    """Add the joint in a dashed ring, which says that it comes and goes."""
+    add_joint(joint.joint, sketch, name)
+    frame = LocalFrame(sketch.tracks.point(joint.first))
+    ring = in_points(frame, 11.0 * np.asarray(circle(1.0, 40)))
+    sketch.line(ring, color="drive", dash=(3, 3), layer=7.5, part=f"joint {name!r}")
+
+
+@add_joint.register
 def _(joint: Weld, sketch: Sketch, name: str) -> None:
     place = at(sketch.tracks.point(joint.first))
     sketch.mark(place, marker="square", size=6.0, fill="ink", layer=7.0, part=f"joint {name!r}")
@@ -83,11 +94,21 @@ def _(joint: Weld, sketch: Sketch, name: str) -> None:
 
 @add_joint.register
 def _(joint: Distance, sketch: Sketch, name: str) -> None:
-    ends = at(*sketch.points(joint.points))
-    sketch.line(ends, width=1.2, part=f"joint {name!r}")
+    """Add a rod, or a cylinder if its length is prescribed."""
+    first, second = numbers = sketch.points(joint.points)
+    ends, part, driven = at(*numbers), f"joint {name!r}", callable(joint.length)
+    length = sketch.scene.start.number(
+        joint.length(0.0) if callable(joint.length) else joint.length
+    )
+    rod, width = ends, 1.2
+    if driven:
+        frame = LocalFrame(first, ends=(first, second), shares=True)
+        rod, _ = spring(frame, length / sketch.unit, elastic=False, damped=False)
+        width = 1.6
+    sketch.line(rod, color="drive" if driven else "ink", width=width, part=part)
     sketch.mark(ends, size=5.0, fill="ink", layer=7.0)
-    sketch.lengths.append(Length(ends, sketch.scene.start.number(joint.length)))
-    sketch.name(name, ends)
+    sketch.lengths.append(Length(ends, length))
+    sketch.name(name, ends, color="drive" if driven else "ink")
     _add_bearings(sketch, joint)
 
 
@@ -211,7 +232,7 @@ def _add_gears(sketch: Sketch, gears: list[tuple[PointName, float]], part: str) 
 @add_joint.register
 def _(joint: PrescribedRotation, sketch: Sketch, name: str) -> None:
     sense = sketch.scene.first_sense(joint.angle)
-    pivot = sketch.tracks.point(pin_between(sketch.scene, joint.first) or joint.first)
+    pivot = sketch.tracks.point(pin_between(sketch.scene, *joint.points) or joint.first)
     frame = LocalFrame(pivot, turn=sketch.tracks.turn(joint.first))
     middle = sketch.turning(frame, 0.35 * sense, 1.7 * sense, 24.0, "drive", f"joint {name!r}")
     sketch.name(name, middle, color="drive")

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
 from flexband.mechanics.loads.brakes import Brake, OneWayClutch
+from flexband.mechanics.loads.bushings import Bushing
+from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.contacts import AngularStop, Contact, Stop
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
+from flexband.mechanics.loads.free_strain import FreeStrain
 from flexband.mechanics.loads.load import InTime, Load
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
@@ -59,11 +63,34 @@ def _(load: TorsionSpring, sketch: Sketch, name: str) -> None:
     frame, part, motor = LocalFrame(place), f"load {name!r}", not any(elements.values())
     if not motor:
         sketch.line(torsion(frame, **elements), layer=6.0, part=part)
-    if motor or callable(load.torque) or sketch.scene.start.number(load.torque):
-        sense = _sense(sketch.scene, load.torque)
+    drive: Any = load.torque
+    if isinstance(drive, Characteristic):
+        drive, motor = drive.factor, motor or drive.place is None
+    if motor or callable(drive) or sketch.scene.start.number(drive):
+        sense = _sense(sketch.scene, drive)
         start, sweep = np.pi * (0.5 - 0.75 * sense), 1.5 * np.pi * sense
         sketch.turning(frame, start, sweep, 24.0, "load", part if motor else "")
     sketch.name(name, at(place), color="load")
+
+
+@add_load.register
+def _(load: Bushing, sketch: Sketch, name: str) -> None:
+    """Add a ring of rubber about the first point."""
+    place = sketch.tracks.point(load.first)
+    for size in (22.0, 8.0):
+        sketch.mark(at(place), size=size, fill="paper", layer=6.5, part=f"load {name!r}")
+    rubber = in_points(LocalFrame(place), [(7.5 * x, 7.5 * y) for x, y in circle(1.0, 24)])
+    sketch.line(rubber, width=3.0, dash=(1, 1), layer=6.6)
+    sketch.name(name, at(place), color="load")
+
+
+@add_load.register
+def _(load: FreeStrain, sketch: Sketch, name: str) -> None:
+    """Add a dashed line along the member."""
+    axis = at(*sketch.points([f"{load.member}.{place}" for place in np.linspace(0, 1, 13)]))
+    sketch.line(axis, color="load", width=2.0, dash=(2, 3), layer=8.0, part=f"load {name!r}")
+    middle = at(sketch.tracks.point(f"{load.member}.middle"))
+    sketch.name(name, middle, color="load")
 
 
 @add_load.register
@@ -179,7 +206,7 @@ def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     sketch.name(name, spot, color="load")
 
 
-def _sense(scene: Scene, moment: InTime) -> float:
+def _sense(scene: Scene, moment: Any) -> float:
     """Return 1 for a moment that turns counterclockwise at time zero, or else −1."""
     return 1.0 if _value(scene, moment) >= 0 else -1.0
 

@@ -8,23 +8,54 @@ import xarray as xr
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table
 from flexband.rounding import Units
+from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.words import number_of
 
 
-def parts_line(parts: xr.Dataset) -> str:
-    """Return from when on a motion is not predictable, and what holds then, as a sentence."""
+def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
+    """Return from when on the motion of a part is not predictable, and what holds then."""
     low = parts["horizon_low"]
-    first = low[np.unravel_index(low.values.argmin(), low.shape)]
-    time = f"{number(float(first), 3)} {parts['horizon'].attrs.get('units', '')}".rstrip()
-    output = f" ({first['output'].values})" if "output" in first.coords else ""
+    low = low.min("choice") if "choice" in low.dims else low
+    names = names_of_outputs(low.expand_dims("sample").expand_dims("time", -1))
+    unit = parts["horizon"].attrs.get("units", "")
+    ends = sorted((end, name) for end, name in zip(low.values.ravel(), names, strict=True))
+    ends = [f"{name} after {number(end, 3)} {unit}".rstrip() for end, name in ends if end < np.inf]
+    more = f" and {len(ends) - most} more" * (len(ends) > most)
+    samples = number_of(parts.attrs["samples"], "sampled part")
     return (
-        f"Impacts make single motions unpredictable after {time}{output}: peaks and counts are "
-        f"those of {number_of(parts.attrs['samples'], 'sampled part')} ({parts.attrs['scatter']})."
+        f"Impacts make the motion of a single part unpredictable: {', '.join(ends[:most])}{more}. "
+        f"Bands hold until then at most; {samples} tell how peaks and counts are distributed."
     )
+
+
+def sampling_line(parts: xr.Dataset) -> str:
+    """Return which parts were sampled, as a sentence without its full stop."""
+    scatter = parts.attrs["scatter"]
+    tolerances = f" with {scatter}" * bool(scatter)
+    return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}"
+
+
+def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
+    """Return the bands of outputs that are predictable for the whole run; None without any."""
+    if parts is None:
+        return bands
+    every = parts["predictable"]
+    every = every.all("choice") if "choice" in every.dims else every
+    if "output" not in every.dims:
+        return bands if every.all() else None
+    return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
 
 
 def parts_table(parts: xr.Dataset) -> Table:
     """Return quantiles of each number that varies, with their intervals, and what it depends on."""
+    if "choice" in parts.dims:
+        tables = {
+            str(label): parts_table(parts.sel(choice=label)) for label in parts["choice"].values
+        }
+        rows = [
+            [f"{row[0]}, {label}", *row[1:]] for label, table in tables.items() for row in table[1]
+        ]
+        return next(iter(tables.values()))[0], rows
     header = ["", "unit", *(f"{100 * p:g} % below" for p in parts["probability"].values)]
     ends = np.concatenate([parts["quantile_low"].values, parts["quantile_high"].values])
     size, spread = np.abs(parts["quantile"].values).max(axis=0), np.ptp(ends, axis=0)

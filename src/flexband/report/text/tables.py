@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -98,7 +98,7 @@ def _confirmed(
 ) -> list[str]:
     """Return the cell that tells whether new runs confirm the bands of an output; none without."""
     # Of an output whose expected error new runs confirm, although it is too large for trust
-    and_yet = "yes, not trusted"
+    and_yet = "not trusted"
     if checked is None or "confirmed" not in checked:
         return []
     if not select(checked["confirmed"], name).values.all():
@@ -227,15 +227,21 @@ def checked_in_words(checked: xr.Dataset) -> str:
     return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
+def failures(bands: xr.Dataset) -> list[str]:
+    """Return how many runs failed, as a sentence; none if none did."""
+    failed, runs = bands.attrs.get("runs_failed", 0), bands.attrs.get("runs", 0)
+    if not failed:
+        return []
+    return [
+        f"{failed} of {number_of(runs, 'run')} failed and {'was' if failed == 1 else 'were'} "
+        f"left out, {percent(failed / runs)}; `flexband status` lists what failed"
+    ]
+
+
 def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences."""
     lines = [] if checked is None else [str(checked.attrs["verdict"])]
-    if failed := bands.attrs.get("runs_failed", 0):
-        runs = bands.attrs["runs"]
-        lines.append(
-            f"{failed} of {number_of(runs, 'run')} failed and {'was' if failed == 1 else 'were'} "
-            f"left out, {percent(failed / runs)}; `flexband status` lists what failed"
-        )
+    lines += failures(bands)
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
@@ -294,12 +300,18 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
-    lines += between_remarks(bands)
-    if "remark" in bands.attrs:
-        lines.append(f"The bands are {bands.attrs['remark']}")
-    if "not_trusted" in bands.attrs:
-        lines.append(f"Not reliable: {bands.attrs['not_trusted']}")
-    return lines
+    return [*lines, *between_remarks(bands), *_restrictions(bands.attrs)]
+
+
+def _restrictions(attrs: Mapping[Hashable, Any]) -> list[str]:
+    """Return for what bands hold, and which are not reliable."""
+    names = ", ".join(np.atleast_1d(attrs.get("constant_offsets", [])).tolist())
+    texts = {
+        "For constant offsets of pins and guides:": names,
+        "The bands are": attrs.get("remark"),
+        "Not reliable:": attrs.get("not_trusted"),
+    }
+    return [f"{begin} {text}" for begin, text in texts.items() if text]
 
 
 def between_remarks(bands: xr.Dataset) -> list[str]:

@@ -79,6 +79,11 @@ def _share_text(verdict: RequirementVerdict) -> str:
     value, low, high = verdict.share
     parts = verdict.criterion == ShareOfParts.__name__
     allowed = f"at most {_share(verdict.at_most, parts=parts)} allowed"
+    if verdict.reason is Reason.OF_PARTS:
+        return (
+            "impacts make the motion unpredictable, so that no probability for the worst "
+            f"tolerances is known; {allowed}. Require a share of the parts instead (ShareOfParts)"
+        )
     if np.isnan(value):
         return (
             f"no {'yield' if parts else 'probability'}, the accuracy target was missed; {allowed}"

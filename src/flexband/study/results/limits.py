@@ -30,7 +30,7 @@ class LimitCheck(NamedTuple):
     ----------
     margins : result of `check_limits`.
     probability : result of `failure_probability`; None where inputs are intervals only, or
-        adjusted.
+        adjusted, and where the yield is that of sampled parts.
     written : whether they were written: limits of a question never replace those of the study.
     production : result of `production_yield`; None where no scatter of the tolerances is known.
     """
@@ -53,9 +53,14 @@ def has_limits_of_study(folder: Path) -> bool:
 
 
 def has_probability(surrogate: AnySurrogate) -> bool:
-    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted."""
+    """Return whether leaving limits has a probability: inputs scatter, and none is adjusted.
+
+    None is computed over a play.
+    """
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    return all(space.random_dimension and not compensators(space) for space in spaces)
+    return all(
+        space.random_dimension and not (compensators(space) or space.discs) for space in spaces
+    )
 
 
 def check_limits_in(
@@ -74,7 +79,7 @@ def check_limits_in(
 
     The limits are those `of_study`, or of a question; `scatter` is as for `production_yield`, and
     `options` as for `failure_probability`. `run_margin` returns margins with what runs tell of
-    them; `production` is the yield, if it is known from runs.
+    them; `production` is the yield, if it is known from sampled parts.
     """
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
     probability = None
@@ -84,7 +89,7 @@ def check_limits_in(
     if written:
         margins.attrs["of"] = OF_STUDY if of_study else OF_QUESTION
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
-    if has_probability(surrogate):
+    if production is None and has_probability(surrogate):
         probability = failure_probability(surrogate, limits, **options)
     if scatter and production is None:
         production = production_yield(surrogate, limits, scatter, **options)

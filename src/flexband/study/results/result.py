@@ -45,8 +45,8 @@ class StudyResult:
     limits : whether the limits of the study are kept; None if it has none, or they are not checked.
     limits_unchecked : why limits that the study has are not checked; empty if they are.
     doubts : why the result is not what was asked for.
-    parts : results of `sample_parts` and `predictability_horizon` in one dataset, if impacts make
-        the motion unpredictable; else None.
+    parts : results of `sample_parts` and `predictability_horizon` in one dataset, with choices
+        along the dim "choice", if impacts make the motion unpredictable; else None.
     seconds_per_run : mean time of a run [s], with all that is made of it.
     files : names of the files that were written.
     stale : names of files in the folder that belong to earlier results.
@@ -97,7 +97,7 @@ class StudyResult:
         """Return the verdicts with their numbers in display units."""
         if self.limits is None:
             return []
-        shares = self.contributions
+        shares = self.contributions if self.parts is None else None  # bands tell nothing then
         if shares is not None and self.surrogate is not None:
             spaces = [case.space for case in surrogates_of(self.surrogate).values()]
             chosen = {name for space in spaces for name in space.chosen}

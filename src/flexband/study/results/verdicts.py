@@ -11,6 +11,7 @@ import xarray as xr
 
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
+from flexband.analysis.requirements.production import OF_SAMPLES
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ class Reason(StrEnum):
     """Verification runs refute the stated error."""
     WITHHELD = "withheld"
     """No probability is stated, since the accuracy was missed."""
+    OF_PARTS = "of parts"
+    """Sampled parts tell the probability for tolerances that scatter, not for the worst ones."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,8 @@ def _verdict(
     share = _share(check, k, criterion)
     if criterion in (Probability.__name__, ShareOfParts.__name__):
         verdict, reason = _by_share(share, at_most)
+        if verdict is Verdict.UNDECIDED and _of_worst(check, criterion):
+            reason = Reason.OF_PARTS
         error = least.error
     else:
         verdict, reason, error = _by_margin(limit, least, check.margins, verification)
@@ -203,16 +208,27 @@ def _by_share(share: tuple[float, float, float], at_most: float) -> tuple[Verdic
     return (Verdict.FAIL, Reason.MARGIN) if low > at_most else (Verdict.UNDECIDED, Reason.ERROR)
 
 
+def _of_worst(check: LimitCheck, criterion: str) -> bool:
+    """Return whether worst tolerances count, but samples are of parts whose tolerances scatter."""
+    sampled = None if check.production is None else check.production.attrs.get(OF_SAMPLES)
+    return criterion == Probability.__name__ and bool(sampled)
+
+
 def _share(check: LimitCheck, k: int, criterion: str) -> tuple[float, float, float]:
-    """Return which share leaves the bounds with the worst intervals, and its interval."""
-    parts = criterion == ShareOfParts.__name__
+    """Return which share leaves the bounds with the worst intervals, and its interval.
+
+    That of sampled parts is a mean over their tolerances: the worst ones have the same or more.
+    """
+    of_samples = check.production is not None and OF_SAMPLES in check.production.attrs
+    parts = of_samples or criterion == ShareOfParts.__name__
     result = check.production if parts else check.probability
     if result is None:
         return np.nan, np.nan, np.nan
     limit = result.isel(limit=k)
     worst = limit.isel(bound=-1) if "bound" in limit.dims else limit
     name = "failing" if parts else "between_times"
-    return float(worst[name]), float(worst[f"{name}_low"]), float(worst[f"{name}_high"])
+    high = 1.0 if _of_worst(check, criterion) else float(worst[f"{name}_high"])
+    return float(worst[name]), float(worst[f"{name}_low"]), high
 
 
 def _of_output(values: xr.DataArray, limit: xr.Dataset, worst: str = "max") -> xr.DataArray:

@@ -104,12 +104,14 @@ class Adaptation:
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
         self.told = f" ({text})" if (text := in_words(evaluate)) else ""
         listener().stage(f"the first runs{self.told}")
-        m, families = space.interval_dimension, space.families
+        m, families, discs = space.interval_dimension, space.families, space.discs
         spare = most - fewest_fitted(m + len(families))
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
-        self.design = first_design(m, families, most - self.generic, options.max_interpolated)
+        self.design = first_design(
+            m, families, most - self.generic, options.max_interpolated, discs
+        )
         known = evaluate.earlier_runs(self.generic)
-        new = generic_points(0, self.generic - len(known[0]), m, families)
+        new = generic_points(0, self.generic - len(known[0]), m, families, discs)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
         values, count = evaluate(xi, eta), len(self.design)
         self.labels, self.phase_resolved = values[:0].copy(), phase_resolved

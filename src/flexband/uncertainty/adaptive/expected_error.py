@@ -14,6 +14,7 @@ from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extre
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.diagnostics import (
+    DOUBT,
     Quantities,
     missed_part,
     rms,
@@ -138,18 +139,22 @@ class ExpectedError:
         units : of the outputs.
         quantities : of which each output is a component.
         """
+        size, times = rms(F), F.shape[-1]
+        of_runs = choice.missed, choice.later[None]
+        missed = np.max([missed_part(errors, F, units, quantities) for errors in of_runs], axis=0)
         groups = np.split(choice.missed, [generic])
         squares = [np.mean(group**2, axis=0) for group in groups if len(group)]
-        missed = np.max([*squares, choice.later**2], axis=0)
-        size, times = rms(F), F.shape[-1]
-        values = share(m) * np.hypot(np.sqrt(missed), choice.overshoot)
+        square = np.max([*squares, choice.later**2], axis=0)
+        not_followed = missed >= DOUBT / 2  # a bound may be where most is missed
+        largest = np.max(choice.missed[:, not_followed] ** 2, axis=0, initial=0.0)
+        square[not_followed] = np.maximum(square[not_followed], largest)
+        part = np.where(not_followed, max(1.0, share(m)), share(m))[:, None]
+        values = part * np.hypot(np.sqrt(square), choice.overshoot)
         period = 1 / (choice.frequencies[0] * dt) if choice.frequencies else times / 50
         window = min(max(1, round(period)), times)
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
-        of_runs = choice.missed, choice.later[None]
-        missed = np.max([missed_part(errors, F, units, quantities) for errors in of_runs], axis=0)
         return ExpectedError(choice, values, size, window, missed, quantities)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtri
 
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
@@ -20,7 +21,7 @@ TIE_DIGITS = 6
 
 
 def generic_points(
-    first: int, count: int, m: int, families: Sequence[Family]
+    first: int, count: int, m: int, families: Sequence[Family], discs: Sequence[int] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return ξ, (count, n), and η, (count, m): `count` points of a sequence, from number `first`.
 
@@ -28,7 +29,7 @@ def generic_points(
     density.
     """
     u = sobol(first + count, m + len(families), seed=1)[first:]
-    return of_normals(ndtri(u[:, m:]), families), 2 * u[:, :m] - 1
+    return of_normals(ndtri(u[:, m:]), families), in_discs(2 * u[:, :m] - 1, discs)
 
 
 def extreme_places(

@@ -42,21 +42,25 @@ class NestedDesign:
     ----------
     index : orders of the terms in each variable, η first, shape (terms, variables).
     families : the polynomials of each ξ.
+    discs : as of `HybridExpansion`.
     """
 
     index: np.ndarray
     families: Sequence[Family]
+    discs: tuple[int, ...] = ()
 
     sampled: ClassVar[bool] = False
     max_interval_order: ClassVar[int] = 20
     """The highest order in an interval variable."""
 
     @staticmethod
-    def first(m: int, families: Sequence[Family], most: int) -> NestedDesign:
+    def first(
+        m: int, families: Sequence[Family], most: int, discs: tuple[int, ...] = ()
+    ) -> NestedDesign:
         """Return the first terms in m variables η and in ξ, as far as the budget goes."""
         n = len(families)
         count = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        return NestedDesign(first_terms(m, n, min(count, most)), families)
+        return NestedDesign(first_terms(m, n, min(count, most)), families, discs)
 
     @property
     def interval_dimension(self) -> int:
@@ -99,7 +103,7 @@ class NestedDesign:
         if not stage.carriers:
             rows = np.arange(stage.base.shape[1])
             families = tuple(self.families)
-            return Interpolation(families, self.index, self.inverse, stage.base, rows)
+            return Interpolation(families, self.index, self.inverse, stage.base, rows, self.discs)
         parts = PartColumns.of_stage(stage).pack(stage)  # a copy, since there are carriers
         parts = overwritten(parts, self.inverse.__matmul__)
         return HybridExpansion(tuple(self.families), self.index, parts)
@@ -111,7 +115,8 @@ class NestedDesign:
 
     def small(self, series: np.ndarray) -> HybridExpansion:
         first = replace(self, index=self.index[: len(series)])
-        return HybridExpansion(tuple(self.families), first.index, first.inverse @ series)
+        terms = first.inverse @ series
+        return HybridExpansion(tuple(self.families), first.index, terms, self.discs)
 
     def extended(self, count: int, split: Split) -> NestedDesign:
         """Return the design with the next terms, so many or fewer.
@@ -203,10 +208,14 @@ def fewest_fitted(variables: int) -> int:
 
 
 def first_design(
-    m: int, families: Sequence[Family], most: int, max_interpolated: int
+    m: int,
+    families: Sequence[Family],
+    most: int,
+    max_interpolated: int,
+    discs: tuple[int, ...] = (),
 ) -> GrowingDesign:
     """Return the first runs in m variables η and in ξ, within a budget."""
     many = 1 + m + 2 * len(families) > min(most, max_interpolated)
     if many and most >= MIN_RUNS:
-        return SampledDesign(MIN_RUNS, m, families)
-    return NestedDesign.first(m, families, most)
+        return SampledDesign(MIN_RUNS, m, families, discs)
+    return NestedDesign.first(m, families, most, discs)

@@ -54,7 +54,8 @@ class AdaptivePCCI(ExpansionMethod):
     max_runs : budget of runs that are fitted or held out, not of those on finer or coarser
         discretizations; it stops there, or where it has all terms up to order 20 of intervals and 8
         of random variables, and says which error it expects.
-    phase_resolved : whether to look for carriers; without, values at fixed times are expanded.
+    phase_resolved : whether to look for carriers; without, and with a `Play`, values at fixed times
+        are expanded.
     correct : whether the error of step and elements is corrected where finer runs tell it; without,
         it is only estimated.
 
@@ -156,7 +157,7 @@ class AdaptivePCCI(ExpansionMethod):
                 space,
                 evaluate,
                 budget,
-                phase_resolved=self.phase_resolved,
+                phase_resolved=self.phase_resolved and not space.discs,
                 corrected_above=least,
             )
 

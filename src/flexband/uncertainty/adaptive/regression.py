@@ -31,15 +31,17 @@ class SampledDesign:
     """Runs at the first points of a sequence, and the terms of all orders that may be few.
 
     count : of runs. interval_dimension : m. families : the polynomials of each ξ.
+    discs : as of `HybridExpansion`.
     """
 
     count: int
     interval_dimension: int
     families: Sequence[Family]
+    discs: tuple[int, ...] = ()
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
-        return nested_points(self.count, self.interval_dimension, self.families)
+        return nested_points(self.count, self.interval_dimension, self.families, discs=self.discs)
 
     sampled: ClassVar[bool] = True
 
@@ -75,7 +77,7 @@ class SampledDesign:
             rows = np.searchsorted(used, fit.which[kept])
             terms[np.ix_(rows, part.ravel())] = fit.coefficients[kept]
         terms /= term_scales(self.index[used], self.families)[:, None]
-        return HybridExpansion(tuple(self.families), self.index[used], terms)
+        return HybridExpansion(tuple(self.families), self.index[used], terms, self.discs)
 
     @property
     def few(self) -> int:
@@ -85,7 +87,7 @@ class SampledDesign:
     def small(self, series: np.ndarray) -> HybridExpansion:
         """Return the expansion of small series that are known in the first few runs: a constant."""
         mean = series.mean(axis=0, keepdims=True)
-        return HybridExpansion(tuple(self.families), self.index[:1], mean)
+        return HybridExpansion(tuple(self.families), self.index[:1], mean, self.discs)
 
     def extended(self, count: int, split: Split) -> SampledDesign:
         """Return the samples with so many more."""

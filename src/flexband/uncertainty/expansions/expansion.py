@@ -47,7 +47,10 @@ class Expansion(Protocol):
         ...
 
     def evaluate_quickly(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return what `evaluate` does, in this thread alone and to six digits at least."""
+        """Return what `evaluate` does, in this thread alone and to six digits at least.
+
+        There may be one η for all points.
+        """
         ...
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

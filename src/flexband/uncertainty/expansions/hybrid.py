@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
@@ -37,9 +37,10 @@ def tensor_index(orders: Sequence[int]) -> np.ndarray:
     return tensor_points([np.arange(k + 1) for k in orders]).astype(int)
 
 
-def term_values(values: Sequence[np.ndarray], index: np.ndarray) -> np.ndarray:
+def term_values(values: Iterable[np.ndarray], index: np.ndarray, points: int) -> np.ndarray:
     """Return the products Π_v values[v][:, index[:, v]], shape (points, terms)."""
-    return reduce(np.multiply, (factors[:, k] for factors, k in zip(values, index.T, strict=True)))
+    factors = (factors[:, k] for factors, k in zip(values, index.T, strict=True))
+    return reduce(np.multiply, factors, np.ones((points, 1)))
 
 
 def transformed(values: np.ndarray, matrices: Sequence[np.ndarray]) -> np.ndarray:
@@ -76,11 +77,13 @@ class HybridExpansion:
     index : orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the
         first term is the constant.
     coefficients : β, shape (terms, series). All outputs and times are series.
+    discs : numbers of the first η of each pair that is in a disc, see `discs`.
     """
 
     families: tuple[Family, ...]
     index: np.ndarray
     coefficients: np.ndarray
+    discs: tuple[int, ...] = ()
 
     @cached_property
     def _interval(self) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +113,7 @@ class HybridExpansion:
         """The number of Ψ_j of each term."""
         return self._random[1]
 
-    @property
+    @cached_property
     def orders(self) -> tuple[int, ...]:
         """The highest order in each variable, η first."""
         return tuple(self.index.max(axis=0, initial=0).tolist())
@@ -178,16 +181,19 @@ class HybridExpansion:
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays that a file keeps, with the families by name."""
         names = np.array([family.name for family in self.families], dtype=str)
-        return {"families": names, "index": self.index, "coefficients": self.coefficients}
+        arrays = {"families": names, "index": self.index, "coefficients": self.coefficients}
+        return arrays | ({"discs": np.array(self.discs)} if self.discs else {})
 
     @staticmethod
-    def of_arrays(inputs: Sequence[Family], families: np.ndarray, **arrays) -> HybridExpansion:
+    def of_arrays(
+        inputs: Sequence[Family], families: np.ndarray, discs: Sequence[int] = (), **arrays
+    ) -> HybridExpansion:
         """Return the expansion of `arrays`; the families must be those of its inputs."""
         if families.tolist() != [family.name for family in inputs]:
             raise InputError(
                 f"families of an expansion must be those of its inputs; got {families}"
             )
-        return HybridExpansion(tuple(inputs), **arrays)
+        return HybridExpansion(tuple(inputs), **arrays, discs=tuple(map(int, discs)))
 
     def __add__(self, other: HybridExpansion) -> HybridExpansion:
         """Return the sum of two expansions of the same variables and series."""
@@ -197,7 +203,8 @@ class HybridExpansion:
         rows = np.split(which.ravel(), [len(self.index)])
         for row, terms in zip(rows, (self.coefficients, other.coefficients), strict=True):
             summed[row] += terms
-        return HybridExpansion(self.families, index, summed)
+        discs = self.discs or other.discs
+        return replace(self, index=index, coefficients=summed, discs=discs)
 
     def __mul__(self, factor: float | np.ndarray) -> HybridExpansion:
         """Return the expansion of the series times a factor, or times one factor each."""
@@ -242,20 +249,20 @@ class HybridExpansion:
     def chebyshev(self, eta: np.ndarray) -> np.ndarray:
         """Return Φ_i at η of shape (points, m), shape (points, M)."""
         values = map(chebyshev_values, self.interval_orders, eta.T)
-        return term_values([*values, np.ones((len(eta), 1))], _and_one(self.interval_index))
+        return term_values(values, self.interval_index, len(eta))
 
     def orthogonal(self, xi: np.ndarray) -> np.ndarray:
         """Return Ψ_j at ξ of shape (points, n), shape (points, N)."""
         variables = zip(self.families, self.random_orders, xi.T, strict=True)
-        values = [family.values(k, x) for family, k, x in variables]
-        return term_values([*values, np.ones((len(xi), 1))], _and_one(self.random_index))
+        values = (family.values(k, x) for family, k, x in variables)
+        return term_values(values, self.random_index, len(xi))
 
     def terms(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return Φ_i Ψ_j at points of shape (points, n) and (points, m), shape (points, terms)."""
+        """Return Φ_i Ψ_j at points of shape (points, n) and (points or 1, m), (points, terms)."""
         return self.chebyshev(eta)[:, self.i] * self.orthogonal(xi)[:, self.j]
 
     def evaluate(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the surrogate at points of shape (points, n) and (points, m)."""
+        """Return the surrogate at points of shape (points, n) and (points or 1, m)."""
         # The threads of the linear algebra library would wait busily for more work, for longer than
         # so few multiplications take, on cores that others can use.
         if len(xi) * self.coefficients.size < 2**24:
@@ -268,10 +275,14 @@ class HybridExpansion:
         values = np.empty((len(terms), coefficients.shape[1]))
         height = 32  # libraries leave products of up to 2¹⁸ multiplications to one thread
         width = max(1, 2**18 // (height * len(coefficients)))
-        for rows in range(0, len(terms), height):
-            for columns in range(0, values.shape[1], width):
-                block = slice(rows, rows + height), slice(columns, columns + width)
-                values[block] = terms[block[0]] @ coefficients[:, block[1]]
+        whole = len(terms) // height * height
+        blocks = terms[:whole].reshape(-1, height, terms.shape[1])
+        for first in range(0, values.shape[1], width):
+            columns = slice(first, first + width)
+            factors, part = coefficients[:, columns], values[:, columns]
+            shape = len(blocks), height, factors.shape[1]
+            np.matmul(blocks, factors, out=part[:whole].reshape(shape))
+            part[whole:] = terms[whole:] @ factors
         return values
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -300,10 +311,6 @@ class HybridExpansion:
 
 def _products(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the different rows of an index, in order, and the number of each row."""
-    rows, which = np.unique(_and_one(index), axis=0, return_inverse=True)
+    with_zero = np.pad(index, ((0, 0), (0, 1)))  # so that there is at least one variable
+    rows, which = np.unique(with_zero, axis=0, return_inverse=True)
     return rows[:, :-1], which.ravel()
-
-
-def _and_one(index: np.ndarray) -> np.ndarray:
-    """Return an index with a further variable of order zero, so that it has at least one."""
-    return np.concatenate([index, np.zeros((len(index), 1), dtype=index.dtype)], axis=1)

@@ -22,7 +22,7 @@ class Interpolation:
 
     Attributes
     ----------
-    families, index : as of `HybridExpansion`.
+    families, index, discs : as of `HybridExpansion`.
     inverse : the coefficients of the expansion through one run each, shape (terms, runs).
     values : of the runs, which are not copied, shape (runs, rows, times).
     rows : the numbers of those that are expanded.
@@ -33,11 +33,13 @@ class Interpolation:
     inverse: np.ndarray
     values: np.ndarray
     rows: np.ndarray
+    discs: tuple[int, ...] = ()
 
     @cached_property
     def polynomials(self) -> HybridExpansion:
         """The expansion of no series, which has the polynomials only."""
-        return HybridExpansion(self.families, self.index, np.zeros((len(self.index), 0)))
+        nothing = np.zeros((len(self.index), 0))
+        return HybridExpansion(self.families, self.index, nothing, self.discs)
 
     @property
     def orders(self) -> tuple[int, ...]:

@@ -99,7 +99,7 @@ def normalized_values(
     values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
     random = zip(families, orders[len(values) :], xi.T, strict=True)
     values += [family.values(k, x) for family, k, x in random]
-    return term_values(values, index) / term_scales(index, families)
+    return term_values(values, index, len(xi)) / term_scales(index, families)
 
 
 def term_scales(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:

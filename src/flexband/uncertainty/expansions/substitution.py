@@ -117,7 +117,9 @@ def substituted(
     variables = [
         v for v in range(index.shape[1]) if v not in substitutions or substitutions[v].remains
     ]
-    return HybridExpansion(tuple(families), index[:, variables], transform @ expansion.coefficients)
+    discs = tuple(variables.index(first) for first in expansion.discs if first in variables)
+    coefficients = transform @ expansion.coefficients
+    return HybridExpansion(tuple(families), index[:, variables], coefficients, discs)
 
 
 def _check_missed(

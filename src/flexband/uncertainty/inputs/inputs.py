@@ -81,6 +81,10 @@ class Input(ABC):
         """Return the input with other numbers or intervals as parameters."""
         return replace(self, **parameters)
 
+    def with_tolerance(self, tolerance: float) -> Input:
+        """Return the input with another `tolerance_or_std`, about the same middle."""
+        return self.replaced({"std": tolerance})
+
     @abstractmethod
     def value(self, standard: np.ndarray) -> np.ndarray | FunctionOfPosition:
         """Return the input, shape (n,), at standard variables of shape (n, dimension)."""
@@ -193,6 +197,9 @@ class Interval(Input):
     @property
     def tolerance_or_std(self) -> float:
         return (self.upper - self.lower) / 2
+
+    def with_tolerance(self, tolerance: float) -> Interval:
+        return Interval.around((self.lower + self.upper) / 2, tolerance=tolerance)
 
     def standard(self, value: np.ndarray) -> np.ndarray:
         """Return η of values, within rounding of the bounds; 0 if the bounds are equal."""

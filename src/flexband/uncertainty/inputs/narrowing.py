@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from flexband.errors import InputError, shown
+from flexband.uncertainty.expansions.bounds.discs import farthest
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.substitution import (
     Substitution,
@@ -22,6 +23,7 @@ from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, checked_input
 
@@ -43,6 +45,7 @@ class NarrowedInputs:
     center, radius : where the narrower inputs are in the old variables, three standard deviations
         to both sides of a mean, shape (m + n,); the radius is ∞ for what does not change.
     unit : the radius of all of an old variable, shape (m + n,).
+    discs : those of the old variables.
     """
 
     space: Space
@@ -50,10 +53,11 @@ class NarrowedInputs:
     center: np.ndarray
     radius: np.ndarray
     unit: np.ndarray
+    discs: tuple[int, ...]
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""
-        beyond = (np.abs(points - self.center) - self.radius) / self.unit
+        beyond = (farthest(points - self.center, self.discs) - self.radius) / self.unit
         return np.maximum(beyond, 0.0).max(axis=1, initial=0.0)
 
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +113,7 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
         new = narrower.inputs[name]
         if isinstance(old, PBox) and isinstance(new, PBox) and old.family != new.family:
             substitutions[first[name]] = _between_middles(old.distribution, new.distribution)
-    return NarrowedInputs(narrower, substitutions, center, radius, unit)
+    return NarrowedInputs(narrower, substitutions, center, radius, unit, space.discs)
 
 
 def _between_middles(old_distribution: Distribution, new: Distribution) -> Substitution:
@@ -193,6 +197,8 @@ def _substitutions(old: Input, new: Input, *, keeps: bool) -> list[Placed]:
     """Return one substitution per variable of an input; a parameter `keeps` its variable."""
     if isinstance(old, Interval | Chosen):
         return [_of_interval(old, new, keeps=keeps)]
+    if isinstance(old, FreePair):
+        return _of_pair(old, new)
     if isinstance(old, Distribution):
         return [_of_distribution(old, new)]
     if isinstance(old, RandomField) and isinstance(new, RandomField):
@@ -208,6 +214,14 @@ def _of_interval(old: Interval | Chosen, new: Input, *, keeps: bool) -> Placed:
     if not (new.dimension or keeps):
         return fixed_interval(center), center, 0.0
     return interval_part(center, radius), center, radius
+
+
+def _of_pair(old: FreePair, new: Input) -> list[Placed]:
+    alike = type(new) is type(old) and new.with_tolerance(1.0) == old.with_tolerance(1.0)
+    ratio = new.tolerance_or_std / old.size
+    if not alike or ratio > 1 + ROUNDING:
+        raise InputError(f"must be {old!r} or one of a smaller {old.size_name}; got {shown(new)}")
+    return [(interval_part(0.0, ratio), 0.0, ratio)] * 2
 
 
 def _of_distribution(old: Distribution, new: Input) -> Placed:

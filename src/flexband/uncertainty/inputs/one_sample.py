@@ -32,7 +32,7 @@ def of_one_sample(response: Response, arguments: Arguments, error: Exception) ->
     """
     if response.one_by_one or not _of_response(error):
         return None
-    counts = [len(value) for value in arguments.values() if not callable(value)]
+    counts = [np.shape(value)[-1] for value in arguments.values() if not callable(value)]
     middle = max(counts, default=1) // 2
     shape = _shape_of_result(response, {k: _copies(v, middle) for k, v in arguments.items()})
     if shape and shape[0] == COPIES:
@@ -74,14 +74,14 @@ def _shape_of_result(response: Response, arguments: Mapping[str, Sample]) -> tup
 def _copies(value: np.ndarray | FunctionOfPosition, k: int) -> np.ndarray | FunctionOfPosition:
     if callable(value):  # at positions of each copy, which are equal, or of all of them
         return lambda x: np.repeat(_row(value(x[:1] if np.ndim(x) == 2 else x), k)[None], COPIES, 0)
-    return np.repeat(value[k : k + 1], COPIES, axis=0)
+    return np.repeat(value[..., k : k + 1], COPIES, axis=-1)
 
 
 def _one(value: np.ndarray | FunctionOfPosition, k: int) -> Sample:
     """Return sample k: a number or text of Python, or a function of positions."""
     if callable(value):
         return lambda x: _plain(_row(value(x), k))
-    return _plain(value[k])
+    return _plain(value[..., k])
 
 
 def _row(values: ArrayLike, k: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from flexband.errors import InputError
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.sobol import MAX_DIMENSION, scrambled_sobol
 
@@ -69,7 +70,7 @@ def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
 
 
 def nested_points(
-    runs: int, m: int, families: Sequence[Family], seed: int = 0
+    runs: int, m: int, families: Sequence[Family], seed: int = 0, discs: Sequence[int] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
 
@@ -80,4 +81,4 @@ def nested_points(
     u = sobol(runs, m + len(families), seed)
     middle = (u[:, :m] - end_share / 2) / (1 - end_share)
     eta = -np.cos(np.pi * np.clip(middle, 0, 1))
-    return of_normals(ndtri(u[:, m:]), families), eta
+    return of_normals(ndtri(u[:, m:]), families), in_discs(eta, discs)

@@ -21,6 +21,7 @@ from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.fields.field import Field, fields_of
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, Numbers
 from flexband.uncertainty.inputs.one_sample import of_one_sample
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, first_case, unfolded
 
 
@@ -106,6 +107,17 @@ class Space:
     def interval_dimension(self) -> int:
         """Number m of variables η."""
         return sum(input_.dimension for input_ in self.of_kind(random=False).values())
+
+    @property
+    def plays(self) -> dict[str, FreePair]:
+        """The pairs of numbers that a clearance leaves free."""
+        return {name: i for name, i in self.inputs.items() if isinstance(i, FreePair)}
+
+    @property
+    def discs(self) -> tuple[int, ...]:
+        """The number of the first η of each pair that is in a disc."""
+        columns, plays = self.columns(random=False), self.plays.items()
+        return tuple(columns[name] for name, pair in plays if pair.in_disc)
 
     @property
     def families(self) -> tuple[Family, ...]:
@@ -250,6 +262,12 @@ def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
     if not np.isfinite(columns).all():
         raise InputError(f"{name}: values must be finite; got {shown(value)}")
     return columns
+
+
+def check_no_play(space: Space, name: str) -> None:
+    """Raise `InputError` if a disc is among the inputs, for what searches intervals only."""
+    if plays := [name for name, pair in space.plays.items() if pair.in_disc]:
+        raise InputError(f"{name} does not take a Play: {', '.join(plays)} must be left out")
 
 
 def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from itertools import product
 
@@ -104,5 +105,6 @@ def first_case(inputs: GivenInputs) -> dict[str, GivenInput]:
 
 
 def in_words(given: GivenInputs) -> str:
-    """Return inputs as a text, in the order of their names."""
-    return "; ".join(f"{name} = {value!r}" for name, value in sorted(given.items()))
+    """Return inputs as a text, in the order of their names; functions by name, without address."""
+    text = "; ".join(f"{name} = {value!r}" for name, value in sorted(given.items()))
+    return re.sub(r" at 0x[0-9a-f]+", "", re.sub(r"<function (.+?) at 0x[0-9a-f]+>", r"\1", text))

@@ -124,7 +124,7 @@ class RegressionPCCI(ExpansionMethod):
         index, m = self.index(space), space.interval_dimension
         known = evaluate.earlier_runs(self.fitted_runs(space) // 2)
         new = self.fitted_runs(space) - len(known[0])
-        points = nested_points(new, m, space.families, self.seed)
+        points = nested_points(new, m, space.families, self.seed, space.discs)
         values = evaluate(*points)
         if len(known[0]):
             points = (np.concatenate([points[0], known[0]]), np.concatenate([points[1], known[1]]))
@@ -145,7 +145,8 @@ class RegressionPCCI(ExpansionMethod):
         coefficients, left_out = least_squares(terms, flat)
         coefficients /= term_scales(index, space.families)[:, None]
         outputs = np.arange(signal.shape[1])
-        expansion = DirectExpansion(outputs, HybridExpansion(space.families, index, coefficients))
+        polynomials = HybridExpansion(space.families, index, coefficients, space.discs)
+        expansion = DirectExpansion(outputs, polynomials)
         left_out *= factor
         missed = left_out.reshape(signal.shape)
         error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 import xarray as xr
@@ -140,7 +140,7 @@ class PCCI(ExpansionMethod):
         points = HybridExpansion.design(*random, nodes)
         values = evaluate(*points)
         flat = values.values.reshape(len(values), -1)
-        expansion = HybridExpansion.fit(flat, *random, nodes)
+        expansion = replace(HybridExpansion.fit(flat, *random, nodes), discs=space.discs)
         direct = DirectExpansion(np.arange(math.prod(axes_of(values).shape)), expansion)
         indicator = expansion.truncation().reshape(values.shape[1:])
         diagnostics = xr.Dataset({"truncation": (values.dims[1:], indicator)})

@@ -121,7 +121,8 @@ class PerturbationChebyshev(ExpansionMethod):
         n, terms = space.random_dimension, tensor_index(orders)
         first = np.eye(n + 1, n, -1, dtype=int)  # the constant, and order 1 in each ξ
         index = np.hstack([np.repeat(terms, n + 1, axis=0), np.tile(first, (len(terms), 1))])
-        expansion = HybridExpansion(space.families, index, transformed(flat, [*chebyshev, linear]))
+        coefficients = transformed(flat, [*chebyshev, linear])
+        expansion = HybridExpansion(space.families, index, coefficients, space.discs)
         curved = np.abs(bend @ flat.reshape(len(eta), len(xi), -1)).sum(axis=1).max(axis=0)
         highest = np.asarray(expansion.highest()[: len(orders)].any(axis=0))
         indicator = curved + expansion.size_of(highest)

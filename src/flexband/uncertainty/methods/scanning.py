@@ -13,7 +13,7 @@ from flexband.errors import RunError, check_integer
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.methods.method import Evaluate, Method
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.words import number_of
@@ -72,6 +72,7 @@ class Scanning(Method):
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
         """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included."""
         n, m = space.random_dimension, space.interval_dimension
+        check_no_play(space, type(self).__name__)
         xi = of_normals(self.normals(n) if n else np.zeros((1, 0)), space.families)
         eta = tensor_points([np.linspace(-1, 1, self.points)] * m)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))

@@ -12,6 +12,7 @@ from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, succeeded
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.phase_resolved.bands_error import TensorDesign, error_of_bands
 from flexband.uncertainty.phase_resolved.correction import corrected_choice
@@ -34,6 +35,7 @@ def corrected_expansion(
     """
     space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
     m, families = space.interval_dimension, space.families
+    check_no_play(space, "correct=True")
     points = generic_points(0, HELD, m, families)
     held = succeeded(ResponseRuns(*points, series(evaluate(*points))), 0)
     if len(held.values) < MIN_HELD:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -15,6 +14,7 @@ from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.adaptive.results import judged
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
+from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.methods.pcci import ImprovedPCCI, Order
 from flexband.uncertainty.phase_resolved.bands_error import (
@@ -31,9 +31,6 @@ from flexband.uncertainty.surrogates.diagnostics import (
 )
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-if TYPE_CHECKING:
-    from flexband.uncertainty.inputs.space import Space
 
 
 @frozen()
@@ -88,6 +85,7 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         the held-out runs tells it. The error of step and elements is not estimated without
         `correct`.
         """
+        check_no_play(space, "PhaseResolvedPCCI")
         random_orders, interval_orders = self.orders(space)
         nodes = [self.interval_nodes(q) for q in interval_orders]
         design = TensorDesign(nodes, space.families, random_orders)

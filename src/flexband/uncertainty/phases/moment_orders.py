@@ -8,6 +8,7 @@ average of e^{iφ̃}, as if φ̃ were normal: E|x|^k ≤ k! / k!! for x ~ N(0, 1
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,9 +29,7 @@ class Sizes(NamedTuple):
     def of(index: np.ndarray, size: np.ndarray) -> Sizes:
         """Return the sum of what has the same orders, without what is zero."""
         index, size = index[size > 0], size[size > 0]
-        weights = np.random.default_rng(0).integers(1, 2**62, index.shape[1])
-        with np.errstate(over="ignore"):  # a number for each of the different orders
-            number = (index * weights).sum(axis=1)
+        number = index @ _weights(index.shape[1])  # another one for each of the different orders
         _, first, which = np.unique(number, return_index=True, return_inverse=True)
         return Sizes(index[first], np.bincount(which, size, len(first)))
 
@@ -40,8 +39,8 @@ class Sizes(NamedTuple):
 
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
-        both = (self.orders[:, None] > 0) & (other.orders > 0)
-        size = self.size[:, None] * other.size * 0.5 ** both.sum(axis=2)
+        both = (self.orders > 0).astype(float) @ (other.orders > 0).T.astype(float)
+        size = self.size[:, None] * other.size * 0.5**both
         where = np.nonzero(size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0))
         index = self.orders[where[0]] + other.orders[where[1]]
         return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
@@ -49,6 +48,12 @@ class Sizes(NamedTuple):
     def largest(self, count: int) -> Sizes:
         chosen = np.argsort(-self.size, kind="stable")[:count]
         return Sizes(self.orders[chosen], self.size[chosen])
+
+
+@cache
+def _weights(count: int) -> np.ndarray:
+    """Return random weights with which sums of few orders differ, (count,)."""
+    return np.random.default_rng(0).integers(1, 2**62, count)
 
 
 def moment_orders(terms: PartTerms) -> np.ndarray:

@@ -11,6 +11,7 @@ import xarray as xr
 from flexband.errors import InputError, RunError
 from flexband.execution.calls import Outcome
 from flexband.response import Response
+from flexband.rounding import largest_of
 from flexband.uncertainty.inputs.evaluation import (
     aligned,
     check_labels,
@@ -21,7 +22,7 @@ from flexband.uncertainty.inputs.evaluation import (
 )
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.axes import names_of_outputs, series
+from flexband.uncertainty.surrogates.axes import names_of_outputs, series, units_of
 from flexband.words import number_of
 
 
@@ -143,7 +144,8 @@ class Evaluated:
     def check_size(self, smallest: float = 1e-120) -> None:
         """Raise `InputError` if an output is not zero, but smaller than `smallest` in all runs.
 
-        Its square would vanish, as those of large values overflow.
+        Its square would vanish, as those of large values overflow. Beside larger outputs of the
+        same unit it is a rounding error.
         """
         assert self.values is not None
         signal = series(self.values)
@@ -151,7 +153,8 @@ class Evaluated:
             np.nanmax(signal, axis=(0, 2), initial=0.0),
             -np.nanmin(signal, axis=(0, 2), initial=0.0),
         )
-        for name, magnitude in zip(names_of_outputs(self.values), size.tolist(), strict=True):
+        sizes = np.where(size > 0, largest_of(size, units_of(self.values).of), 0.0)
+        for name, magnitude in zip(names_of_outputs(self.values), sizes.tolist(), strict=True):
             if 0 < magnitude < smallest:
                 raise InputError(
                     f"{name} is at most {magnitude:.3g} in size in "

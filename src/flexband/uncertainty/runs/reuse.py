@@ -22,7 +22,7 @@ from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
-from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs
+from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, in_words
 
 
 def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecorder:
@@ -101,8 +101,7 @@ def _owner(response: ResponseFunction, store: Store) -> list[str]:
 
 def texts(space: Space, *, random: bool) -> str:
     """Return the random inputs, or all others but constants, as text."""
-    inputs = sorted(space.uncertain.items())
-    return "; ".join(f"{name} = {input_!r}" for name, input_ in inputs if input_.random == random)
+    return in_words({k: given for k, given in space.uncertain.items() if given.random == random})
 
 
 def _alone(numbers: np.ndarray) -> np.ndarray:

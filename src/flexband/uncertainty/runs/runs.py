@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -269,7 +269,7 @@ class CountedRuns:
             return Budget.of(self.total, self.each)
         return self.total
 
-    def attributes(self, doubts: str = "") -> dict[str, str | int | list[float]]:
+    def attributes(self, doubts: str = "") -> dict[str, Any]:
         """Return the number of runs and the method, and report that all runs are done.
 
         `doubts` say why the method does not trust its results. Inputs that change no output are
@@ -295,7 +295,17 @@ class CountedRuns:
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        return {**counts, **texts, **reached(xi)}
+        return {**counts, **texts, **reached(xi), **self._constant_offsets()}
+
+    def _constant_offsets(self) -> dict[str, list[str]]:
+        """Return the outputs whose bounds hold for plays that are constant in each run only."""
+        plays = self.space.plays
+        names = self.start.of_nominal(self.response.instantaneous) if plays else None
+        if names is None or self.labels is None or "output" not in self.labels.coords:
+            return {}
+        every = self.labels["output"].values.astype(str).tolist()
+        others = [name for name in every if name not in names]
+        return {"constant_offsets": others} if others else {}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""

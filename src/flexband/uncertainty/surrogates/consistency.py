@@ -30,6 +30,8 @@ def check(surrogate: Surrogate) -> None:
     outputs, times = math.prod(axes.shape), axes.times
     for expansion in (*surrogate.expansions, *surrogate.correction):
         _check_expansion(expansion, *dimensions, times)
+        if expansion.hybrid.discs != space.discs:
+            raise InputError("the discs of an expansion must be those of its inputs")
     numbers = np.concatenate([expansion.outputs for expansion in surrogate.expansions])
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
         raise InputError(

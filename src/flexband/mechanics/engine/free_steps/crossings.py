@@ -59,6 +59,7 @@ def crossing(structure, values, limits, before, z, step):
         if structure.laws.gap_kind[k] == GAP.margin:
             friction = k - (count - (state.angle - state.friction))
             held = sticks(state, z, friction)  # the rate of a margin of forces is not known
+            held = filled(1.0) if structure.friction.switched[friction] else held
             slope, last = where(held, end - start, slope), where(held, end - start, last)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
         square = c2 * c2 - 3.0 * c3 * slope

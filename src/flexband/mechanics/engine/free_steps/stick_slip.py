@@ -9,6 +9,7 @@ to an end no motion is consistent, as in the paradox of Painlevé.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from flexband.mechanics.kernels.friction import (
     update_friction,
 )
 from flexband.mechanics.kernels.lanes import (
+    add_to,
     any_true,
     clear,
     compiled,
@@ -36,6 +38,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    nearest_whole,
     store,
     where,
 )
@@ -89,6 +92,8 @@ def excess(structure, values, z, k):
     """
     state = structure.state
     _, _, _, _, normal = friction_rows(state)
+    if structure.friction.switched[k]:
+        return filled(-1.0)
     limit = load(values.friction.static, k) * load(z, normal + k)
     force = load(z, state.friction + k)
     if not structure.friction.one_way[k]:
@@ -129,6 +134,8 @@ def update_margins(structure, values, now, work, limits, step):
             slid = sense * u + rest_speed(structure, values, limits, step, k)
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
+            if structure.friction.switched[k]:
+                margin, rate = where(held, N, -N), none
             store(z, first + k, margin)
             store(z, first + gaps + k, rate)
             store(z, first + 2 * gaps + k, filled(1.0))
@@ -153,11 +160,27 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
         slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         rest = where(less(none, load(z, normal + k)), maximum(slow, where(held, none, back)), none)
         new = where(held, load(z, mode + k), where(rest, filled(MODE.sticks), sense))
-        stopped = where(chosen, where(held, none, rest), none)
         travel = load(r, state.friction + k)
+        if structure.friction.switched[k]:
+            rest = less(none, load(z, normal + k))
+            new = where(rest, filled(MODE.sticks), filled(MODE.free))
+            travel = allowed_place(structure, values, k, travel)
+            force = load(z, state.friction + k)
+            store(z, state.friction + k, where(rest, force, where(chosen, none, force)))
+        stopped = where(chosen, where(held, none, rest), none)
         store(z, anchor + k, where(stopped, travel, load(z, anchor + k)))
         store(z, mode + k, where(chosen, new, load(z, mode + k)))
         store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+
+
+@compiled
+def allowed_place(structure, values, k, travel):
+    """Return the travel of a row of a joint that switches, NaN where that is too far to begin."""
+    off = travel
+    if structure.friction.angular[k]:
+        off = travel - math.tau * nearest_whole(travel / math.tau)
+    far = less(load(values.friction.static, k), magnitude(off))
+    return where(far, filled(np.nan), travel)
 
 
 @compiled
@@ -174,11 +197,19 @@ def bring_to_rest(structure, values, now, work, chosen):
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
     subtract_speed_errors(structure, values, now, z, r)
+    taken, stopped = state.sliding + 4 * count, state.sliding + 5 * count
+    for k in range(count):
+        if structure.friction.switched[k]:
+            store(z, stopped + k, where(chosen, -load(r, state.friction + k), none))
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
     for i in range(1, state.coordinates + 1):
         row = state.velocity + i
         store(z, row, load(z, row) + where(chosen, load(r, i), none))
+    for k in range(count):
+        if structure.friction.switched[k]:
+            impulse = where(chosen, load(r, state.friction + k), none)
+            add_to(z, taken + k, 0.5 * load(z, stopped + k) * impulse)
     for k in range(count):
         store(z, mode + k, load(z, speed + k))
 
@@ -190,6 +221,8 @@ def looseness(structure, values, z, k, change_of_speed, still):
     What would stick, but moves in spite of that, is looser than all: at a dead centre, no force of
     a guide can hold the crank.
     """
+    if structure.friction.switched[k]:
+        return filled(0.0)
     force, tiny = magnitude(load(z, structure.state.friction + k)), filled(1e-300)
     over = excess(structure, values, z, k)
     ratio = force / maximum(force - over, tiny)
@@ -262,5 +295,9 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     jammed = where(chosen, pending, none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
+        jammed = where(finite, jammed, chosen)
+    _, _, anchor, _, _ = friction_rows(state)
+    for k in range(count):
+        finite = less(magnitude(load(work.z, anchor + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)
     return left_out, jammed

@@ -118,7 +118,10 @@ def _resultants(beams, values, z, velocity, e, il, node_i, node_j, element):
     strain = plus(_strains(node_i, node_j, element), -1.0, numbers[14:23])
     if beams.damped[e]:
         rates = _strain_rates(z, velocity + beams.first[e], il, node_i, node_j, element)
-        strain = plus(strain, load(values.retardation, e), rates)
+        tau = load(values.retardation, 2 * e)
+        axial, rest = plus(strain[0:3], tau, rates[0:3]), plus(strain[5:9], tau, rates[5:9])
+        bent = plus(strain[3:5], load(values.retardation, 2 * e + 1), rates[3:5])
+        strain = axial + bent + rest
     return _product(numbers[0:14], strain), numbers[0:14]
 
 
@@ -235,7 +238,9 @@ def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
         element = _element(node_i, node_j, z, first, il)
         forces, c = _resultants(beams, values, z, velocity, e, il, node_i, node_j, element)
         if beams.damped[e]:
-            c = stiffened(c, 1.0 + rate * load(values.retardation, e))
+            factor = 1.0 + rate * load(values.retardation, 2 * e)
+            bending = 1.0 + rate * load(values.retardation, 2 * e + 1)
+            c = stiffened(c[0:9], factor, bending) + times(factor, c[9:14])
         sheared, M = _by_shear(forces, element), forces[3]
         _sum_tangent(c, forces, sheared, node_i, node_j, element, blocks)
         add_line_tangent(slot, 2, 6, 8, il, weight, blocks, matrix)

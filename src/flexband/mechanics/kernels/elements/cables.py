@@ -67,7 +67,8 @@ def _resultants(cables, values, z, velocity, e, il, element):
     strain = plus(_strains(element), -1.0, numbers[9:14])
     if cables.damped[e]:
         rates = _strain_rates(z, velocity + cables.first[e], il, element)
-        strain = plus(strain, load(values.retardation, e), rates)
+        axial = plus(strain[0:3], load(values.retardation, 2 * e), rates[0:3])
+        strain = axial + plus(strain[3:5], load(values.retardation, 2 * e + 1), rates[3:5])
     return line_resultants(numbers[0:9], strain), numbers[0:9]
 
 
@@ -134,7 +135,8 @@ def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks)
         element = _element(cables, z, e, il)
         forces, c = _resultants(cables, values, z, velocity, e, il, element)
         if cables.damped[e]:
-            c = stiffened(c, 1.0 + rate * load(values.retardation, e))
+            axial = 1.0 + rate * load(values.retardation, 2 * e)
+            c = stiffened(c, axial, 1.0 + rate * load(values.retardation, 2 * e + 1))
         _sum_tangent(c, forces, element, blocks)
         add_line_tangent(cables.slot[e], 2, 4, 6, il, weight, blocks, matrix)
 

@@ -183,10 +183,10 @@ def add_to_sum(a, b, block, blocks):
 
 
 @compiled
-def stiffened(c, factor):
-    """Return the stiffness times a factor; α, β and ρ are without a unit."""
-    scaled = times(factor, c)
-    return scaled[0:1] + c[1:3] + scaled[3:7] + c[7:8] + scaled[8:]
+def stiffened(c, axial, bending):
+    """Return the nine stiffness numbers times two factors; α, β and ρ are without a unit."""
+    a, b = times(axial, c), times(bending, c)
+    return a[0:1] + c[1:3] + a[3:6] + b[6:7] + c[7:8] + b[8:9]
 
 
 @compiled

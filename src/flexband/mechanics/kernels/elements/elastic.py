@@ -17,7 +17,17 @@ from flexband.mechanics.kernels.elements.continuum import (
     add_continuum_tangent,
     continuum_energy,
 )
-from flexband.mechanics.kernels.lanes import compiled
+from flexband.mechanics.kernels.lanes import add_to, compiled, load, store
+
+
+@compiled
+def update_free_strains(elements, values, functions, now):
+    """Set the strains without stress to those at the start and Σ c f(t)."""
+    for n in range(len(elements.free)):
+        store(values.stiffness, elements.free[n], load(values.at_start, n))
+    for n in range(len(elements.free)):
+        strain = load(values.free, n) * load(functions, now + elements.f[n])
+        add_to(values.stiffness, elements.free[n], strain)
 
 
 @compiled

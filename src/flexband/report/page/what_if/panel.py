@@ -45,6 +45,8 @@ def what_if(
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
     space = every[0].space
+    if space.discs:
+        return None, ["Other inputs are for Python here, surrogate.narrowed: a Play is a disc."]
     expansions = [expansion for alternative in every for expansion in alternative.expansions]
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     aim,
@@ -65,6 +66,8 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
                             mean[n] = part[n]
             for n in range(lanes):
                 height[n] = sign * (mean[n] + c * np.sqrt(square[n]))
+            if terms.partner[a] >= 0:
+                _leave_out(tried[a, g], eta[terms.partner[a]], height)
             for n in range(lanes):
                 if height[n] < best[n]:
                     best[n], at[n] = height[n], g
@@ -82,6 +85,14 @@ def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
                         for k in range(1, highest + 1):
                             sums[j, n] += along[k, j, n] * powers[0, k, a, n]
     copy(active, moved)
+
+
+@compiled
+def _leave_out(place, others, height):
+    """Fill ∞ where a variable and the other one of its disc are outside."""
+    for n in range(len(height)):
+        if place**2 + others[n] ** 2 > RADIUS**2:
+            height[n] = np.inf
 
 
 @compiled

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.scan import lines, scan
 from flexband.uncertainty.expansions.bounds.search import search
@@ -38,10 +39,11 @@ def _extremes(
     index, j = expansion.interval_index[used], expansion.j[order]
     orders, weight = tuple(index.max(axis=0, initial=0).tolist()), np.sqrt(expansion.norms)[j, None]
     points, neighbours = scan(orders)
+    points = in_discs(points, expansion.discs)
     grid = np.ascontiguousarray(expansion.chebyshev(points).T[used[i]]), points, neighbours
     terms, tried, series = (
-        ExpansionTerms.of(index, i, j),
-        lines(orders),
+        ExpansionTerms.of(index, i, j, expansion.discs),
+        lines(orders, expansion.discs),
         expansion.coefficients.shape[1],
     )
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.machine_code import compiled
+from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.bounds.terms import (
     chebyshev_powers,
@@ -39,6 +40,7 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
     new_gradient, new_hessian = np.zeros((m, lanes)), np.zeros((m, m, lanes))
     trial, value = eta.copy(), np.empty(lanes)
     x, slope, curve, y = np.empty(m), np.empty(m), np.empty((m, m)), np.empty(m)
+    held = np.zeros(m, np.bool_)
     fill(least, np.inf)
     most = 0
     for n in range(lanes):
@@ -61,7 +63,9 @@ def polish(terms, coefficients, c, sign, active, eta, reach, least):
                 x[a], slope[a] = eta[a, n], gradient[a, n]
                 for b in range(a + 1):
                     curve[a, b] = curve[b, a] = hessian[a, b, n]
+            _to_discs(terms.partner, x, slope, curve, held)
             gain = step(x, slope, curve, reach[n], y)
+            _from_discs(terms.partner, eta[:, n], held, y)
             active[n] = gain > OPTIONS.min_relative_gain * abs(least[n])
             remaining += active[n]
             for a in range(m):
@@ -162,6 +166,61 @@ def _curvatures(terms, coefficients, powers, along, part, hessian):
                             part[n] *= powers[0, order, d, n]
                 for n in range(lanes):
                     hessian[a, b, n] += part[n]
+
+
+@compiled
+def _to_discs(partner, x, slope, curve, held):
+    """Write the variables of discs as steps of −1 … 1, in place, with their derivatives.
+
+    Where the value falls outwards at a rim, they are a radius, held at its bound, and the way along
+    the rim, which bends: the second derivative along it is less by the slope outwards over the
+    radius. Elsewhere they are steps in both variables; a part of the slope is added to the
+    curvature, so that steps are finite where there is none.
+    """
+    part_of_slope = 0.1
+    for a in range(len(x)):
+        b = partner[a]
+        if b < a:
+            continue
+        size = np.sqrt(x[a] ** 2 + x[b] ** 2)
+        outwards = x[a] * slope[a] + x[b] * slope[b]
+        held[a] = size >= RADIUS * (1 - 1e-9) and outwards < 0
+        if held[a]:
+            c, s = x[a] / size, x[b] / size
+            slope[a], slope[b] = c * slope[a] + s * slope[b], c * slope[b] - s * slope[a]
+            for k in range(len(x)):
+                u, v = curve[a, k], curve[b, k]
+                curve[a, k], curve[b, k] = c * u + s * v, c * v - s * u
+            for k in range(len(x)):
+                u, v = curve[k, a], curve[k, b]
+                curve[k, a], curve[k, b] = c * u + s * v, c * v - s * u
+            curve[b, b] -= slope[a] / RADIUS
+            x[a], x[b] = 1.0, 0.0
+        else:
+            more = part_of_slope * np.sqrt(slope[a] ** 2 + slope[b] ** 2)
+            curve[a, a] += more
+            curve[b, b] += more
+            x[a], x[b] = 0.0, 0.0
+
+
+@compiled
+def _from_discs(partner, eta, held, y):
+    """Write steps of `_to_discs` from η as places in the discs, in place."""
+    for a in range(len(eta)):
+        b = partner[a]
+        if b < a:
+            continue
+        if held[a]:
+            turn = y[b] / RADIUS
+            c, s = np.cos(turn), np.sin(turn)
+            y[a], y[b] = c * eta[a] - s * eta[b], s * eta[a] + c * eta[b]
+        else:
+            y[a] += eta[a]
+            y[b] += eta[b]
+        size = np.sqrt(y[a] ** 2 + y[b] ** 2)
+        if held[a] or size > RADIUS:
+            y[a] *= RADIUS / size
+            y[b] *= RADIUS / size
 
 
 @compiled

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 import scipy
 
+from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
@@ -59,12 +60,16 @@ def tensor_grid(counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     return tensor_points([lobatto(count) for count in counts]), beside @ strides
 
 
-def lines(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lines(
+    orders: tuple[int, ...], discs: Sequence[int] = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return η to try in each variable, (m, count), their polynomials, and how many there are."""
     counts = np.array([2 * order + 3 if order else 1 for order in orders], dtype=int)
     points = np.zeros((len(counts), counts.max(initial=1)))
     for row, count in zip(points, counts, strict=True):
         row[:count] = lobatto(count)
+    for first in discs:
+        points[first : first + 2] *= RADIUS
     values = np.ascontiguousarray(chebyshev_values(max(orders, default=0), points))
     return points, values, counts
 

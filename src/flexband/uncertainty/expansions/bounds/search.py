@@ -32,6 +32,7 @@ def search(terms, scan, lines, coefficients, targets, values, places):
     shape = *values.shape, OPTIONS.max_starts
     bound, which = np.empty(shape), np.empty(shape, np.int64)
     resolved = places.shape[2] <= OPTIONS.resolved_dimension and scan[2].shape[1] > 0
+    resolved = resolved and bool(np.all(terms.partner < 0))
     starts(terms, scan, coefficients, targets, resolved, bound, which)
     for k, target in enumerate(targets):  # a function of its own, which is compiled in less time
         start_points = scan[1], which[k], bound[k]

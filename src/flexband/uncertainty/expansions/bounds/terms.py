@@ -7,6 +7,7 @@ that of lanes, and no operation mixes them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -28,6 +29,7 @@ class ExpansionTerms(NamedTuple):
     owner, owner_order : these Φ_i, and their orders in the variable.
     of_group, first_of_group : the terms in the order of j, and where those of each Ψ_j start.
     depends : whether the terms of each Ψ_j contain a variable, (m, N).
+    partner : the number of the other variable of a disc, −1 of variables in [−1, 1], (m,).
     """
 
     first: np.ndarray
@@ -41,10 +43,14 @@ class ExpansionTerms(NamedTuple):
     of_group: np.ndarray
     first_of_group: np.ndarray
     depends: np.ndarray
+    partner: np.ndarray
 
     @staticmethod
-    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray) -> ExpansionTerms:
+    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray, discs: Sequence[int]) -> ExpansionTerms:
         """Return the terms Φ_i Ψ_j, i increasing, with the orders of Φ in each variable, (M, m)."""
+        partner = np.full(index.shape[1], -1)
+        for first in discs:
+            partner[first : first + 2] = first + 1, first
         row, variable = np.nonzero(index)
         column, owner = np.nonzero(index.T)
         by_group = np.argsort(j, kind="stable")
@@ -63,6 +69,7 @@ class ExpansionTerms(NamedTuple):
             by_group,
             np.searchsorted(j[by_group], np.arange(depends.shape[1] + 1)),
             depends,
+            partner,
         )
         return ExpansionTerms(*map(np.ascontiguousarray, parts))
 

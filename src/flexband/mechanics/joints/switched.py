@@ -1,0 +1,226 @@
+"""Joints that switch: a latch, a gripper, a release. They use the rows of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flexband.arguments import frozen
+from flexband.errors import (
+    InputError,
+    check_function,
+    check_instance,
+    check_option,
+    check_positive,
+    returned,
+    shown,
+)
+from flexband.mechanics.contact.friction import Coulomb, FrictionEntry
+from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.joints.joint import Joint, PointName, Resolve, along, straight
+from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
+from flexband.mechanics.kernels.forms import (
+    Form,
+    TimeFunction,
+    Vector,
+    add,
+    angle,
+    dot,
+    scale,
+    subtract,
+)
+
+ALLOWED = (Revolute, Prismatic, Slot, Weld, Distance)
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """A function of time that is true or false, as one of numbers."""
+
+    function: TimeFunction
+
+    def __call__(self, time: float) -> np.ndarray:
+        return np.asarray(self.function(time), dtype=float)
+
+
+class _Hold(NamedTuple):
+    """What a joint holds: rows that keep any value, the directions of their forces, and a turn."""
+
+    rows: list[Form]
+    directions: list[Vector]
+    turn: Form | None = None
+
+
+@frozen()
+class Switched(Joint):
+    """A joint that is active in part of the time only.
+
+    When it becomes active it stops what it holds by a plastic impact; `sensors.SwitchingLoss` is
+    the energy that this takes. Every sample then chooses its steps, see `GeneralizedAlpha`.
+
+    Parameters
+    ----------
+    joint : a `Revolute`, `Prismatic`, `Slot`, `Weld` or `Distance`, without clearance or friction
+        and of a fixed length.
+    active : function of the time [s], which is more than 0.5 while the joint is active, such as
+        ``lambda t: t > 0.2``; or the names of a `ForceLaw` and one of its events, which is active
+        while its gap is negative.
+    where : "present" to hold the relative place that the bodies have at that instant, or "given"
+        for that of the joint.
+    tolerance : how far they may be from the given place at that instant, along each direction [m]
+        and in angle [rad]; a sample that is farther fails. What is left remains.
+
+    Raises
+    ------
+    InputError
+        If the joint is none of these, or another argument is not allowed.
+
+    Examples
+    --------
+    >>> wagons = fb.Mechanism(
+    ...     bodies={
+    ...         "a": fb.PointMass(mass=3.0, velocity=(2.0, 0.0)),
+    ...         "b": fb.PointMass(mass=1.0, position=(1.0, 0.0)),
+    ...     },
+    ...     joints={
+    ...         "rail a": fb.Slot("a", (0.0, 0.0)),
+    ...         "rail b": fb.Slot("b", (0.0, 0.0)),
+    ...         "hook": fb.contact.Switched(fb.Distance("a", "b", 1.0), lambda t: t > 0.2),
+    ...     },
+    ...     sensors={"v": fb.Velocity("b"), "lost": fb.sensors.SwitchingLoss("hook")},
+    ... )
+    >>> motion = fb.simulate(wagons, duration=0.3, step=0.1)
+    >>> motion.sel(output=["v_X", "lost"]).values[:, -1].round(6)  # m/s, J
+    array([1.5, 1.5])
+    """
+
+    joint: Joint
+    active: TimeFunction | tuple[str, str]
+    where: str = "present"
+    tolerance: ArrayLike = 1e-3
+
+    def __post_init__(self) -> None:
+        kinds = ", ".join(kind.__name__ for kind in ALLOWED)
+        check_instance("Switched joint", self.joint, ALLOWED, f"one of {kinds}")
+        extras = vars(self.joint)
+        if any(extras.get(name) is not None for name in ("clearance", "friction")):
+            raise InputError("the joint of a Switched must have neither clearance nor friction")
+        if callable(extras.get("length")) or extras.get("axis") is True:
+            raise InputError("the joint of a Switched must have a fixed length and axis=False")
+        if isinstance(self.active, tuple):
+            if len(self.active) != 2 or not all(isinstance(name, str) for name in self.active):
+                raise InputError(
+                    "Switched active must be a function of time, or the names of a load and its "
+                    f"event; got {shown(self.active)}"
+                )
+        else:
+            check_function("Switched active", self.active, " of time")
+            returned(_Numbers(self.active), 0.0, "Switched active")
+            if np.asarray(self.active(0.0)).dtype == bool:
+                object.__setattr__(self, "active", _Numbers(self.active))
+        check_option("where", self.where, ["present", "given"])
+        check_positive("Switched tolerance [m]", self.tolerance)
+
+    @property
+    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """That of the joint."""
+        return self.joint.first
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """Those of the joint."""
+        return self.joint.points
+
+    def hold(self, frame: Resolve) -> _Hold:
+        """Return what the joint holds."""
+        joint = self.joint
+        first, second = (frame(point) for point in joint.points)
+        apart, turn = (
+            subtract(first.position, second.position),
+            angle(first.normal) - angle(second.normal),
+        )
+        match joint:
+            case Revolute() | Weld():
+                directions = [second.normal, second.direction(0.0, 1.0)]
+                held = turn - joint.angle if isinstance(joint, Weld) else None
+            case Slot() | Prismatic():
+                straight("Switched", second)
+                x, y = joint.axis
+                directions = [along(second, (-y, x))]
+                held = turn - joint.angle if isinstance(joint, Prismatic) else None
+            case _:
+                inverse = 1.0 / np.asarray(vars(joint)["length"], dtype=float)
+                return _Hold(joint.constraints(frame), [scale(inverse, apart)])
+        return _Hold([dot(direction, apart) for direction in directions], directions, held)
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return none: the rows are those of friction."""
+        self.hold(frame)
+        return []
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        """Return the rows, each as what sticks while the joint is active."""
+        held, farthest = self.hold(frame), self.tolerance if self.where == "given" else 1e30
+        law = Coulomb(kinetic=0.0, static=farthest)
+        rows = [*held.rows, *([] if held.turn is None else [held.turn])]
+        return [
+            FrictionEntry(
+                Travel(row), law, lambda forces: [], angular=row is held.turn, active=self.active
+            )
+            for row in rows
+        ]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        """Return −λ along each direction."""
+        force = Form({}), Form({})
+        for multiplier, direction in zip(multipliers, self.hold(frame).directions, strict=False):
+            force = add(force, scale(-multiplier, direction))
+        return force
+
+    def moment(self, multipliers: Sequence[Form]) -> Form | None:
+        """Return −λ of the angle."""
+        return -multipliers[-1] if isinstance(self.joint, Weld | Prismatic) else None
+
+    def at_rest(self) -> Joint:
+        """Return the joint as it is at the start."""
+        if isinstance(self.active, tuple):
+            raise InputError(
+                "a Switched joint whose activity is an event has no place in statics and modes"
+            )
+        active = np.unique(np.asarray(returned(self.active, 0.0), dtype=float) > 0.5)
+        if len(active) > 1:
+            raise InputError("a Switched joint is active at the start in all samples or in none")
+        return _AtRest(self, bool(active[0]))
+
+
+@dataclass(frozen=True)
+class _AtRest(Joint):
+    """A joint that switches, at an instant."""
+
+    joint: Switched
+    active: bool
+
+    holds_start = True
+
+    @property
+    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.joint.first
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        return self.joint.points
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        held = self.joint.hold(frame)
+        rows = [*held.rows, *([] if held.turn is None else [held.turn])]
+        return rows if self.active else []
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+        return self.joint.force(frame, multipliers)
+
+    def moment(self, multipliers: Sequence[Form]) -> Form | None:
+        return self.joint.moment(multipliers) if self.active else Form({})

@@ -1,0 +1,65 @@
+"""The degrees of freedom of a mechanism, and which outputs do not depend on its past."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.packing import AT_START, pack
+from flexband.mechanics.assembly.system import System, assemble
+from flexband.mechanics.engine.batch import begin
+from flexband.mechanics.engine.failures import raise_failures
+from flexband.mechanics.engine.redundancy import dependent
+from flexband.mechanics.engine.threads import while_compiling
+from flexband.mechanics.kernels.lanes import WIDTH
+
+
+class Mobility(NamedTuple):
+    """The first sample of a mechanism at its start.
+
+    Attributes
+    ----------
+    z : the states of the first samples, (rows, lanes).
+    redundant : number of constraints that depend on others.
+    joints : those that these belong to.
+    """
+
+    system: System
+    z: np.ndarray
+    redundant: int
+    joints: list[str]
+
+    @staticmethod
+    def of(mechanism: Mechanism) -> Mobility:
+        """Return that of a mechanism; raise what `simulate` does about its start."""
+        system = assemble(mechanism)
+        values = pack(system, AT_START)(0)
+        work, failure = while_compiling(lambda: begin(system, values))
+        raise_failures(failure.T[: min(system.samples, WIDTH)], system, np.zeros(1))
+        return Mobility(system, work.z, *dependent(system, work.z[:, 0]))
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """The number of coordinates that no constraint determines."""
+        coordinates = self.system.structure.state.coordinates
+        return coordinates - len(self.system.constraints) + self.redundant
+
+
+def instantaneous(mechanism: Mechanism) -> list[str]:
+    """Return the outputs that follow from the parameters at each instant, whatever was before.
+
+    These are positions, angles and lengths of a mechanism whose motion is prescribed, without
+    joints, such as gears, that go on from the start.
+    """
+    mobility = Mobility.of(mechanism)
+    holds_start = any(joint.holds_start for joint in mechanism.joints.values())
+    if mobility.degrees_of_freedom or holds_start:
+        return []
+    state, names = mobility.system.structure.state, []
+    for name, sensor in mechanism.sensors.items():
+        rows = {i for form in sensor.rows(mechanism) for key in form.terms for i in key[:2]}
+        if all(i <= state.coordinates or state.angle <= i < state.velocity for i in rows):
+            names += [name + suffix for suffix, _ in sensor.outputs()]
+    return names

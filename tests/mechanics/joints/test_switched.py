@@ -1,0 +1,226 @@
+"""Joints that switch, against impulse and momentum."""
+
+import numpy as np
+import pytest
+
+import flexband as fb
+
+Switched = fb.contact.Switched
+
+
+def rotors(joint, **options):
+    """Return the motion of two rotors on one axle, 0.4 and 0.1 kg m² at 3 and −7 rad/s."""
+    mechanism = fb.Mechanism(
+        bodies={
+            "a": fb.RigidBody(mass=1.0, inertia=0.4, rate=3.0),
+            "b": fb.RigidBody(mass=1.0, inertia=0.1, rate=-7.0),
+        },
+        joints={
+            "axle": fb.Revolute("a", (0.0, 0.0)),
+            "bearing": fb.Revolute("b", (0.0, 0.0)),
+            "latch": joint,
+        },
+        sensors={
+            "a": fb.Angle("a"),
+            "b": fb.Angle("b"),
+            "wa": fb.AngularVelocity("a"),
+            "wb": fb.AngularVelocity("b"),
+            "M": fb.ReactionMoment("latch"),
+            "lost": fb.sensors.SwitchingLoss("latch"),
+        },
+    )
+    return fb.simulate(mechanism, **{"duration": 0.6, "step": 0.01} | options)
+
+
+def test_rotors_are_locked_where_they_are_and_released():
+    """At an instant of each sample: J₁ω₁ + J₂ω₂ and the angle remain, ½ J₁J₂/J (Δω)² is lost."""
+    begin, end = np.array([0.123, 0.2]), 0.45
+    motion = rotors(Switched(fb.Weld("b", "a"), lambda t: (t > begin) & (t < end)))
+    t = motion.time.values
+    common = (0.4 * 3.0 - 0.1 * 7.0) / 0.5
+    for sample, start in enumerate(begin):
+        out = motion.isel(sample=sample)
+        free = np.minimum(t, start)
+        later = np.maximum(t - start, 0.0) * common
+        np.testing.assert_allclose(out.sel(output="a"), 3.0 * free + later, atol=2e-5)
+        np.testing.assert_allclose(out.sel(output="b"), -7.0 * free + later, atol=2e-5)
+        lost = np.where(t > start, 0.5 * 0.4 * 0.1 / 0.5 * 10.0**2, 0.0)
+        np.testing.assert_allclose(out.sel(output="lost"), lost, atol=1e-7)
+        np.testing.assert_allclose(
+            out.sel(output="wb"), np.where(t > start, common, -7.0), atol=1e-6
+        )
+    np.testing.assert_allclose(motion.sel(output="M"), 0.0, atol=1e-7)
+
+
+def gripped(joint, **parts):
+    """Return the motion of two bodies in flight that a joint seizes from 0.15 s to 0.4 s."""
+    points = {"eye": (0.2, 0.1)}
+    sensors = {"lost": fb.sensors.SwitchingLoss("grip"), "F": fb.Reaction("grip"),
+               "T": fb.KineticEnergy()}  # fmt: skip
+    for name in "ab":
+        sensors |= {f"r{name}": fb.Position(name), f"v{name}": fb.Velocity(name),
+                    f"w{name}": fb.AngularVelocity(name), f"q{name}": fb.Angle(name),
+                    f"e{name}": fb.Position(f"{name}.eye")}  # fmt: skip
+    mechanism = fb.Mechanism(
+        bodies={
+            "a": fb.RigidBody(mass=2.0, inertia=0.1, points=points, velocity=(3.0, -1.0), rate=4.0),
+            "b": fb.RigidBody(mass=3.0, inertia=0.2, points=points, position=(0.5, 0.2),
+                              angle=1.0, rate=-3.0),
+        },
+        joints={"grip": joint},
+        sensors=sensors,
+    )  # fmt: skip
+    motion = fb.simulate(mechanism, duration=0.5, step=0.01, **parts)
+    return motion.time.values, {name: motion.sel(output=name).values for name in
+                                motion.output.values}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        fb.Weld("a.eye", "b.eye"),
+        fb.Revolute("a.eye", "b.eye"),
+        fb.Prismatic("a.eye", "b.eye", axis=(1.0, 2.0)),
+        fb.Slot("a.eye", "b.eye"),
+        fb.Distance("a.eye", "b.eye", 0.3),
+    ],
+    ids=lambda joint: type(joint).__name__,
+)
+def test_momentum_and_energy_of_a_grip_in_flight(joint):
+    """Momenta remain, the energy falls by what is reported, and the relative place is held."""
+    t, out = gripped(Switched(joint, lambda t: (t > 0.15) & (t < 0.4)))
+    bodies = (("a", 2.0, 0.1), ("b", 3.0, 0.2))
+    for axis in "XY":
+        total = sum(m * out[f"v{n}_{axis}"] for n, m, _ in bodies)
+        np.testing.assert_allclose(total, total[0], atol=1e-8)
+    spin = sum(
+        m * (out[f"r{n}_X"] * out[f"v{n}_Y"] - out[f"r{n}_Y"] * out[f"v{n}_X"]) + J * out[f"w{n}"]
+        for n, m, J in bodies
+    )
+    np.testing.assert_allclose(spin, spin[0], atol=3e-5)
+    np.testing.assert_allclose(out["T"] + out["lost"], out["T"][0], rtol=3e-5)
+    assert out["lost"][-1] > 2e-3
+    on = (t > 0.155) & (t < 0.395)
+    c, s = np.cos(out["qb"]), np.sin(out["qb"])
+    X, Y = out["ea_X"] - out["eb_X"], out["ea_Y"] - out["eb_Y"]
+    along, across, turn = (c * X + s * Y)[on], (c * Y - s * X)[on], (out["qa"] - out["qb"])[on]
+    still = {
+        fb.Weld: (along, across, turn),
+        fb.Revolute: (along, across),
+        fb.Prismatic: (2 * along - across, turn),
+        fb.Slot: (across,),
+        fb.Distance: (np.hypot(along, across),),
+    }[type(joint)]
+    for place in still:
+        np.testing.assert_allclose(place, place[0], atol=1e-7)
+    force = np.hypot(out["F_X"], out["F_Y"])
+    assert np.all(force[~on & (np.abs(t - 0.15) > 0.01) & (np.abs(t - 0.4) > 0.01)] == 0.0)
+
+
+def test_slot_catches_a_falling_mass():
+    """The speed across the slot is lost; then the mass slides down with g sin α."""
+    slope = np.array([4.0, -3.0]) / 5
+    mechanism = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=2.0)},
+        joints={"chute": Switched(fb.Slot("m", (5.0, 5.0), axis=(4.0, -3.0)), lambda t: t >= 0.2)},
+        loads={"gravity": fb.Gravity()},
+        sensors={"m": fb.Position("m"), "F": fb.Reaction("chute"),
+                 "lost": fb.sensors.SwitchingLoss("chute")},
+    )  # fmt: skip
+    motion = fb.simulate(mechanism, duration=0.5, step=0.05)
+    t = motion.time.values
+    after, speed = np.maximum(t - 0.2, 0.0), 9.81 * 0.2 * 0.6
+    travel = speed * after + 0.5 * 9.81 * 0.6 * after**2
+    fall = -0.5 * 9.81 * np.minimum(t, 0.2) ** 2
+    expected = np.outer(slope, travel) + np.outer([0.0, 1.0], fall)
+    np.testing.assert_allclose(motion.sel(output=["m_X", "m_Y"]), expected, atol=1e-6)
+    assert motion.sel(output="lost")[-1] == pytest.approx(0.5 * 2 * (9.81 * 0.2 * 0.8) ** 2)
+    held = 2.0 * 9.81 * 0.8 * np.array([0.6, 0.8])
+    np.testing.assert_allclose(motion.sel(output=["F_X", "F_Y"])[:, -1], held, rtol=1e-6)
+
+
+def reaches(t, x, v, p, force, mode, gap):
+    """Say when a point is below a height."""
+    gap[0] = x[0, 1] - p[0]
+
+
+def test_event_of_a_law_closes_a_latch():
+    """A mass that falls by 0.3 m is caught there, with all of its energy."""
+    mechanism = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=2.0)},
+        joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0)),
+                "latch": Switched(fb.Distance("m", (1.0, 0.0), 1.0), ("switch", "low"))},
+        loads={"gravity": fb.Gravity(),
+               "switch": fb.ForceLaw(["m"], reaches, (-0.3,), events=["low"])},
+        sensors={"m": fb.Position("m"), "lost": fb.sensors.SwitchingLoss("latch")},
+    )  # fmt: skip
+    motion = fb.simulate(mechanism, duration=0.5, step=0.02)
+    t = motion.time.values
+    expected = np.maximum(-0.5 * 9.81 * t**2, -0.3)
+    np.testing.assert_allclose(motion.sel(output="m_Y"), expected, atol=1e-5)
+    assert motion.sel(output="lost")[-1] == pytest.approx(2 * 9.81 * 0.3, rel=1e-4)
+
+
+def test_given_place_within_a_tolerance():
+    near = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 1.1)
+    motion = rotors(near, duration=0.2)
+    apart = motion.sel(output="a") - motion.sel(output="b")
+    np.testing.assert_allclose(apart[-5:], 1.0, atol=1e-5)  # 10 rad/s × 0.1 s, which remains
+    turned = Switched(fb.Weld("b", "a", angle=-1.0 - 2 * np.pi), lambda t: t > 0.1, "given", 1e-3)
+    assert rotors(turned, duration=0.2).sel(output="lost")[-1] > 3.9
+    far = Switched(fb.Weld("b", "a", angle=0.0), lambda t: t > 0.1, "given", 0.9)
+    with pytest.raises(fb.errors.SimulationError, match="latch' becomes active farther from its"):
+        rotors(far, duration=0.2)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_statics_and_modes_have_it_as_at_the_start(closed):
+    mechanism = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=2.0, position=(0.0, -1.0))},
+        joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0)),
+                "latch": Switched(fb.Revolute("m", (0.0, 0.0)), lambda t: (t < 1.0) == closed)},
+        loads={"gravity": fb.Gravity(), "spring": fb.Spring("m", (0.0, 0.0), 200.0, 1.0)},
+        sensors={"m": fb.Position("m"), "F": fb.Reaction("latch")},
+    )  # fmt: skip
+    rest = fb.equilibrium(mechanism)
+    place, force = (-1.0, 19.62) if closed else (-1.0 - 19.62 / 200.0, 0.0)
+    np.testing.assert_allclose(rest.sel(output=["m_Y", "F_Y"]), [place, force], atol=1e-9)
+    if not closed:
+        assert fb.modes(mechanism, 1)["frequency"] == pytest.approx(10 / (2 * np.pi))
+    with pytest.raises(fb.errors.InputError, match="joints that switch"):
+        fb.simulate(mechanism, duration=0.1, step=0.01, start="static")
+
+
+def test_motion_goes_on_with_a_closed_latch():
+    latch = Switched(fb.Weld("b", "a"), lambda t: t > 0.123)
+    whole = rotors(latch)
+    first = rotors(latch, duration=0.3, keep_state=True)
+    rest = rotors(Switched(fb.Weld("b", "a"), lambda t: t > -1.0), duration=0.3, start=first)
+    for name in ("a", "b"):
+        end = whole.sel(output=name)[-1]
+        np.testing.assert_allclose(rest.sel(output=name)[-1], end, atol=1e-6)
+
+
+def test_drawing_has_the_joint_in_a_ring():
+    latch = Switched(fb.Weld("b", "a"), lambda t: t > 0.1)
+    mechanism = fb.Mechanism(
+        bodies={"a": fb.RigidBody(mass=1.0, inertia=0.4), "b": fb.RigidBody(mass=1.0, inertia=0.1)},
+        joints={"latch": latch},
+    )
+    assert "latch" in {text.get_text() for text in fb.draw(mechanism).axes[0].texts}
+
+
+@pytest.mark.parametrize(
+    ("build", "text"),
+    [
+        (lambda: Switched(fb.Gear("a", "b", 1.0, 1.0), lambda t: 1.0), "one of Revolute"),
+        (lambda: Switched(fb.Revolute("a", "b"), 1.0), "active must be a function of time"),
+        (lambda: Switched(fb.Revolute("a", "b"), ("law",)), "names of a load and its event"),
+        (lambda: Switched(fb.Distance("a", "b", np.cos), lambda t: t > 1), "a fixed length"),
+        (lambda: Switched(fb.Revolute("a", "b"), lambda t: t > 1, "there"), "where"),
+        (lambda: rotors(Switched(fb.Weld("b", "a"), ("load", "event"))), "load with events"),
+    ],
+)
+def test_wrong_switches_are_refused(build, text):
+    with pytest.raises(fb.errors.InputError, match=text):
+        build()

@@ -1,0 +1,95 @@
+"""Bounds of polynomials over products of discs and intervals."""
+
+import numpy as np
+import pytest
+
+from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.expansions.bounds.discs import RADIUS, in_discs
+from flexband.uncertainty.expansions.bounds.extremes import extremes
+from flexband.uncertainty.expansions.families import HERMITE
+from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.index_sets import bounded_terms
+from flexband.uncertainty.inputs.sampling import nested_points
+
+
+def expansion(m, order, discs, series=20, seed=0):
+    index = bounded_terms(m, order, 1.0, 5000)
+    rng = np.random.default_rng(seed)
+    coefficients = rng.standard_normal((len(index), series)) * 0.6 ** index.sum(1)[:, None]
+    return HybridExpansion((), index, coefficients, discs)
+
+
+def scanned(m, discs, count=50_000):
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1, 1, (count, m))
+    ends = rng.random(points.shape) < 0.5
+    points[ends] = np.sign(points[ends])
+    for k in discs:
+        angle = rng.uniform(0, 2 * np.pi, count)
+        radius = RADIUS * np.where(ends[:, k], 1.0, np.sqrt(rng.random(count)))
+        points[:, k], points[:, k + 1] = radius * np.cos(angle), radius * np.sin(angle)
+    return points
+
+
+@pytest.mark.parametrize(("m", "discs"), [(2, (0,)), (3, (1,)), (5, (0, 3)), (8, (0, 2, 4, 6))])
+def test_a_linear_response_reaches_its_slope_times_the_radius(m, discs):
+    linear = expansion(m, 1, discs)
+    slopes = linear.coefficients[np.argsort(linear.index @ np.arange(1, m + 1))][1:]
+    reach = np.abs(slopes)
+    for k in discs:
+        reach[k], reach[k + 1] = RADIUS * np.hypot(slopes[k], slopes[k + 1]), 0.0
+    (bounds,) = extremes(linear, [0.0])
+    exact = linear.coefficients[0] + np.array([[-1.0], [1.0]]) * reach.sum(axis=0)
+    np.testing.assert_allclose(bounds.values, exact, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("m", "order", "discs"), [(2, 2, (0,)), (2, 4, (0,)), (3, 3, (1,)), (5, 2, (0, 3))]
+)
+def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs):
+    polynomials = expansion(m, order, discs)
+    (bounds,) = extremes(polynomials, [0.0])
+    values = polynomials.evaluate(np.zeros((50_000, 0)), scanned(m, discs))
+    width = np.ptp(values, axis=0)
+    assert np.all(bounds.values[0] <= values.min(axis=0) + 1e-9 * width)
+    assert np.all(bounds.values[1] >= values.max(axis=0) - 1e-9 * width)
+    at = bounds.places.reshape(-1, m)
+    reached = polynomials.evaluate(np.zeros((len(at), 0)), at).reshape(2, 20, 20)
+    np.testing.assert_allclose(np.einsum("bss->bs", reached), bounds.values, rtol=1e-10, atol=1e-12)
+    for k in discs:
+        assert np.hypot(at[:, k], at[:, k + 1]).max() <= RADIUS * (1 + 1e-12)
+
+
+def test_an_optimum_inside_a_disc_is_found():
+    # (x − 0.3)² + (y + 0.2)² with T_2 = 2 x² − 1
+    index = np.array([[0, 0], [1, 0], [0, 1], [2, 0], [0, 2]])
+    series = np.array([[1 + 0.3**2 + 0.2**2], [-0.6], [0.4], [0.5], [0.5]])
+    (bounds,) = extremes(HybridExpansion((), index, series, (0,)), [0.0])
+    np.testing.assert_allclose(bounds.values[0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(bounds.places[0, 0], [0.3, -0.2], atol=1e-6)
+    farthest = (RADIUS + np.hypot(0.3, 0.2)) ** 2
+    np.testing.assert_allclose(bounds.values[1], farthest, rtol=1e-9)
+
+
+def test_bounds_of_a_standard_deviation_are_over_the_disc():
+    # ξ (2 + x + y): σ is largest at the rim, 2 + √2 √2
+    index = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    scattering = HybridExpansion((HERMITE,), index, np.array([[0.0], [2.0], [1.0], [1.0]]), (0,))
+    _, upper = extremes(scattering, [0.0, 1.0])
+    np.testing.assert_allclose(upper.values[1], 4.0, rtol=1e-9)
+
+
+def test_squares_become_discs_and_keep_their_middle():
+    square = np.array([[1.0, 1.0, 0.5], [1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-0.5, 0.2, 1.0]])
+    moved = in_discs(square, [0])
+    np.testing.assert_allclose(np.hypot(*moved[:, :2].T), RADIUS * np.array([1, 1, 0, 0.5]))
+    np.testing.assert_array_equal(moved[:, 2], square[:, 2])
+    np.testing.assert_allclose(moved[0, :2], [1.0, 1.0])
+
+
+def test_points_that_judge_reach_out_of_the_square():
+    for points in (generic_points(0, 64, 3, (), (1,)), nested_points(64, 3, (), discs=(1,))):
+        eta = points[1]
+        assert np.abs(eta[:, 0]).max() <= 1
+        assert RADIUS * (1 + 1e-12) >= np.hypot(*eta[:, 1:].T).max() > 1.3
+        assert np.abs(eta[:, 1:]).max() > 1.2

@@ -1,5 +1,7 @@
 """Joints that switch, against impulse and momentum."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -189,6 +191,9 @@ def test_statics_and_modes_have_it_as_at_the_start(closed):
         assert fb.modes(mechanism, 1)["frequency"] == pytest.approx(10 / (2 * np.pi))
     with pytest.raises(fb.errors.InputError, match="joints that switch"):
         fb.simulate(mechanism, duration=0.1, step=0.01, start="static")
+    lossy = replace(mechanism, sensors={"loss": fb.sensors.SwitchingLoss("latch")})
+    with pytest.raises(fb.errors.InputError, match="'loss': a SwitchingLoss is over the steps"):
+        fb.equilibrium(lossy)
 
 
 def test_motion_goes_on_with_a_closed_latch():

@@ -247,7 +247,8 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     values, places = np.empty((1, 1, 1)), np.empty((1, 1, 1, 2))
     targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
     values_of = [chebyshev_values(2, x) for x in points.T]
-    basis, columns = np.ascontiguousarray(term_values(values_of, index)), MomentColumns.of(1, 0)
+    basis = np.ascontiguousarray(term_values(values_of, index, len(points)))
+    columns = MomentColumns.of(1, 0)
     search(smooth, index, basis, points, beside, columns, turning, targets, 3, values, places)
     np.testing.assert_allclose(values, 0.5, atol=1e-8)
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)

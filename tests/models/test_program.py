@@ -224,6 +224,8 @@ def test_names_and_values_are_checked():
         fb.errors.InputError, match=r"is a function of position.*fb\.models\.samplewise\("
     ):
         program(stiffness=lambda x: x)
+    with pytest.raises(fb.errors.InputError, match=r"stiffness is a pair.*samplewise\("):
+        program(stiffness=np.ones((2, 1)))
     with pytest.raises(fb.errors.InputError, match=r"stiffness = 'soft' cannot be written as"):
         program(stiffness=["soft"])
     with pytest.warns(

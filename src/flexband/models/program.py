@@ -179,6 +179,11 @@ class ExternalProgram(OneByOne):
                     "values as inputs of their own, e.g. fb.models.samplewise("
                     f"lambda {name}: program.sample(a={name}(0.0), b={name}(1.0)))"
                 )
+            if np.ndim(value):
+                raise InputError(
+                    f"{name} is a pair. Give the program its numbers as inputs of their own, e.g. "
+                    f"fb.models.samplewise(lambda {name}: program.sample(x={name}[0], y={name}[1]))"
+                )
 
     def _write(self, folder: Path, values: Mapping[str, Any]) -> tuple[list[str], str]:
         """Write the files; return the arguments and the standard input."""

@@ -47,7 +47,7 @@ Where fewer than five digits agree, the reasons are:
 - **Undamped waves.** A force or a speed that jumps excites all modes, and the meshes differ in the
   highest: `ANCFcantileverTestDyn`, `ANCFCableBeamDampingTest`, `ANCFtests2`, `flexiblePendulumANCF`
   and `ANCFrotatingCable2D`.
-- **flexband's steps**, 25 µs of `lavalRotor2Dtest` and 1 ms of `finiteSegmentMethod`.
+- **flexband's steps**, 50 µs of `lavalRotor2Dtest` and 1 ms of `finiteSegmentMethod`.
 
 The test suite's −0.44056 m for `SpringDamperMassUserFunction` is not at rest: the script's relative
 tolerance is 0.1. With 1e-10, Exudyn finds −0.35097115 m, as flexband does.

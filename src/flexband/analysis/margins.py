@@ -14,6 +14,7 @@ from flexband.analysis.requirements.corridors import (
     Corridor,
     check_instantaneous,
     chosen_output,
+    has_constant_offsets,
     joint,
 )
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
@@ -188,7 +189,8 @@ class _Checked:
         self.inputs = str(bands.attrs.get("inputs", ""))
         corridor = requirement.corridor(self.labels, label)
         check_instantaneous({str(requirement): corridor}, bands.attrs)
-        return _checked(corridor, bands, self.labels, error)
+        result = _checked(corridor, bands, self.labels, error)
+        return result.assign(constant_offsets=has_constant_offsets(corridor, bands.attrs))
 
 
 def _bands(
@@ -325,6 +327,7 @@ LONG_NAMES = {
     "worst_inputs": "values of the interval inputs at the least margin",
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
+    "constant_offsets": "whether the margin is for constant offsets of pins and guides",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

@@ -81,7 +81,7 @@ def _sampled(
         }
         if all(horizon["predictable"].all() for horizon in horizons.values()):
             return None
-        made = []
+        made = list[xr.Dataset]()
         for label, space in spaces.items():
             parts, count = Parts.of(space, study.scatter), options.count(requirements)
             samples = run("samples of the parts", label, count)

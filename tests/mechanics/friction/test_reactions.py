@@ -45,9 +45,9 @@ def slider(friction=0.3):
     return on(joint, wheel)
 
 
-def simulated(model):
+def simulated(model, duration=0.2):
     integrator = fb.GeneralizedAlpha(step_tolerance=1e-10, spectral_radius=1.0)
-    return fb.simulate(model, duration=0.2, step=1e-4, integrator=integrator)
+    return fb.simulate(model, duration=duration, step=1e-4, integrator=integrator)
 
 
 def outputs(motion):
@@ -82,6 +82,12 @@ def test_the_work_of_contacts_with_friction_is_what_the_energy_loses(model):
     total = values["T"] + values["V"]
     assert total[-1] - total[0] < -0.02 * total.max()
     np.testing.assert_allclose(values["work"], total - total[0], rtol=0, atol=1e-6)
+
+
+def test_a_pin_in_the_middle_of_its_hole_has_no_reaction():
+    joint = fb.Revolute("wheel", (0.0, 0.0), clearance=0.05, radius=0.1, law=LAW, friction=0.3)
+    motion = simulated(on(joint, fb.RigidBody(mass=M, inertia=J)), duration=1e-3)
+    np.testing.assert_array_equal(motion.sel(output=["F_X", "F_Y", "M", "work"]), 0.0)
 
 
 @pytest.mark.parametrize("inside", [False, True])

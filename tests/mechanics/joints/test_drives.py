@@ -202,6 +202,9 @@ def test_wrong_lengths_are_refused():
         fb.simulate(boom(lambda t: 1.0 + (t > 0.2)), duration=0.5, step=0.01)
     with pytest.raises(fb.errors.InputError, match="PrescribedRotation angle must be a function"):
         fb.PrescribedRotation("boom", "other")
+    bodies = {"wheel": fb.RigidBody(mass=1.0, inertia=0.1), "bob": fb.PointMass(mass=1.0)}
+    with pytest.raises(fb.errors.InputError, match="that rotate; 'bob' is a point mass"):
+        fb.Mechanism(bodies=bodies, joints={"m": fb.PrescribedRotation("wheel", "bob", np.sin)})
 
 
 @pytest.mark.parametrize("part", ["spring", "torsion", "law", "moment", "force", "gear"])

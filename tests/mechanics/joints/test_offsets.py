@@ -61,11 +61,21 @@ def test_only_positions_of_a_prescribed_motion_carry_requirements():
     ):
         with pytest.raises(InputError, match="rate are for constant offsets of pins and guides"):
             judge(fb.Limit("rate", below=10.0))
-    held = {name: fb.Play(1e-3, constant=True) for name in inputs}
-    surrogate = fb.expand(response, held, fb.methods.RegressionPCCI(1))
-    check = fb.analysis.check_limits(surrogate, fb.Limit("rate", below=10.0))
-    assert check["verdict"].values.tolist() == ["kept"]
-    assert "constant_offsets" not in surrogate.bands().attrs
+
+
+def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_words():
+    response = fb.dynamic_response(four_bar, duration=0.1, step=0.05)
+    inputs = {"pin0": fb.Play(1e-3, constant=True), "pin1": fb.Play(1e-3, constant=True)}
+    surrogate = fb.expand(response, inputs, fb.methods.RegressionPCCI(1))
+    limits = [fb.Limit("rate", below=10.0), fb.Limit("out", below=10.0)]
+    words = fb.analysis.check_limits(surrogate, limits).attrs["verdict"]
+    assert words.startswith("rate below 10, for constant offsets of pins and guides: kept")
+    assert ". out below 10: kept" in words
+    plan = fb.analysis.allocate(surrogate, limits[0], {"pin0": 1.0})
+    assert plan.attrs["verdict"].endswith("For constant offsets of pins and guides")
+    some = fb.expand(response, inputs | {"pin1": fb.Play(1e-3)}, fb.methods.RegressionPCCI(1))
+    with pytest.raises(InputError, match="rate are for constant offsets"):
+        fb.analysis.check_limits(some, limits)
 
 
 def test_a_free_motion_has_no_instantaneous_outputs():

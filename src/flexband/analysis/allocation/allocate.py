@@ -20,7 +20,11 @@ from flexband.analysis.allocation.stated_probability import (
 )
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.requirements.corridors import check_instantaneous, joint
+from flexband.analysis.requirements.corridors import (
+    check_instantaneous,
+    for_constant_offsets,
+    joint,
+)
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
@@ -47,10 +51,10 @@ def allocate(
 ) -> xr.Dataset:
     """Return the cheapest tolerances with which limits are kept at every instant.
 
-    Tolerances are half the widths of interval inputs around their midpoints, and standard
-    deviations of random inputs; those of the surrogate are the largest that are considered. Limits
-    are kept for all values of the interval inputs, by μ ± kσ over the random inputs, and, without
-    these, by the response itself.
+    Tolerances are half the widths of interval inputs around their midpoints, radii of plays, and
+    standard deviations of random inputs; those of the surrogate are the largest that are
+    considered. Limits are kept for all values of the interval inputs, by μ ± kσ over the random
+    inputs, and, without these, by the response itself.
 
     The surrogate is narrowed to find the tolerances. With a `response`, runs are made at the worst
     places of the instants that bind; where they differ from the surrogate, the limits are shifted
@@ -149,4 +153,5 @@ def allocate(
         with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirmed(surrogate, worst, first, runs_of, search)
-    return result_of(surrogate, limit_corridors, worst, confirmation)
+    result = result_of(surrogate, limit_corridors, worst, confirmation)
+    return for_constant_offsets(result, limit_corridors, surrogate.diagnostics.attrs)

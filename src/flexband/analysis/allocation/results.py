@@ -312,7 +312,7 @@ LONG_NAMES = {
     "run_probability": "probability corrected with runs",
     "run_confidence_low": "lower end of its confidence interval",
     "run_confidence_high": "upper end of its confidence interval",
-    "tolerance": "half the width of an interval, or standard deviation",
+    "tolerance": "half the width of an interval, radius of a play, or standard deviation",
     "size": "nominal size",
     "largest": "tolerance of the surrogate",
     "cost": "cost of the tolerance",

@@ -58,8 +58,8 @@ class Tolerances:
             if name not in allowed:
                 own = ", ".join(allowed) or "none"
                 raise InputError(
-                    f"costs must name inputs with a tolerance, intervals or distributions with a "
-                    f"std, which are {own}; got {name!r}"
+                    f"costs must name inputs with a tolerance, intervals, plays or distributions "
+                    f"with a std, which are {own}; got {name!r}"
                 )
         columns = space.columns(random=False)
         largest = np.array([allowed[name] for name in costs])

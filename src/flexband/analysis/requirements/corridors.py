@@ -17,6 +17,9 @@ Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | 
 """A number or a curve; None where there is none."""
 
 
+FOR_CONSTANT_OFFSETS = "for constant offsets of pins and guides"
+
+
 @dataclass(frozen=True, eq=False)
 class Corridor:
     """Where a response must be.
@@ -52,16 +55,33 @@ def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
 def check_instantaneous(
     named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
 ) -> None:
-    """Raise `InputError` if a limited output has bounds for constant offsets, by attributes."""
-    outputs = np.atleast_1d(attrs.get("constant_offsets", []))
+    """Raise `InputError` if a limited output has bounds for constant offsets, by attributes.
+
+    None is raised if offsets are stated to be constant.
+    """
     for name, corridor in named_corridors.items():
-        if corridor.output in outputs:
+        if has_constant_offsets(corridor, attrs) and not attrs["offsets_stated"]:
             raise InputError(
                 f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides, "
                 "on which no requirement can rest; those of positions of a mechanism whose motion "
-                "is prescribed hold in general. State constant=True for a play that a load holds "
-                "on one side"
+                "is prescribed hold in general. If loads hold pins on one side, write "
+                "Play(…, constant=True)"
             )
+
+
+def has_constant_offsets(corridor: Corridor, attrs: Mapping[Hashable, Any]) -> bool:
+    """Return whether the bounds of a limited output are for constant offsets."""
+    return corridor.output in np.atleast_1d(attrs.get("constant_offsets", []))
+
+
+def for_constant_offsets(
+    result: xr.Dataset, named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
+) -> xr.Dataset:
+    """Return a result whose verdict says so where bounds are for constant offsets."""
+    if not any(has_constant_offsets(corridor, attrs) for corridor in named_corridors.values()):
+        return result
+    verdict = f"{result.attrs['verdict']}. {FOR_CONSTANT_OFFSETS.capitalize()}"
+    return result.assign_attrs(verdict=verdict)
 
 
 def checked_bound(name: str, bound: Bound) -> Bound:

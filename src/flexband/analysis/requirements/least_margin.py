@@ -8,6 +8,8 @@ from enum import StrEnum
 
 import xarray as xr
 
+from flexband.analysis.requirements.corridors import FOR_CONSTANT_OFFSETS
+
 
 class LimitVerdict(StrEnum):
     """Whether a limit is kept for all values of the interval inputs."""
@@ -60,8 +62,10 @@ class LeastMargin:
         inputs = [str(result["worst_choice"].values)] if "worst_choice" in result else []
         if "worst_inputs" in result:
             inputs += inputs_in_words(result, "worst_inputs")
+        constant = "constant_offsets" in result and bool(result["constant_offsets"])
+        limit = str(result["limit"].values)
         return LeastMargin(
-            str(result["limit"].values),
+            f"{limit}, {FOR_CONSTANT_OFFSETS}" if constant else limit,
             LimitVerdict(str(result["verdict"].values)),
             float(result["least_margin"]),
             float(result["least_margin_error"]),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import check_function
+from flexband.errors import InputError, check_function
 from flexband.mechanics.joints.joint import (
     Couple,
     Joint,
@@ -27,6 +27,7 @@ from flexband.mechanics.kernels.forms import (
     cross,
     dot,
     length,
+    moves,
     scale,
     subtract,
 )
@@ -90,6 +91,11 @@ class PrescribedRotation(Joint):
         """Return the second normal turned by the angle, and the first one."""
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
+        for point in self.points:
+            if isinstance(point, str) and not moves(frame(point).normal):
+                raise InputError(
+                    f"PrescribedRotation must be of bodies that rotate; {point!r} is a point mass"
+                )
         x, y = frame(self.second).normal
         return (x * c - y * s, x * s + y * c), frame(self.first).normal
 

@@ -187,8 +187,8 @@ def add_to_contacts(structure, values, z):
         x, y = vector(vectors, numbers, z, 0, first)
         ax, ay = vector(vectors, numbers, z, 0, first + 1)
         bx, by = vector(vectors, numbers, z, 0, first + 2)
-        pull, couple = force / sqrt(x * x + y * y), force * load(values.friction.radius, n)
-        x, y = pull * x, pull * y
+        size, couple = sqrt(x * x + y * y) + 1e-100, force * load(values.friction.radius, n)
+        x, y = force * x / size, force * y / size
         add_to(z, row, -x)
         add_to(z, row + 1, -y)
         add_to(z, row + 2, ay * x - ax * y - couple)

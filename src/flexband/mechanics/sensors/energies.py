@@ -146,6 +146,7 @@ class SwitchingLoss(_Energy):
     """
 
     joint: str
+    in_equilibrium = False
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return [sum(model.switching_losses(self.joint), Form({}))]

@@ -6,7 +6,7 @@ The engine updates them at every step that it takes, however short.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers
@@ -26,7 +26,7 @@ class OverSteps(Sensor):
     sensor: Sensor
     window: Any
     kind: int
-    in_equilibrium: ClassVar[bool] = False
+    in_equilibrium = False
 
     def __post_init__(self) -> None:
         name = type(self).__name__
@@ -73,7 +73,7 @@ def check_window(name: str, window: tuple[float, float] | None) -> None:
 def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
     """Raise `InputError` for sensors that only a simulation has."""
     for name, sensor in sensors.items():
-        if isinstance(sensor, OverSteps) and not sensor.in_equilibrium:
+        if not sensor.in_equilibrium:
             kind = type(sensor).__name__
             raise InputError(
                 f"sensor {name!r}: {with_article(kind)} is over the steps of a simulation"

@@ -79,6 +79,9 @@ class Sensor(ABC):
     tensor: ClassVar[bool] = False
     """Whether the outputs are the components of a tensor, which mean something together only."""
 
+    in_equilibrium: ClassVar[bool] = True
+    """Whether the outputs exist without a motion, in statics and modes."""
+
     impulsive: ClassVar[bool] = False
     """Whether the outputs are forces of joints, which an impulse makes infinite for an instant."""
 

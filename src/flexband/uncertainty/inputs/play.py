@@ -10,7 +10,13 @@ import numpy as np
 from scipy.special import ndtr
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_flag, check_numbers, check_option, check_positive
+from flexband.errors import (
+    InputError,
+    check_flag,
+    check_numbers,
+    check_option,
+    check_positive,
+)
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, farthest
 from flexband.uncertainty.inputs.inputs import Input, Interval
 
@@ -24,13 +30,14 @@ class FreePair(Input):
     ----------
     size_name, parts : names of the size among the fields, and of both numbers in results.
     in_disc : whether the set is a disc of the variables η, and not their square.
+    constant : whether the pair stays where it is in a motion.
     """
 
     random = False
-    constant: bool
     size_name: ClassVar[str]
     parts: ClassVar[tuple[str, str]]
     in_disc: ClassVar[bool] = False
+    constant: bool
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -39,8 +46,8 @@ class FreePair(Input):
         if not isinstance(size, Interval):
             size = float(check_numbers(label, size))
             object.__setattr__(self, self.size_name, size)
-        check_flag(f"{type(self).__name__} constant", self.constant)
         check_positive(label, np.array(size.lower if isinstance(size, Interval) else size))
+        check_flag(f"{type(self).__name__} constant", self.constant)
 
     @property
     def dimension(self) -> int:
@@ -103,13 +110,13 @@ class Play(FreePair):
     radius : of the hole less that of the pin; of an `Interval`, as of wear, the largest counts.
     within : where pins are in a production, for probabilities: uniform in the "disc", or on its
         "rim", where forces hold them.
-    constant : whether the vector is known to be constant during a motion, as where a load holds the
-        pin on one side. Requirements on forces and on free motions rest on this.
+    constant : whether the pin stays where it is in its hole, as where a load holds it on one side.
+        Requirements on outputs whose bounds are for constant offsets are then allowed.
 
     Raises
     ------
     InputError
-        If the radius is not positive, or another argument is not allowed.
+        If the radius is not positive, or `within` or `constant` is something else.
 
     Examples
     --------
@@ -154,12 +161,12 @@ class GuidePlay(FreePair):
     ----------
     clearance : c on each side; of an `Interval` the largest counts.
     length : ℓ of the slider.
-    constant : as in `Play`.
+    constant : as of `Play`.
 
     Raises
     ------
     InputError
-        If a number is not positive.
+        If a number is not positive, or `constant` is something else.
 
     Examples
     --------

@@ -297,15 +297,19 @@ class CountedRuns:
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
         return {**counts, **texts, **reached(xi), **self._constant_offsets()}
 
-    def _constant_offsets(self) -> dict[str, list[str]]:
-        """Return the outputs whose bounds take plays as constant that are not known to be."""
-        plays = [pair for pair in self.space.plays.values() if not pair.constant]
+    def _constant_offsets(self) -> dict[str, Any]:
+        """Return the outputs whose bounds hold for plays that are constant in each run only.
+
+        Also whether all plays are stated to be so.
+        """
+        plays = self.space.plays
         names = self.start.of_nominal(self.response.instantaneous) if plays else None
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}
         every = self.labels["output"].values.astype(str).tolist()
         others = [name for name in every if name not in names]
-        return {"constant_offsets": others} if others else {}
+        stated = int(all(pair.constant for pair in plays.values()))
+        return {"constant_offsets": others, "offsets_stated": stated} if others else {}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""

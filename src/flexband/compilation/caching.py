@@ -13,14 +13,14 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from ctypes import CFUNCTYPE, c_int, c_void_p
+from ctypes import CFUNCTYPE, c_int, c_void_p, cast
 from functools import cache, singledispatch
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from llvmlite import binding
+from llvmlite import binding, ir
 from numba import typeof
 from numba.core.compiler_lock import global_compiler_lock
 
@@ -90,6 +90,40 @@ class Entry:
 
     def __call__(self, *arguments: object) -> None:
         """Call the function, whose machine code is read or made before it is called first."""
+        code, numbers = self._prepared(arguments)
+        table = np.array(numbers, np.int64)
+        if code[0](table.ctypes.data) > 0:
+            raise MemoryError(f"{self.name} found no memory for its arrays")
+
+    def at_address(self, array: np.ndarray, *others: object) -> tuple[int, object]:
+        """Return the address of a C function of the address of an array, the first argument.
+
+        It calls this function with an array there of the same kind, and with the other arguments.
+        The second value is what keeps it in memory. If there is no memory left, it does nothing.
+        """
+        code, numbers = self._prepared((array, *others))
+        number, data = ir.IntType(64), 4  # the place of an array's address among its numbers
+        module = ir.Module(ENTRY)
+        module.triple = binding.get_process_triple()
+        function = ir.Function(module, ir.FunctionType(ir.VoidType(), [number]), ENTRY)
+        builder = ir.IRBuilder(function.append_basic_block())
+        table = builder.alloca(number, len(numbers))
+        for place, value in enumerate(numbers):
+            row = builder.gep(table, [number(place)])
+            builder.store(function.args[0] if place == data else number(value), row)
+        called: Any = code[0]
+        address = cast(called, c_void_p).value
+        kind = ir.FunctionType(ir.IntType(32), [table.type]).as_pointer()
+        builder.call(builder.inttoptr(number(address), kind), [table])
+        builder.ret_void()
+        engine = binding.create_mcjit_compiler(
+            binding.parse_assembly(str(module)), target_machine()
+        )
+        engine.finalize_object()
+        return engine.get_function_address(ENTRY), (engine, code)
+
+    def _prepared(self, arguments: tuple) -> tuple[Code, list[int]]:
+        """Return the machine code for arguments, which is read or made, and what it reads."""
         numbers: list[int] = []
         kind = ", ".join([_add_numbers(argument, numbers) for argument in arguments])
         code = self.codes.get(kind)
@@ -97,9 +131,7 @@ class Entry:
             with global_compiler_lock:
                 code = self.codes.get(kind) or self._code(kind, arguments)
                 self.codes[kind] = code
-        table = np.array(numbers, np.int64)
-        if code[0](table.ctypes.data) > 0:
-            raise MemoryError(f"{self.name} found no memory for its arrays")
+        return code, numbers
 
     def _code(self, kind: str, arguments: tuple) -> Code:
         for file in self.files(_hash(kind)) if self.usable else ():

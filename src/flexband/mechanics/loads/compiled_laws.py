@@ -15,18 +15,19 @@ from functools import singledispatch
 from hashlib import sha256
 from itertools import accumulate
 from types import CellType, CodeType, FunctionType, ModuleType, NoneType
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba import cfunc, njit
 from numba.core.dispatcher import Dispatcher
 from numba.np.numpy_support import carray
 
+from flexband.compilation.caching import cached_on_disk
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.kernels.laws.forces import AXES
-from flexband.mechanics.loads.lines import called_by_code, lines_of
-from flexband.mechanics.loads.solved_states import solver_of
+from flexband.mechanics.loads.lines import add_lines, pass_on
+from flexband.mechanics.loads.solved_states import OUTCOME, call_report, solve
 
 Law = Callable[..., None]
 """``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
@@ -61,17 +62,6 @@ Report = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 _laws: dict[Hashable, CompiledLaw] = {}
 _lock = threading.Lock()
 _own = threading.local()
-
-
-class Outcomes(NamedTuple):
-    """What a law did: it raised an error, it ran, or no states agreed with their rates."""
-
-    raised: int = 0
-    ran: int = 1
-    unsolved: int = 2
-
-
-OUTCOME = Outcomes()
 
 
 class LawFailure(NamedTuple):
@@ -157,21 +147,27 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         code = cfunc("void(intp)", error_model="numpy")(law)
         return CompiledLaw(cast(int, code.address), (code, *kept))
     dispatcher, done = _checked(law, {}), []
-    lines = lines_of(shape.between, shape.points)
-    report = _reporter(dispatcher, shape, lines, done)
-    every_lane = _every_lane(dispatcher, shape, lines, report)
-    code = cfunc("void(CPointer(float64))", error_model="numpy")(every_lane)
+    pairs = np.array(shape.between, dtype=np.int64).reshape(-1, 2)
+    report = _reporter(dispatcher, shape, pairs, done)
+    code = cfunc(f"int64(float64{8 * ', CPointer(float64)'})", error_model="numpy")(
+        _one_sample(dispatcher, shape)
+    )
     _check_return(law, dispatcher, shape)
-    done.append(CompiledLaw(cast(int, code.address), (code, report, *kept)))
+    lanes = np.zeros((_MemoryRows.of(shape).end, WIDTH))
+    report_address = ctypes.cast(report, ctypes.c_void_p).value
+    address, called = every_lane.at_address(
+        lanes, shape.points, shape.parameters, shape.states, shape.events, pairs,
+        cast(int, code.address), report_address,
+    )  # fmt: skip
+    done.append(CompiledLaw(address, (called, code, pairs, report, *kept)))
     return done[0]
 
 
 def _reporter(
-    dispatcher: Dispatcher, shape: LawShape, lines: tuple, done: list[CompiledLaw]
-) -> Callable:
+    dispatcher: Dispatcher, shape: LawShape, pairs: np.ndarray, done: list[CompiledLaw]
+) -> Any:
     """Return a C function that notes why the law, which will be `done`, failed in a lane."""
     at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
-    add_lines, _ = lines
 
     @Report
     def report(address: int, lane: int, outcome: int) -> None:
@@ -179,7 +175,7 @@ def _reporter(
         column = np.array(memory).reshape(at.end, WIDTH)[:, lane]
         x, v, force = np.zeros((3, count, AXES))
         x[:points], v[:points] = column[at.x : at.force].reshape(2, points, AXES)
-        add_lines.py_func(x, v)
+        add_lines.py_func(pairs, points, x, v)
         y, p, rate = column[at.y : at.b], column[1 : at.x], np.zeros(shape.states)
         arguments = (x, v, y, p, force, rate) if shape.states else (x, v, p, force)
         gaps = np.zeros(shape.events)
@@ -192,58 +188,73 @@ def _reporter(
     return report
 
 
-def _every_lane(
-    dispatcher: Dispatcher, shape: LawShape, lines: tuple, report: Callable
-) -> Callable:
-    """Return a function of the memory of a law that Numba can compile as a C function."""
-    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
-    solved = solver_of(_with_all(dispatcher, shape), shape.states)
-    add_lines, pass_on = lines
-    plain, lined = not (shape.states or shape.events), len(shape.between) > 0
+@cached_on_disk
+def every_lane(lanes, points, parameters, states, events, pairs, law, report):
+    """Fill the memory of a law in all lanes, see `_MemoryRows`, by its C function for one."""
+    count, end = points + len(pairs), len(lanes)
+    at_x = 1 + parameters
+    at_v, at_force, at_y = at_x + 3 * points, at_x + 6 * points, at_x + 9 * points
+    at_rate, at_mode = at_y + 3 * states, at_y + 4 * states
+    column = np.empty(end)
+    x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    p, y, rate = column[1:at_x], column[at_y : at_y + states], column[at_rate:at_mode]
+    b, tau = column[at_y + states : at_y + 2 * states], column[at_y + 2 * states : at_rate]
+    mode, gap = column[at_mode : at_mode + events], column[at_mode + events : end]
+    for lane in range(WIDTH):
+        outcome, known = OUTCOME.raised, True
+        for k in range(end):
+            is_filled = at_force <= k < at_y or k >= at_mode + events
+            column[k] = 0.0 if is_filled else lanes[k, lane]
+            known = known and (k >= at_force or k < at_x or np.isfinite(column[k]))
+        for k in range(events):
+            mode[k] = np.copysign(1.0, mode[k])
+        for k in range(states):
+            known = known and np.isfinite(b[k])
+        for k in range(3 * points):
+            x.flat[k], v.flat[k] = column[at_x + k], column[at_v + k]
+        for k in range(3 * count):
+            force.flat[k] = 0.0
+        if known:  # not after the run of this lane has failed
+            add_lines(pairs, points, x, v)
+            outcome = solve(law, column[0], x, v, y, p, force, rate, mode, gap, b, tau)
+            pass_on(pairs, points, x, force)
+        good = outcome == OUTCOME.ran
+        for k in range(3 * points):
+            column[at_force + k] = force.flat[k] if good else np.nan
+        for k in range(at_force, end):
+            lanes[k, lane] = column[k] if good else np.nan
+            good = good and np.isfinite(column[k])
+        if known and not good:
+            call_report(report, lanes, lane, outcome)
 
-    def every_lane(memory):  # noqa: PLR0912 (functions of its parts would take half of the time)
-        lanes, column = carray(memory, (at.end, WIDTH)), np.empty(at.end)
-        x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
-        p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
-        b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-        mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
-        for lane in range(WIDTH):
-            outcome, known = OUTCOME.raised, True
-            for k in range(at.end):
-                column[k] = 0.0 if at.force <= k < at.y or k >= at.gap else lanes[k, lane]
-                known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
-            for k in range(len(mode)):
-                mode[k] = np.copysign(1.0, mode[k])
-            for k in range(len(b)):
-                known = known and np.isfinite(b[k])
-            for k in range(3 * points):
-                x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
-            for k in range(3 * count):
-                force.flat[k] = 0.0
-            if known:  # not after the run of this lane has failed
-                if lined:
-                    add_lines(x, v)
-                try:
-                    if plain:  # a branch that Numba removes if it is not taken
-                        dispatcher(column[0], x, v, p, force)
-                        outcome = OUTCOME.ran
-                    else:
-                        agrees = solved(column[0], x, v, y, p, force, rate, mode, gap, b, tau)
-                        outcome = OUTCOME.ran if agrees else OUTCOME.unsolved
-                except Exception:
-                    outcome = OUTCOME.raised
-                if lined:
-                    pass_on(x, force)
-            good = outcome == OUTCOME.ran
-            for k in range(3 * points):
-                column[at.force + k] = force.flat[k] if good else np.nan
-            for k in range(at.force, at.end):
-                lanes[k, lane] = column[k] if good else np.nan
-                good = good and np.isfinite(column[k])
-            if known and not good:
-                report(lanes.ctypes.data, lane, outcome)
 
-    return every_lane
+def _one_sample(dispatcher: Dispatcher, shape: LawShape) -> Callable:
+    """Return a function of the arrays of a law that Numba can compile as a C function."""
+    parameters, states, events = shape[1:4]
+    size = shape.points + len(shape.between), AXES
+    stateful, switched = states > 0 and not events, events > 0 and not states
+    plain = not (states or events)
+
+    def one_sample(t, x, v, s, p, force, rate, mode, gap):
+        x, v, p = carray(x, size), carray(v, size), carray(p, (parameters,))
+        force = carray(force, size)
+        try:
+            if plain:  # Numba removes branches that are not taken
+                dispatcher(t, x, v, p, force)
+            elif stateful:
+                dispatcher(t, x, v, carray(s, (states,)), p, force, carray(rate, (states,)))
+            elif switched:
+                dispatcher(t, x, v, p, force, carray(mode, (events,)), carray(gap, (events,)))
+            else:
+                dispatcher(
+                    t, x, v, carray(s, (states,)), p, force, carray(rate, (states,)),
+                    carray(mode, (events,)), carray(gap, (events,)),
+                )  # fmt: skip
+        except Exception:
+            return 0
+        return 1
+
+    return one_sample
 
 
 def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
@@ -255,26 +266,6 @@ def _check_return(law: Law, dispatcher: Dispatcher, shape: LawShape) -> None:
         raise InputError(
             f"the law {law!r} must fill {fills} and return nothing; it returns {returned.pop()}"
         )
-
-
-def _with_all(dispatcher: Dispatcher, shape: LawShape) -> Callable:
-    """Return a compiled law that takes states, modes and gaps, if it has some of them."""
-    if shape.states and shape.events:
-
-        def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, s, p, force, rate, mode, gap)
-
-    elif shape.states:
-
-        def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, s, p, force, rate)
-
-    else:
-
-        def law(t, x, v, s, p, force, rate, mode, gap):
-            dispatcher(t, x, v, p, force, mode, gap)
-
-    return called_by_code(law)
 
 
 def _reason(law: Law, outcome: int, *arguments) -> str:

@@ -1,4 +1,4 @@
-"""Lines between points of a force law: further rows of what it reads and fills, compiled with it.
+"""Lines between points of a force law: further rows of what it reads and fills.
 
 The row of a line between the points i and j is (ℓ, 0, φ): their distance, and the angle of i less
 that of j, with turns counted. Its forces do work on these: F on ℓ, so that it pushes the points
@@ -7,17 +7,10 @@ apart, and M on φ, which turns i, and j the other way.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from numba import njit
 
+from flexband.compilation.machine_code import compiled
 from flexband.errors import InputError, shown
-
-called_by_code = njit(  # pyright: ignore[reportCallIssue]
-    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
-)
-"""Compile a function that Python never calls, which takes half of the time."""
 
 
 def check_lines(between: object, points: int) -> None:
@@ -35,36 +28,28 @@ def check_lines(between: object, points: int) -> None:
             raise InputError(f"ForceLaw between must be {allowed}; got {shown(pair)}")
 
 
-def lines_of(between: Sequence[tuple[int, int]], points: int) -> tuple:
-    """Return compiled functions that add the rows of lines, and pass on their forces.
+@compiled
+def add_lines(pairs, points, x, v):
+    """Add the rows of lines to x and v, behind those of points."""
+    for n in range(len(pairs)):
+        i, j, row = pairs[n, 0], pairs[n, 1], points + n
+        dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
+        du, dv = v[i, 0] - v[j, 0], v[i, 1] - v[j, 1]
+        length = np.sqrt(dx * dx + dy * dy)
+        x[row, 0], x[row, 1], x[row, 2] = length, 0.0, x[i, 2] - x[j, 2]
+        v[row, 0], v[row, 1] = (dx * du + dy * dv) / max(length, 1e-300), 0.0
+        v[row, 2] = v[i, 2] - v[j, 2]
 
-    The first one takes x and v of the points and of the lines behind them, the second one x and the
-    forces of both.
-    """
-    pairs = np.array(between, dtype=np.int64).reshape(-1, 2)
-    count = len(pairs)
 
-    @called_by_code
-    def add_lines(x, v):
-        for n in range(count):
-            i, j, row = pairs[n, 0], pairs[n, 1], points + n
-            dx, dy = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1]
-            du, dv = v[i, 0] - v[j, 0], v[i, 1] - v[j, 1]
-            length = np.sqrt(dx * dx + dy * dy)
-            x[row, 0], x[row, 1], x[row, 2] = length, 0.0, x[i, 2] - x[j, 2]
-            v[row, 0], v[row, 1] = (dx * du + dy * dv) / max(length, 1e-300), 0.0
-            v[row, 2] = v[i, 2] - v[j, 2]
-
-    @called_by_code
-    def pass_on(x, force):
-        for n in range(count):
-            i, j, row = pairs[n, 0], pairs[n, 1], points + n
-            push = force[row, 0] / max(x[row, 0], 1e-300)
-            for axis in range(2):
-                along = push * (x[i, axis] - x[j, axis])
-                force[i, axis] += along
-                force[j, axis] -= along
-            force[i, 2] += force[row, 2]
-            force[j, 2] -= force[row, 2]
-
-    return add_lines, pass_on
+@compiled
+def pass_on(pairs, points, x, force):
+    """Add the forces of lines to those of their points."""
+    for n in range(len(pairs)):
+        i, j, row = pairs[n, 0], pairs[n, 1], points + n
+        push = force[row, 0] / max(x[row, 0], 1e-300)
+        for axis in range(2):
+            along = push * (x[i, axis] - x[j, axis])
+            force[i, axis] += along
+            force[j, axis] -= along
+        force[i, 2] += force[row, 2]
+        force[j, 2] -= force[row, 2]

@@ -1,4 +1,4 @@
-"""First-order states of a force law: Newton's method for one sample, compiled with the law.
+"""First-order states of a force law: Newton's method for one sample.
 
 A state y_k with the rate ẏ_k(y) solves y_k = b_k + τ_k ẏ_k, which is a step of a method for stiff
 equations, or ẏ_k = 0 where τ_k is `laws.states.MARK.solved`.
@@ -6,12 +6,25 @@ equations, or ẏ_k = 0 where τ_k is `laws.states.MARK.solved`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from llvmlite import ir
+from numba import types
 
-from flexband.mechanics.loads.lines import called_by_code
+from flexband.compilation.machine_code import compiled
+from flexband.mechanics.kernels.lanes import instruction
+
+
+class Outcomes(NamedTuple):
+    """What a law did: it raised an error, it ran, or no states agreed with their rates."""
+
+    raised: int = 0
+    ran: int = 1
+    unsolved: int = 2
+
+
+OUTCOME = Outcomes()
 
 
 class StateSolver(NamedTuple):
@@ -39,83 +52,121 @@ class StateSolver(NamedTuple):
     stalled: float = 1e-8
 
 
-def solver_of(law: Callable, states: int, solver: StateSolver = StateSolver()) -> Callable:
-    """Return a function that solves for the states of a law and fills its forces and rates.
+SOLVER = StateSolver()
 
-    It takes t, x, v, y, p, force, rate, mode, gap, b and τ, and returns whether there is a
-    solution. `law` is compiled, and takes all of these but b and τ.
-    """
-    iterations, halvings, difference, rate_part, tolerance, stalled = solver
 
-    @called_by_code
-    def evaluated(t, x, v, y, p, force, rate, mode, gap, b, tau):
-        law(t, x, v, y, p, force, rate, mode, gap)
-        return True
+@instruction
+def call_law(typingctx, address, t, x, v, y, p, force, rate, mode, gap):
+    """Call the C function of a law with its time and arrays; return whether it raised no error."""
+    arrays = x, v, y, p, force, rate, mode, gap
 
-    @called_by_code
-    def evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
-        for k in range(force.size):
-            force.flat[k] = 0.0
+    def code(context, builder, sig, args):
+        data = [
+            context.make_array(kind)(context, builder, argument).data
+            for kind, argument in zip(arrays, args[2:], strict=True)
+        ]
+        numbers = [args[1].type, *(pointer.type for pointer in data)]
+        function = ir.FunctionType(ir.IntType(64), numbers).as_pointer()
+        return builder.call(builder.inttoptr(args[0], function), [args[1], *data])
+
+    return types.int64(types.int64, types.float64, *arrays), code
+
+
+@instruction
+def call_report(typingctx, address, lanes, lane, outcome):
+    """Call the C function at `address` that notes why a law failed in a lane."""
+
+    def code(context, builder, sig, args):
+        number = ir.IntType(64)
+        data = context.make_array(sig.args[1])(context, builder, args[1]).data
+        function = ir.FunctionType(ir.VoidType(), [number] * 3).as_pointer()
+        numbers = [builder.ptrtoint(data, number), *args[2:]]
+        builder.call(builder.inttoptr(args[0], function), numbers)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, lanes, types.int64, types.int64), code
+
+
+@compiled
+def evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+    """Call the law, and fill what its states miss; return whether it raised no error."""
+    for k in range(force.size):
+        force.flat[k] = 0.0
+    for k in range(len(y)):
+        rate[k] = 0.0
+    ran = call_law(law, t, x, v, y, p, force, rate, mode, gap) != 0
+    for k in range(len(y)):
+        rest[k] = rate[k] if tau[k] < 0.0 else y[k] - b[k] - tau[k] * rate[k]
+    return ran
+
+
+@compiled
+def differentiate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest, other, size, J):
+    """Fill J with the derivatives of `rest` by the states, of these sizes."""
+    ran = True
+    for k in range(len(y)):
+        size[k] = max(abs(y[k]), abs(b[k]), SOLVER.rate_part * abs(tau[k] * rate[k]))
+    for k in range(len(y)):
+        before = y[k]
+        y[k] = before + (SOLVER.difference * size[k] if size[k] > 0.0 else SOLVER.difference)
+        width = y[k] - before
+        ran = evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, other) and ran
+        for i in range(len(y)):
+            J[i, k] = (other[i] - rest[i]) / width
+        y[k] = before
+    return ran
+
+
+@compiled
+def solve(  # noqa: PLR0911, PLR0912
+    law, t, x, v, y, p, force, rate, mode, gap, b, tau
+):
+    """Solve for the states of a law, and fill its forces and rates; return the outcome."""
+    states = len(y)
+    rest, move, before = np.empty(states), np.empty(states), np.empty(states)
+    size, weight, other = np.empty(states), np.empty(states), np.empty(states)
+    J, last = np.empty((states, states)), np.inf
+    if not evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+        return OUTCOME.raised
+    for _ in range(SOLVER.iterations):
+        rests = False
         for k in range(states):
-            rate[k] = 0.0
-        law(t, x, v, y, p, force, rate, mode, gap)
-        for k in range(states):
-            rest[k] = rate[k] if tau[k] < 0.0 else y[k] - b[k] - tau[k] * rate[k]
-
-    @called_by_code
-    def differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J):
-        """Fill J with the derivatives of `rest` by the states, of these sizes."""
-        other = np.empty(states)
-        for k in range(states):
-            size[k] = max(abs(y[k]), abs(b[k]), rate_part * abs(tau[k] * rate[k]))
-        for k in range(states):
-            before = y[k]
-            y[k] = before + (difference * size[k] if size[k] > 0.0 else difference)
-            width = y[k] - before
-            evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, other)
-            for i in range(states):
-                J[i, k] = (other[i] - rest[i]) / width
-            y[k] = before
-
-    @called_by_code
-    def solved(t, x, v, y, p, force, rate, mode, gap, b, tau):
-        rest, move, before, size, weight = np.empty((5, states))
-        J, last = np.empty((states, states)), np.inf
-        evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
-        for _ in range(iterations):
-            if not rest.any():
-                return True
-            differentiate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest, size, J)
-            for i in range(states):
-                weight[i] = 1e-300
-                for k in range(states):
-                    weight[i] = max(abs(J[i, k]) * size[k], weight[i])
-                before[i], move[i] = y[i], -rest[i]
-            excess = largest(rest, weight)
-            eliminate(J, move)
-            part = 1.0
-            for _ in range(halvings):
-                for k in range(states):
-                    y[k] = before[k] + part * move[k]
-                evaluate(t, x, v, y, p, force, rate, mode, gap, b, tau, rest)
-                remaining = largest(rest, weight)
-                if remaining < excess or remaining < tolerance:
-                    break
-                part = 0.5 * part
+            rests = rests or rest[k] != 0.0
+        if not rests:
+            return OUTCOME.ran
+        if not differentiate(
+            law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest, other, size, J
+        ):
+            return OUTCOME.raised
+        for i in range(states):
+            weight[i] = 1e-300
             for k in range(states):
-                size[k] = max(abs(y[k]), size[k], 1e-300)
-            change = largest(move, size)
-            if not np.isfinite(change):
-                return False
-            if change < tolerance or (change < stalled and change > 0.5 * last):
-                return True
-            last = change
-        return False
+                weight[i] = max(abs(J[i, k]) * size[k], weight[i])
+            before[i], move[i] = y[i], -rest[i]
+        excess = largest(rest, weight)
+        eliminate(J, move)
+        part = 1.0
+        for _ in range(SOLVER.halvings):
+            for k in range(states):
+                y[k] = before[k] + part * move[k]
+            if not evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+                return OUTCOME.raised
+            remaining = largest(rest, weight)
+            if remaining < excess or remaining < SOLVER.tolerance:
+                break
+            part = 0.5 * part
+        for k in range(states):
+            size[k] = max(abs(y[k]), size[k], 1e-300)
+        change = largest(move, size)
+        if not np.isfinite(change):
+            return OUTCOME.unsolved
+        if change < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
+            return OUTCOME.ran
+        last = change
+    return OUTCOME.unsolved
 
-    return solved if states else evaluated
 
-
-@called_by_code
+@compiled
 def largest(values, sizes):
     """Return the largest of the absolute values over their sizes; NaN if one is NaN."""
     top = 0.0
@@ -126,7 +177,7 @@ def largest(values, sizes):
     return top
 
 
-@called_by_code
+@compiled
 def eliminate(matrix, x):
     """Replace x by the solution of matrix @ solution = x, by elimination with exchanged rows."""
     n = len(x)

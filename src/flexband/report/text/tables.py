@@ -228,11 +228,14 @@ def checked_in_words(checked: xr.Dataset) -> str:
 
 
 def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
-    """Return the bands of outputs that are predictable for the whole run; None without any."""
+    """Return the trusted bands of outputs that are predictable for the whole run, or None.
+
+    Sampled parts tell of the others; all are returned if there are none.
+    """
     if parts is None:
         return bands
-    every = parts["predictable"]
-    every = every.all("choice") if "choice" in every.dims else every
+    every = parts["predictable"] & bands.get("trusted", True)
+    every = every.all([dim for dim in every.dims if dim != "output"])
     if "output" not in every.dims:
         return bands if every.all() else None
     return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None

@@ -43,7 +43,6 @@ class Magnitude:
         object.__setattr__(self, "outputs", tuple(_checked(output) for output in outputs))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
         parts = [chosen(response, output) for output in self.outputs]
         units = {str(part["unit"].values) for part in parts if "unit" in part.coords}
         if len(units) > 1:
@@ -81,7 +80,6 @@ class _OverTime(ABC):
             check_positive("period", check_numbers("period", self.period))
 
     def __call__(self, response: xr.DataArray) -> xr.DataArray:
-        """Return it of every sample."""
         output, times = self.series(response)
         if self.period is None:
             return self.of_series(output, times)

@@ -142,7 +142,6 @@ class _Flow:
 
 
 def _in_turn(response: ResponseFunction, arguments: list[Arguments]) -> list[Outcome]:
-    """Call the response with one set of arguments after another."""
     return [perform(response, values) for values in arguments]
 
 

@@ -82,7 +82,6 @@ def _mass(body) -> float:
 
 
 def _points(part: Joint | Load) -> str:
-    """Return the points that a joint or load names."""
     return " – ".join(
         str(p) if body_and_point(p)[0] else f"({p[0]:g}, {p[1]:g})" for p in part.points
     )

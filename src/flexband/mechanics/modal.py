@@ -118,7 +118,6 @@ class ModalResponse(AtRest):
         )
 
     def _modes(self, mechanism: Mechanism) -> Followed:
-        """Return the modes of lowest frequency of every sample."""
         if mechanism.state.rule < mechanism.state.gap:
             raise InputError("modes of force laws with states are not followed; use fb.modes")
         count = self.modes + self.tracking.further
@@ -191,7 +190,6 @@ def _broadcast(value: Argument, samples: int) -> Argument:
 
 
 def _part(value: Argument, samples: np.ndarray) -> Argument:
-    """Return the values of some samples."""
     if not callable(value):
         return np.asarray(value)[samples]
 

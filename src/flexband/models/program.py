@@ -260,7 +260,6 @@ def _checked_name(name: object) -> str:
 
 
 def _content(name: str, content: object) -> str | bytes:
-    """Return the text or the bytes of a file."""
     if isinstance(content, Path):
         try:
             return content.read_bytes().decode()

@@ -163,7 +163,6 @@ def usual_methods(
 
 
 def _uncorrected(method: Method) -> Method:
-    """Return the method without a correction of step and elements."""
     if isinstance(method, ExpansionMethod) and is_dataclass(method) and method.correct:
         return replace(method, correct=False)
     return method

@@ -109,7 +109,6 @@ class Requirement:
             object.__setattr__(self, "during", (first, last))
 
     def __repr__(self) -> str:
-        """Return how it is written, without what is not given."""
         given = [
             f"{field.name}={value!r}"
             for field in fields(self)[1:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -59,13 +60,9 @@ class ElementTable:
         numbers = [np.moveaxis(c, 0, -1) for c in body.element_stiffness()] + list(strains)
         begin, count, axial = len(self.stiffness), len(numbers), len(numbers) - len(strains)
         self.stiffness += _rows(np.stack(np.broadcast_arrays(*numbers), axis=1))
-        for entry in self.free:
-            places = enumerate(entry.strains if entry.member == name else [])
-            for row, form in (
-                (begin + e * count + axial + k, form)
-                for e, forms in places
-                for k, form in enumerate(forms)
-            ):
+        strains = [enumerate(entry.strains) for entry in self.free if entry.member == name]
+        for e, forms in itertools.chain.from_iterable(strains):
+            for row, form in enumerate(forms, start=begin + e * count + axial):
                 for (_, _, f), c in form.terms.items():
                     if f is None:
                         self.stiffness[row] = self.stiffness[row] + c

@@ -362,9 +362,7 @@ class Mechanism:
             forces = [c.force for c in self.contacts(name)] if name in owners else []
             if name in self.joints and not forces:
                 carried = self.state.sliding + FRICTION_ROWS * len(self.frictions)
-                parts = [owner for owner, _ in self.constraints]
-                rows = [k for k, owner in enumerate(parts) if owner == f"joint {name!r}"]
-                forces = [Form.variable(carried + k) for k in rows]
+                forces = [Form.variable(carried + k) for k in self._rows_of(name)]
             normal = friction.normal(forces)
             if friction.active:
                 normal = [(naming(f"joint {name!r}", self._activity, friction.active), Form({}))]
@@ -484,10 +482,14 @@ class Mechanism:
         _within("joint", name, self.joints)
         if name in self.entries and self.joints[name].contacts(self.frame):
             return self.joints[name], self._contact_force(name)
-        owners = [owner for owner, _ in self.constraints]
-        rows = [k for k, owner in enumerate(owners) if owner == f"joint {name!r}"]
-        rows += [len(owners) + k for k, (part, _) in enumerate(self.frictions) if part == name]
-        return self.joints[name], [Form.variable(self.state.multiplier + k) for k in rows]
+        frictions = [k for k, (part, _) in enumerate(self.frictions) if part == name]
+        rows = [self.state.multiplier + k for k in self._rows_of(name)]
+        rows += [self.state.friction + k for k in frictions]
+        return self.joints[name], [Form.variable(row) for row in rows]
+
+    def _rows_of(self, joint: str) -> list[int]:
+        """Return the numbers of the rows of Φ that belong to a joint."""
+        return [k for k, (owner, _) in enumerate(self.constraints) if owner == f"joint {joint!r}"]
 
     def _contact_force(self, part: str) -> list[Form]:
         """Return the force and the moment of contacts on the first body, with the sign of λ."""
@@ -587,18 +589,14 @@ class Mechanism:
         _within("joint or load", part, {**self.joints, **self.loads})
         frictions = enumerate(self.frictions)
         alone = [k for k, (owner, f) in frictions if owner == part and not f.sliding.action]
-        if part in self.joints and part not in self.entries:
-            _, multipliers = self.joint(part)
-            owners = (owner for owner, _ in self.constraints)
-            rows = [f for f, o in zip(self.constraint_forms, owners, strict=True)
-                    if o == f"joint {part!r}"]  # fmt: skip
-            rows += [self.travel_forms[k] for k in alone]
-            force = constraint_force(rows, multipliers)
+        travels = [self.travel_forms[k] for k in alone]
+        if part not in self.entries:
+            rows = [self.constraint_forms[k] for k in self._rows_of(part)] + travels
+            force = constraint_force(rows, self.joint(part)[1])
             return [(form, Form.variable(j)) for j, form in force.items()]
-        pairs = [(form, Form.variable(j)) for j, form in self.forces(part).items()]
         multipliers = [Form.variable(self.state.friction + k) for k in alone]
-        force = constraint_force([self.travel_forms[k] for k in alone], multipliers)
-        pairs += [(form, Form.variable(j)) for j, form in force.items()]
+        forces = self.forces(part), constraint_force(travels, multipliers)
+        pairs = [(form, Form.variable(j)) for force in forces for j, form in force.items()]
         for k, (owner, _) in enumerate(self.springs):
             if owner == part:
                 tension, elongation = self._spring_forms(k)

@@ -125,7 +125,6 @@ def raise_failures(
 
 
 def _massless(system: System) -> str:
-    """Return the massless bodies."""
     mass, first = system.structure.mass, system.mechanism.first_coordinates
     rows = mass.i[mass.massless]
     bodies = system.mechanism.bodies.items()

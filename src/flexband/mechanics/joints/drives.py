@@ -84,7 +84,6 @@ class PrescribedRotation(Joint):
 
     @property
     def points(self) -> Sequence[PointName]:
-        """Points of both bodies."""
         return [self.first, self.second]
 
     def _directions(self, frame: Resolve) -> tuple[Vector, Vector]:

@@ -107,7 +107,6 @@ class PairJoint(Joint):
 
     @property
     def points(self) -> Sequence[PointName]:
-        """Both points."""
         return [self.first, self.second]
 
 

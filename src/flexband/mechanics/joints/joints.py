@@ -93,7 +93,6 @@ class LineJoint(PairJoint):
         return scale(-multipliers[0], self._normal(frame(self.second)))
 
     def _travel(self, frame: Resolve) -> Travel:
-        """Return the travel along the line."""
         x, y = self.axis
         return Travel(travel_on_line(frame(self.first), frame(self.second), (-y, x)).travel)
 
@@ -144,7 +143,6 @@ class Revolute(PairJoint):
             check_positive("Revolute radius [m], with friction,", self.radius)
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
-        """Return the contact of the pin in the hole."""
         if self.clearance is None or self.law is None:
             return []
         points, radius = map(frame, self.points), np.asarray(self.radius, dtype=float)
@@ -203,7 +201,6 @@ def _check_offset(name: str, offset: Offset, clearance: ArrayLike | None) -> Non
 
 
 def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit vector at an angle [rad]."""
     return np.cos(angle), np.sin(angle)
 
 
@@ -418,7 +415,6 @@ class Slot(LineJoint):
             as_coulomb("Slot friction", self.friction)
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
-        """Return that of the pin."""
         if self.friction is None:
             return []
         along = self._travel(frame)
@@ -479,12 +475,10 @@ class Distance(PairJoint):
 
 
 def _half(length: np.ndarray) -> np.ndarray:
-    """Return ℓ/2."""
     return 0.5 * length
 
 
 def _half_inverse(length: np.ndarray) -> np.ndarray:
-    """Return 1/2ℓ."""
     return 0.5 * _inverse(length)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,14 +44,6 @@ class _Numbers:
 
     def __call__(self, time: float) -> np.ndarray:
         return np.asarray(self.function(time), dtype=float)
-
-
-class _Hold(NamedTuple):
-    """What a joint holds: rows that keep any value, the directions of their forces, and a turn."""
-
-    rows: list[Form]
-    directions: list[Vector]
-    turn: Form | None = None
 
 
 @frozen()
@@ -98,7 +89,7 @@ class Switched(Joint):
     array([1.5, 1.5])
     """
 
-    joint: Joint
+    joint: Revolute | Prismatic | Slot | Weld | Distance
     active: TimeFunction | tuple[str, str]
     where: str = "present"
     tolerance: ArrayLike = 1e-3
@@ -127,66 +118,62 @@ class Switched(Joint):
 
     @property
     def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """That of the joint."""
         return self.joint.first
 
     @property
     def points(self) -> Sequence[PointName]:
-        """Those of the joint."""
         return self.joint.points
 
-    def hold(self, frame: Resolve) -> _Hold:
-        """Return what the joint holds."""
+    def _rows(self, frame: Resolve) -> list[Form]:
+        """Return what the joint holds, rows that keep any value; an angle is the last one."""
         joint = self.joint
+        if isinstance(joint, Distance):
+            return joint.constraints(frame)
         first, second = (frame(point) for point in joint.points)
-        apart, turn = (
-            subtract(first.position, second.position),
-            angle(first.normal) - angle(second.normal),
-        )
-        match joint:
-            case Revolute() | Weld():
-                directions = [second.normal, second.direction(0.0, 1.0)]
-                held = turn - joint.angle if isinstance(joint, Weld) else None
-            case Slot() | Prismatic():
-                straight("Switched", second)
-                x, y = joint.axis
-                directions = [along(second, (-y, x))]
-                held = turn - joint.angle if isinstance(joint, Prismatic) else None
-            case _:
-                inverse = 1.0 / np.asarray(vars(joint)["length"], dtype=float)
-                return _Hold(joint.constraints(frame), [scale(inverse, apart)])
-        return _Hold([dot(direction, apart) for direction in directions], directions, held)
+        directions = [second.normal, second.direction(0.0, 1.0)]
+        if isinstance(joint, Slot | Prismatic):
+            x, y = joint.axis
+            directions = [along(straight("Switched", second), (-y, x))]
+        apart = subtract(first.position, second.position)
+        rows = [dot(direction, apart) for direction in directions]
+        if isinstance(joint, Weld | Prismatic):
+            rows.append(angle(first.normal) - angle(second.normal) - joint.angle)
+        return rows
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return none: the rows are those of friction."""
-        self.hold(frame)
+        self._rows(frame)
         return []
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         """Return the rows, each as what sticks while the joint is active."""
-        held, farthest = self.hold(frame), self.tolerance if self.where == "given" else 1e30
-        law = Coulomb(kinetic=0.0, static=farthest)
-        rows = [*held.rows, *([] if held.turn is None else [held.turn])]
+        rows, farthest = self._rows(frame), self.tolerance if self.where == "given" else 1e30
+        law, turns = Coulomb(kinetic=0.0, static=farthest), isinstance(self.joint, Weld | Prismatic)
         return [
             FrictionEntry(
-                Travel(row), law, lambda forces: [], angular=row is held.turn, active=self.active
+                Travel(row), law, lambda forces: [], angular=turns and row is rows[-1],
+                active=self.active,
             )
             for row in rows
-        ]
+        ]  # fmt: skip
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ along each direction."""
-        force = Form({}), Form({})
-        for multiplier, direction in zip(multipliers, self.hold(frame).directions, strict=False):
-            force = add(force, scale(-multiplier, direction))
-        return force
+        """Return −λ along each direction, zero if there are no rows."""
+        if not multipliers:
+            return Form({}), Form({})
+        if not isinstance(self.joint, Revolute | Weld):
+            return self.joint.force(frame, multipliers)
+        second = frame(self.joint.second)
+        along_x = scale(-multipliers[0], second.normal)
+        return add(along_x, scale(-multipliers[1], second.direction(0.0, 1.0)))
 
     def moment(self, multipliers: Sequence[Form]) -> Form | None:
         """Return −λ of the angle."""
-        return -multipliers[-1] if isinstance(self.joint, Weld | Prismatic) else None
+        if not isinstance(self.joint, Weld | Prismatic):
+            return None
+        return -multipliers[-1] if multipliers else Form({})
 
     def at_rest(self) -> Joint:
-        """Return the joint as it is at the start."""
         if isinstance(self.active, tuple):
             raise InputError(
                 "a Switched joint whose activity is an event has no place in statics and modes"
@@ -194,33 +181,23 @@ class Switched(Joint):
         active = np.unique(np.asarray(returned(self.active, 0.0), dtype=float) > 0.5)
         if len(active) > 1:
             raise InputError("a Switched joint is active at the start in all samples or in none")
-        return _AtRest(self, bool(active[0]))
+        return (_Active if active[0] else _Inactive)(**vars(self))
 
 
-@dataclass(frozen=True)
-class _AtRest(Joint):
-    """A joint that switches, at an instant."""
+class _Inactive(Switched):
+    """A joint that stays inactive."""
 
-    joint: Switched
-    active: bool
+    def at_rest(self) -> Joint:
+        return self
+
+    def frictions(self, frame: Resolve) -> list[FrictionEntry]:
+        return []
+
+
+class _Active(_Inactive):
+    """A joint that stays active."""
 
     holds_start = True
 
-    @property
-    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.joint.first
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        return self.joint.points
-
     def constraints(self, frame: Resolve) -> list[Form]:
-        held = self.joint.hold(frame)
-        rows = [*held.rows, *([] if held.turn is None else [held.turn])]
-        return rows if self.active else []
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        return self.joint.force(frame, multipliers)
-
-    def moment(self, multipliers: Sequence[Form]) -> Form | None:
-        return self.joint.moment(multipliers) if self.active else Form({})
+        return self._rows(frame)

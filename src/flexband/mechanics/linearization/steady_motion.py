@@ -152,7 +152,6 @@ def _later(
 
 
 def _rotated(q: np.ndarray, angle: float) -> np.ndarray:
-    """Return all vectors of the plane rotated by an angle."""
     return np.cos(angle) * q + np.sin(angle) * turned(q)
 
 

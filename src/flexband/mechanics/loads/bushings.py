@@ -86,7 +86,6 @@ class Bushing(PairLoad):
         return [*matrices[0], *matrices[1], *rest]
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the law."""
         parameters: list[InTime] = [*self._numbers()]
         for table in self.tables or ():
             rows, places, speeds = table.rows if table else ([], 0, 0)

@@ -26,7 +26,7 @@ from flexband.mechanics.contact.geometry.circle_on_line import (
 from flexband.mechanics.contact.geometry.geometry import Geometry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import PointName, body_and_point, check_axis, straight
-from flexband.mechanics.kernels.forms import Form, Frame, Vector
+from flexband.mechanics.kernels.forms import Form, Frame
 from flexband.mechanics.loads.load import Entries, LawEntry, LoadModel, PairLoad
 
 
@@ -36,7 +36,7 @@ def contact_entries(
     """Return the entries of contacts between two points, with friction where they have it."""
     return Entries(
         frictions=[
-            contact.friction._replace(normal=partial(_force_of, n))
+            contact.friction._replace(normal=lambda forces, n=n: [(forces[n], Form({}))])
             for n, contact in enumerate(contacts)
             if contact.friction
         ],
@@ -48,11 +48,6 @@ def contact_entries(
             for contact in contacts
         ]
     )  # fmt: skip
-
-
-def _force_of(number: int, forces: Sequence[Form]) -> list[Vector]:
-    """Return the force of the contact with this number as a vector."""
-    return [(forces[number], Form({}))]
 
 
 class ContactLoad(PairLoad):
@@ -129,7 +124,6 @@ class Contact(ContactLoad):
         return [touching(kernel, self.law, *parameters, friction=friction)]
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the law of the contact."""
         if isinstance(self.geometry, CircleOnLine):
             straight("Contact", model.frame(self.second))
         return ContactLoad.enters(self, model)
@@ -198,7 +192,6 @@ class Stop(ContactLoad):
         ]
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the laws of the contacts."""
         straight("Stop", model.frame(self.second))
         return ContactLoad.enters(self, model)
 

@@ -78,7 +78,7 @@ class FreeStrain:
         places = (np.arange(member.elements)[:, None] + AXIAL).ravel()
         steady = member.evaluated(places, "FreeStrain strain", self.strain, check_finite)
         factor = Form.constant(1.0) if self.factor is None else Form.function(self.factor)
-        forms = [Form.constant(_of_samples(column)) * factor for column in steady.T]
+        forms = [Form.constant(np.squeeze(column)) * factor for column in steady.T]
         if self.history is not None:
             positions = member.even_length[..., None] * member.mesh.at(places)
             at = {x.tobytes(): _At(self.history, x[()]) for x in np.moveaxis(positions, -1, 0)}
@@ -98,8 +98,3 @@ class _At:
 
     def __call__(self, time: float) -> np.ndarray:
         return returned(partial(self.history, self.x), time, "FreeStrain history")
-
-
-def _of_samples(column: np.ndarray) -> np.ndarray:
-    """Return an array of shape (n,), or () if it has one value."""
-    return column[0] if len(column) == 1 else column

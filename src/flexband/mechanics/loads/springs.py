@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Vector, moves, subtract
+from flexband.mechanics.kernels.forms import Form, Vector, moves, subtract
 from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, SpringEntry, in_time
 
@@ -38,18 +38,15 @@ class SpringLoad(PairLoad):
     def _along(
         self, vectors: Sequence[Vector], rest: ArrayLike | None, drive: Drive, sign: float
     ) -> Entries:
-        table, pull = None, drive
-        if isinstance(drive, Characteristic):
-            table, pull = drive, drive.factor
-        pull = in_time("pull", cast(InTime, pull)) * sign
-        numbers = (self.stiffness, rest, self.cubic, self.damping, pull, table)
+        pull, table = _pull_and_table("pull", drive)
+        numbers = (self.stiffness, rest, self.cubic, self.damping, pull * sign, table)
         return Entries(springs=[SpringEntry(vectors, *numbers)])
 
 
-def check_drive(name: str, drive: Drive) -> None:
-    """Raise `InputError` if a pull or torque is none of a number, a function and a table."""
-    if not isinstance(drive, Characteristic):
-        in_time(name, cast(InTime, drive))
+def _pull_and_table(name: str, drive: Drive) -> tuple[Form, Characteristic | None]:
+    if isinstance(drive, Characteristic):
+        return in_time(name, drive.factor), drive
+    return in_time(name, cast(InTime, drive)), None
 
 
 @frozen()
@@ -88,7 +85,7 @@ class Spring(SpringLoad):
         super().__post_init__()
         if self.rest_length is not None:
             check_non_negative("Spring rest_length [m]", self.rest_length)
-        check_drive("Spring pull [N]", self.pull)
+        _pull_and_table("Spring pull [N]", self.pull)
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along r_first − r_second."""
@@ -134,7 +131,7 @@ class TorsionSpring(SpringLoad):
         super().__post_init__()
         if self.rest_angle is not None:
             check_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
-        check_drive("TorsionSpring torque [N m]", self.torque)
+        _pull_and_table("TorsionSpring torque [N m]", self.torque)
 
     def enters(self, model: LoadModel) -> Entries:
         """Return a spring along the angle between the normals of the two sections."""

@@ -122,7 +122,6 @@ class SvgAxes:
     def _write(
         self, x: float, y: float, text: str, lettering: Lettering, *, anchor: str = "middle"
     ) -> None:
-        """Write a text at a place [pt]."""
         place = f"translate({x:.2f} {y:.2f}) rotate({-lettering.angle:.2f})"
         if lettering.backed:
             width, height = self.extent(text, lettering) + 2.0

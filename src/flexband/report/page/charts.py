@@ -70,7 +70,6 @@ def _output(
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
 ) -> JsonRecord:
-    """Return the data of the chart of one output."""
     # Width of an error bar, as a part of the nominal range, below which its deviation is
     # shown
     narrow = 0.05

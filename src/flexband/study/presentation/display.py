@@ -187,7 +187,6 @@ class Display:
 
 
 def _is_of_outputs(name: str, variable: xr.DataArray) -> bool:
-    """Return whether a variable has the unit of an output."""
     return (
         variable.dtype.kind == "f"
         and "input" not in variable.dims

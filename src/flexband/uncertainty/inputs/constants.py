@@ -24,7 +24,6 @@ class Constant(Input):
         return 0
 
     def __repr__(self) -> str:
-        """Return the value as a user writes it."""
         return repr(self.constant)
 
     def value(self, standard: np.ndarray) -> np.ndarray:

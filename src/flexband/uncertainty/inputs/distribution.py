@@ -85,7 +85,6 @@ class Distribution(Input):
             )
 
     def __repr__(self) -> str:
-        """Return how it is written, without parameters that are not given."""
         named = {parameter.name: getattr(self, parameter.name) for parameter in fields(self)}
         shown = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
         return f"{type(self).__name__}({shown})"

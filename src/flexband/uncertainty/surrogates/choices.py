@@ -115,7 +115,6 @@ class SurrogateOfChoices:
     surrogates: Mapping[str, Surrogate]
 
     def __repr__(self) -> str:
-        """Return the inputs and the combinations in one line."""
         return f"<Surrogate of {', '.join(self.given)}; choices {', '.join(self.surrogates)}>"
 
     @cached_property

@@ -63,7 +63,6 @@ class Surrogate:
         object.__setattr__(self, "labels", self.labels.copy())
 
     def __repr__(self) -> str:
-        """Return the inputs and the dims in one line."""
         shape = ", ".join(f"{dim} {n}" for dim, n in self.labels.sizes.items() if dim != "sample")
         return f"<Surrogate of {', '.join(self.space.inputs)}; {shape or 'one number'}>"
 

@@ -27,7 +27,6 @@ from flexband.mechanics.kernels.state import GAP_ROWS
 
 @compiled
 def _cubic(start, slope, c2, c3, u):
-    """Return the cubic at u."""
     return start + u * (slope + u * (c2 + u * c3))
 
 

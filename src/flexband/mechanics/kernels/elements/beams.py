@@ -85,7 +85,6 @@ def _element(node_i, node_j, z, first, il):
 
 @compiled
 def _strains(node_i, node_j, element):
-    """Return the nine strains."""
     ((_, length, cos, _), bent_1, bent_2), di, dj = element, node_i[1], node_j[1]
     return (
         node_i[6] - 1.0,

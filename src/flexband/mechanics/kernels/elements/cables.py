@@ -45,13 +45,11 @@ def _element(cables, z, e, il):
 
 @compiled
 def _length(g):
-    """Return |g|."""
     return sqrt(g[0] * g[0] + g[1] * g[1])
 
 
 @compiled
 def _strains(element):
-    """Return the five strains."""
     i, m, j, bent_1, bent_2 = element
     change = bent_2[0] - bent_1[0]
     return i[2] - 1.0, m[2] - 1.0, j[2] - 1.0, angle_between(i, j), change

@@ -36,7 +36,7 @@ GROUND = (0.0, 0.0)
 
 
 @frozen()
-class PrescribedRotation(Joint):
+class PrescribedRotation(PairJoint):
     """A drive: the angle of one body to another, such as two links of an arm, or to the X axis.
 
     Parameters
@@ -81,10 +81,6 @@ class PrescribedRotation(Joint):
             object.__setattr__(self, "angle", self.second)
             object.__setattr__(self, "second", GROUND)
         check_function("PrescribedRotation angle", self.angle, " of time")
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        return [self.first, self.second]
 
     def _directions(self, frame: Resolve) -> tuple[Vector, Vector]:
         """Return the second normal turned by the angle, and the first one."""

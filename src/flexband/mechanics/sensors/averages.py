@@ -58,7 +58,7 @@ class Average(OverSteps):
         return None if self.fixed is not None else float(np.asarray(self.window))
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        return [*super().rows(model), *self.sensor.rows(model), Form.function(_time)]
+        return [*super().rows(model), *self.sensor.rows(model), Form.function(np.positive)]
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         *both, time = rows
@@ -94,8 +94,3 @@ def refuse_windows(sensors: Mapping[str, Sensor], begin: float, end: float, step
                 f"sensor {name!r}: a moving window of an Average must be a whole number of steps "
                 f"of the result, {step:g} s; got {length:g} s"
             )
-
-
-def _time(t: float) -> float:
-    """Return the time itself."""
-    return t

@@ -25,7 +25,7 @@ def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
     names = [name for name in tables.outputs_of(share) if varies(contributions, name)]
     if not names:
         return "No input matters: all outputs are constant."
-    largest = [_most(share["name"].values, _flat(tables.select(share, name))) for name in names]
+    largest = [_largest(tables.select(share, name)) for name in names]
     first, part = largest[0]
     words = (
         f"without its uncertainty, the error bar would be {tables.percent(part)} narrower"
@@ -88,11 +88,8 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     return input_, share, where
 
 
-def _flat(share: xr.DataArray) -> np.ndarray:
-    """Return the largest share of each input over all but the inputs."""
-    return share.max([d for d in share.dims if d != "name"]).values
-
-
-def _most(names: np.ndarray, shares: np.ndarray) -> tuple[str, float]:
-    best = int(np.argmax(shares))
-    return str(names[best]), float(shares[best])
+def _largest(share: xr.DataArray) -> tuple[str, float]:
+    """Return the input that matters most, and its share."""
+    largest = share.max([dim for dim in share.dims if dim != "name"])
+    best = int(np.argmax(largest.values))
+    return str(share["name"].values[best]), float(largest[best])

@@ -373,15 +373,8 @@ class Mechanism:
         """Return what is positive where a joint that switches is active."""
         if not isinstance(active, tuple):
             return Form.function(active) - 0.5
-        load, event = active
-        names = {
-            part: [e for law in es.laws for e in law.events] for part, es in self.entries.items()
-        }
-        _within("load with events", load, {part: group for part, group in names.items() if group})
-        _within(f"event of load {load!r}", event, dict.fromkeys(names[load]))
-        before = sum(len(law.events) for law in self.laws[: self._before(load, "laws")])
         modes = self.state.gap + 2 * ((self.state.extreme - self.state.gap) // GAP_ROWS)
-        return Form.variable(modes + before + names[load].index(event)) * -1.0
+        return Form.variable(modes + self._number_in_laws("event", *active)) * -1.0
 
     def at_rest(self) -> Mechanism:
         """Return the mechanism for statics and modes: joints that switch are as at the start."""
@@ -527,13 +520,18 @@ class Mechanism:
 
     def law_state(self, load: str, name: str) -> Form:
         """Return a first-order state of a force law."""
-        laws = {part: e.laws for part, e in self.entries.items()}
-        stateful = {part: group for part, group in laws.items() if any(w.states for w in group)}
-        _within("load with states", load, stateful)
-        names = [state for law in laws[load] for state in law.states]
-        _within(f"state of load {load!r}", name, dict.fromkeys(names))
-        first = sum(len(law.states) for law in self.laws[: self._before(load, "laws")])
-        return Form.variable(self.state.law_state + first + names.index(name))
+        return Form.variable(self.state.law_state + self._number_in_laws("state", load, name))
+
+    def _number_in_laws(self, kind: str, load: str, name: str) -> int:
+        """Return the number of a state or an event of a load among those of all laws."""
+        names = {
+            part: [n for law in entries.laws for n in getattr(law, f"{kind}s")]
+            for part, entries in self.entries.items()
+        }
+        _within(f"load with {kind}s", load, {part: group for part, group in names.items() if group})
+        _within(f"{kind} of load {load!r}", name, dict.fromkeys(names[load]))
+        others = itertools.takewhile(lambda part: part != load, names)
+        return sum(len(names[part]) for part in others) + names[load].index(name)
 
     def contacts(self, part: str) -> list[ContactRows]:
         """Return the contacts of a load or joint."""

@@ -54,13 +54,14 @@ class Characteristic:
 
     def __post_init__(self) -> None:
         force = check_finite("Characteristic force", self.force, rank=None)
-        axes = [(name, axis) for name, axis in self._axes if len(axis) > 1]
+        given = {"place": self.place, "speed": self.speed}
+        axes = {name: _increasing(name, axis) for name, axis in given.items() if axis is not None}
         if not axes:
             raise InputError("a Characteristic needs place, speed or both; got none of them")
-        expected = tuple(len(axis) for _, axis in axes)
+        expected = tuple(map(len, axes.values()))
         if force.shape[: len(axes)] != expected or force.ndim > len(axes) + 1:
             raise InputError(
-                f"Characteristic force must have shape {expected}, as {' and '.join(dict(axes))}, "
+                f"Characteristic force must have shape {expected}, as {' and '.join(axes)}, "
                 f"or one more axis of samples; got shape {force.shape}"
             )
         if callable(self.factor):
@@ -69,15 +70,10 @@ class Characteristic:
             check_finite("Characteristic factor", self.factor)
 
     @property
-    def _axes(self) -> list[tuple[str, np.ndarray]]:
-        """The places and the speeds, a single one if they are not given."""
-        return [(name, _increasing(name, given)) for name, given in
-                (("place", self.place), ("speed", self.speed))]  # fmt: skip
-
-    @property
     def rows(self) -> tuple[list[np.ndarray], int, int]:
         """Places, speeds and coefficients, see `kernels.springs`; how many places and speeds."""
-        (_, places), (_, speeds) = self._axes
+        axes = ([0.0] if axis is None else axis for axis in (self.place, self.speed))
+        places, speeds = (np.asarray(axis, dtype=float) for axis in axes)
         force = np.asarray(self.force, dtype=float)
         force = force.reshape(len(places), len(speeds), -1)
         coefficients = _of_ramps(_of_ramps(force, places).swapaxes(0, 1), speeds).swapaxes(0, 1)
@@ -85,10 +81,8 @@ class Characteristic:
         return rows, len(places), len(speeds)
 
 
-def _increasing(name: str, given: ArrayLike | None) -> np.ndarray:
+def _increasing(name: str, given: ArrayLike) -> np.ndarray:
     """Return places or speeds; raise `InputError` if they do not increase."""
-    if given is None:
-        return np.zeros(1)
     axis = check_finite(f"Characteristic {name}", given, rank=None)
     if axis.ndim != 1 or len(axis) < 2 or np.any(np.diff(axis) <= 0):
         raise InputError(

@@ -62,8 +62,19 @@ class Gravity:
         return Entries(forces=weight, potential=sum(energies, Form({})))
 
 
+class _PointLoad:
+    """A load at a point."""
+
+    point: PointName
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        """The point where it acts."""
+        return [self.point]
+
+
 @frozen()
-class Force:
+class Force(_PointLoad):
     """A force at a point.
 
     Parameters
@@ -90,11 +101,6 @@ class Force:
             in_time(f"Force {name} [N]", value)
         check_flag("Force following", self.following)
 
-    @property
-    def points(self) -> Sequence[PointName]:
-        """The point where it acts."""
-        return [self.point]
-
     def enters(self, model: LoadModel) -> Entries:
         """Return F · ∂r/∂q."""
         frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
@@ -105,7 +111,7 @@ class Force:
 
 
 @frozen()
-class Moment:
+class Moment(_PointLoad):
     """A moment at a point of a body.
 
     On a flexible member it does work on the angle of the section, and on nothing else.
@@ -126,11 +132,6 @@ class Moment:
 
     def __post_init__(self) -> None:
         in_time("Moment moment [N m]", self.moment)
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        """The point where it acts."""
-        return [self.point]
 
     def enters(self, model: LoadModel) -> Entries:
         """Return M ∂θ/∂q."""

@@ -95,20 +95,19 @@ def _(joint: Weld, sketch: Sketch, name: str) -> None:
 @add_joint.register
 def _(joint: Distance, sketch: Sketch, name: str) -> None:
     """Add a rod, or a cylinder if its length is prescribed."""
-    first, second = numbers = sketch.points(joint.points)
-    ends, part, driven = at(*numbers), f"joint {name!r}", callable(joint.length)
-    length = sketch.scene.start.number(
-        joint.length(0.0) if callable(joint.length) else joint.length
-    )
-    rod, width = ends, 1.2
-    if driven:
+    first, second = sketch.points(joint.points)
+    rod = ends = at(first, second)
+    length, color, width = joint.length, "ink", 1.2
+    if callable(length):
+        length, color, width = length(0.0), "drive", 1.6
+    length = sketch.scene.start.number(length)
+    if color == "drive":
         frame = LocalFrame(first, ends=(first, second), shares=True)
         rod, _ = spring(frame, length / sketch.unit, elastic=False, damped=False)
-        width = 1.6
-    sketch.line(rod, color="drive" if driven else "ink", width=width, part=part)
+    sketch.line(rod, color=color, width=width, part=f"joint {name!r}")
     sketch.mark(ends, size=5.0, fill="ink", layer=7.0)
     sketch.lengths.append(Length(ends, length))
-    sketch.name(name, ends, color="drive" if driven else "ink")
+    sketch.name(name, ends, color=color)
     _add_bearings(sketch, joint)
 
 

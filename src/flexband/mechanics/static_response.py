@@ -13,12 +13,7 @@ import xarray as xr
 from flexband.errors import InputError, RunError, check_function, check_integer
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
-from flexband.mechanics.response import (
-    Argument,
-    MechanismResponse,
-    SensorResponse,
-    samples_of,
-)
+from flexband.mechanics.response import Argument, MechanismResponse, SensorResponse, samples_of
 from flexband.words import number_of
 
 

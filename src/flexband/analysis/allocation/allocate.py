@@ -14,10 +14,7 @@ from flexband.analysis.allocation.grade_search import cheapest_grades
 from flexband.analysis.allocation.infeasible import check_feasible
 from flexband.analysis.allocation.results import result_of
 from flexband.analysis.allocation.search import cheapest
-from flexband.analysis.allocation.stated_probability import (
-    allocated_by_chance,
-    checked_probability,
-)
+from flexband.analysis.allocation.stated_probability import allocated_by_chance, checked_probability
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.requirements.corridors import (

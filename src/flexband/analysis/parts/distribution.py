@@ -9,12 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.parts.estimates import (
-    first_order,
-    needed_samples,
-    quantiles_of,
-    share_of,
-)
+from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.probability.failure import ANY

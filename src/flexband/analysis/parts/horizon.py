@@ -16,12 +16,7 @@ import scipy
 import xarray as xr
 from scipy.special import ndtr
 
-from flexband.analysis.parts.numbers import (
-    Quantities,
-    check_quantities,
-    numbers_of,
-    units_by_name,
-)
+from flexband.analysis.parts.numbers import Quantities, check_quantities, numbers_of, units_by_name
 from flexband.analysis.parts.runs import plain_runs
 from flexband.analysis.requirements.units import unit_of
 from flexband.analysis.verification.expanded_runs import Runs

@@ -22,11 +22,7 @@ from flexband.analysis.probability.texts import described, in_words
 from flexband.analysis.requirements.corridors import check_instantaneous, joint
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.requirements.scatter import Scatter, scattering
-from flexband.analysis.results import (
-    check_free,
-    doubts_of,
-    missed_tolerance,
-)
+from flexband.analysis.results import check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.execution.executors import ExecutorLike

@@ -10,12 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.assembly.stacking import indices, stack
-from flexband.mechanics.assembly.structure import (
-    Continua,
-    ContinuumValues,
-    Elements,
-    ElementValues,
-)
+from flexband.mechanics.assembly.structure import Continua, ContinuumValues, Elements, ElementValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.kernels.elements.beams import NUMBERS as BEAM_NUMBERS

@@ -10,13 +10,7 @@ from numpy.typing import ArrayLike
 
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack, starts
-from flexband.mechanics.assembly.structure import (
-    Laws,
-    Springs,
-    SpringValues,
-    Vectors,
-    VectorValues,
-)
+from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import AXES, GAP

@@ -16,11 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.mechanics.kernels.elements.hermite import (
-    POSITIONS,
-    hermite_curvature,
-    hermite_slope,
-)
+from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_curvature, hermite_slope
 
 AXIAL = (0.0, 0.5, 1.0)
 ENDS = (0.0, 1.0)

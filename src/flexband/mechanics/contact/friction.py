@@ -9,12 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_non_negative,
-    check_positive,
-    check_same_samples,
-)
+from flexband.errors import InputError, check_non_negative, check_positive, check_same_samples
 from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 

@@ -24,12 +24,7 @@ from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
-from flexband.mechanics.engine.threads import (
-    Progress,
-    in_parallel,
-    stop_flag,
-    while_compiling,
-)
+from flexband.mechanics.engine.threads import Progress, in_parallel, stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record

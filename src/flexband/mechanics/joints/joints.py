@@ -19,12 +19,7 @@ from flexband.errors import (
     check_positive,
 )
 from flexband.mechanics.contact.contact_law import PairContact, check_law, touching
-from flexband.mechanics.contact.friction import (
-    Friction,
-    FrictionEntry,
-    as_coulomb,
-    rubbing,
-)
+from flexband.mechanics.contact.friction import Friction, FrictionEntry, as_coulomb, rubbing
 from flexband.mechanics.contact.geometry.circle_on_line import (
     gap_above_line,
     line_parameters,

@@ -32,11 +32,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import (
-    add_law_forces,
-    add_law_tangent,
-    read_laws,
-)
+from flexband.mechanics.kernels.laws.forces import add_law_forces, add_law_tangent, read_laws
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,

@@ -25,13 +25,7 @@ from numba.extending import intrinsic, overload
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.machine_code import compiled as compiled_with_memory
-from flexband.mechanics.kernels.lane_type import (
-    FLAGS,
-    VECTOR,
-    WIDTH,
-    LaneType,
-    lane,
-)
+from flexband.mechanics.kernels.lane_type import FLAGS, VECTOR, WIDTH, LaneType, lane
 
 # No memory management: all arrays come from outside. That makes calls free and cuts the compile
 # time by a third.

@@ -10,13 +10,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from flexband.arguments import frozen
-from flexband.errors import (
-    InputError,
-    check_flag,
-    check_numbers,
-    check_option,
-    check_positive,
-)
+from flexband.errors import InputError, check_flag, check_numbers, check_option, check_positive
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, farthest
 from flexband.uncertainty.inputs.inputs import Input, Interval
 

@@ -13,11 +13,7 @@ from flexband.errors import InputError, RunError, check_flag, check_integer, che
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
-from flexband.uncertainty.expansions.regression import (
-    least_squares,
-    normalized_values,
-    term_scales,
-)
+from flexband.uncertainty.expansions.regression import least_squares, normalized_values, term_scales
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod

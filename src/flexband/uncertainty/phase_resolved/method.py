@@ -25,10 +25,7 @@ from flexband.uncertainty.phase_resolved.bands_error import (
 from flexband.uncertainty.phase_resolved.correction import corrected_choice, of_choice
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import (
-    least_error,
-    step,
-)
+from flexband.uncertainty.surrogates.diagnostics import least_error, step
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.elements.beams import (
-    add_beam_forces,
-    add_beam_tangent,
-    beam_energy,
-)
+from flexband.mechanics.kernels.elements.beams import add_beam_forces, add_beam_tangent, beam_energy
 from flexband.mechanics.kernels.elements.cables import (
     add_cable_forces,
     add_cable_tangent,

@@ -29,13 +29,7 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import expansion_of
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.diagnostics import (
-    apart,
-    at_all_times,
-    rms,
-    share,
-    stacked,
-)
+from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, rms, share, stacked
 
 
 class ExtrapolationOptions(NamedTuple):

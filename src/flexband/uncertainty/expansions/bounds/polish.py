@@ -11,12 +11,7 @@ import numpy as np
 from flexband.compilation.machine_code import compiled
 from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
-from flexband.uncertainty.expansions.bounds.terms import (
-    chebyshev_powers,
-    fill,
-    largest,
-    product,
-)
+from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, fill, largest, product
 
 
 @compiled

@@ -80,7 +80,7 @@ def script_table() -> str:
     for path, answer in all_scripts().items():
         rows.setdefault(answer, []).append(path.rpartition("/")[2].removesuffix(".py"))
     return "\n".join(
-        ["| flexband | how, or why not | scripts |", "| --- | --- | --- |"]
+        ["| flexband does it | how, or why not | scripts |", "| --- | --- | --- |"]
         + [
             f"| {answer} | {remark} | {', '.join(names)} |"
             for (answer, remark), names in rows.items()

@@ -64,8 +64,8 @@ class Switched(Joint):
 
     Parameters
     ----------
-    joint : a `Revolute`, `Prismatic`, `Slot`, `Weld` or `Distance`, without clearance or friction
-        and of a fixed length.
+    joint : a `Revolute`, `Prismatic`, `Slot`, `Weld` or `Distance`, of a fixed length,
+        without clearance, friction and offset.
     active : function of the time [s] that is more than 0.5 while the joint is active, such as
         ``lambda t: t > 0.2``; or the names of a `ForceLaw` and of one of its events: the joint is
         active while the gap of this event is negative.
@@ -109,13 +109,16 @@ class Switched(Joint):
         extras = vars(self.joint)
         if any(extras.get(name) is not None for name in ("clearance", "friction")):
             raise InputError("the joint of a Switched must have neither clearance nor friction")
+        offset = extras.get("offset", 0.0)
+        if any(map(np.any, offset if isinstance(offset, tuple) else [offset])):
+            raise InputError(f"the joint of a Switched must have no offset; got {shown(offset)}")
         if callable(extras.get("length")) or extras.get("axis") is True:
             raise InputError("the joint of a Switched must have a fixed length and axis=False")
         if isinstance(self.active, tuple):
             if len(self.active) != 2 or not all(isinstance(name, str) for name in self.active):
                 raise InputError(
-                    "Switched active must be a function of time, or the names of a ForceLaw and "
-                    f"of its event; got {shown(self.active)}"
+                    "Switched active must be a function of time, or the names of a load and its "
+                    f"event; got {shown(self.active)}"
                 )
         else:
             check_function("Switched active", self.active, " of time")
@@ -127,12 +130,10 @@ class Switched(Joint):
 
     @property
     def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """That of the joint."""
         return self.joint.first
 
     @property
     def points(self) -> Sequence[PointName]:
-        """Those of the joint."""
         return self.joint.points
 
     def hold(self, frame: Resolve) -> _Hold:

@@ -32,7 +32,7 @@ def computed(source: Path, file: Path, names: list[str], **variables: str) -> Re
     environment = {**variables, **os.environ, **settings}
     cache = Path(environment.get("NUMBA_CACHE_DIR", Path.home() / ".cache")) / "flexband"
     kept: set[Path] = {Path()}
-    while kept != (kept := {f for place in (source / "src", cache) for f in place.rglob("*.nbc")}):
+    while kept != (kept := {f for place in (source / "src", cache) for f in place.rglob("*.o")}):
         subprocess.run(command, env=environment, cwd=file.parent, check=True)
     return loaded(file)
 

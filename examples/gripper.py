@@ -1,8 +1,8 @@
 """A bar that seizes a load, swings it up and lets it fly.
 
 A bar falls on its pin. When it hangs, a gripper at its end seizes a load that rests there, by a
-plastic impact, and later lets it go. The gripper and the rest of the load are joints that are
-active in part of the time only.
+plastic impact, and later lets it go. The gripper and the support of the load are joints that are
+active only part of the time.
 """
 
 import flexband as fb

@@ -1,8 +1,8 @@
 """How far play in its pins moves a function generator.
 
-Each pin may be anywhere in a disc of 0.5 mm at every instant. Bounds of the rocker's angle hold for
-every motion of the pins in their holes. A simulation in which one pin flies through its hole and
-hits it stays inside the bounds of this pin's play.
+Each pin may be anywhere in a disc of radius 0.5 mm at every instant. Bounds of the rocker's angle
+hold for every motion of the pins in their holes. A simulation in which one pin flies through its
+hole and hits it stays inside the bounds of this pin's play, but for the depth of its impacts.
 """
 
 import numpy as np

@@ -252,6 +252,8 @@ def _judged(
 ) -> dict[str, Any]:
     references, units = drawn.references()
     varying = varying_outputs(references[0], units.values)
+    if not len(varying):
+        return {"failure": "no output depends on the inputs"}
     limits, met = list[fb.Requirement](), list[list[bool]]()
     if rng is not None:
         limits, met = requirements(drawn, units["output"].values, varying, references, rng)

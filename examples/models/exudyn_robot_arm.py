@@ -59,14 +59,14 @@ def robot_arm(payload, upper_length, elbow_stiffness):
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = 10 * STEP
     system.SolveDynamic(settings)
-    found = system.GetSensorStoredData(sensor)
+    stored = system.GetSensorStoredData(sensor)
     return xr.DataArray(
-        found[:, 1:].T,
+        stored[:, 1:].T,
         dims=("output", "time"),
         coords={
             "output": ["x", "y", "z"],
             "unit": ("output", ["m"] * 3),
-            "time": np.round(found[:, 0], 9),
+            "time": np.round(stored[:, 0], 9),
         },
     )
 

@@ -91,13 +91,13 @@ def four_bar(length, youngs_modulus, elements=6):
     first, middle, last = (system.GetSensorStoredData(sensor)[:, 1:] for sensor in sensors)
     arm, chord = last - PIVOT, (last - first) / np.linalg.norm(last - first, axis=1)[:, None]
     off = middle - first
-    found = [
+    rows = [
         np.unwrap(np.arctan2(first[:, 1], first[:, 0])),
         np.arctan2(arm[:, 2], arm[:, 1]),
         off[:, 2] - (off * chord).sum(1) * chord[:, 2],
     ]
     return xr.DataArray(
-        found,
+        rows,
         dims=("output", "time"),
         coords={
             "output": ["crank", "rocker", "deflection"],

@@ -44,14 +44,22 @@ ABSENT = (
     Absent(
         "controllers",
         "Controller PID PIDController Actuator Motor Servo Hydraulics",
-        "Write control, motors and hydraulics as a ForceLaw with `states`: integral parts, "
-        "currents and pressures are its first-order states.",
+        "PrescribedRotation and PrescribedTravel are motors with a given motion, a TorsionSpring "
+        "with a loads.Characteristic one with a torque–speed curve. Write control and hydraulics "
+        "as a ForceLaw with `states`: integral parts, currents and pressures are its first-order "
+        "states.",
     ),
     Absent(
-        "pins whose play moves within a run",
+        "joints that slide along beams and cables",
+        "SlidingJoint MovingLoad ALECable",
+        "A load that moves along a member is shared by forces at its nodes, see "
+        "docs/how-to/mechanisms.md.",
+    ),
+    Absent(
+        "plays that change within a run",
         "Clearance ClearanceJoint JointClearance",
-        "A Play is constant in each run. Its bounds hold for positions of a prescribed motion; for "
-        "forces and impacts, take Revolute(clearance=…, law=…).",
+        "A Play is constant in each run; its bounds of positions of a prescribed motion hold for "
+        "every motion of the pins. For forces and impacts, use Revolute(clearance=…, law=…).",
     ),
     Absent(
         "plates, shells and solids",

@@ -22,35 +22,37 @@ TEXT = """# Exudyn's scripts
 
 [Exudyn](https://github.com/jgerstmayr/EXUDYN) is a multibody program of the University of
 Innsbruck. Of the scripts that come with it (Examples and TestModels of version 1.11.0), 96 have
-items of the plane. flexband does {documented} of them as documented and {workaround} by a
+planar items. flexband does {documented} of them as documented and {workaround} by a
 workaround; {no} are out of its reach. {rebuilt} are rebuilt in `validation/exudyn/`; the others are
 judged by their parts.
 
 ## Both numbers
 
 `make validate` writes this table, and `make models` repeats the comparison. Exudyn's numbers are
-those of version 1.13.6 with steps and meshes so fine that they have converged; some motions end
-earlier than in the script. In every row, a parameter that is wrong by 1 % moves flexband's number
+from version 1.13.6, with steps and meshes so fine that they have converged; some motions end
+earlier than in the script. In every row, changing one parameter by 1 % moves flexband's number
 out of the tolerance.
 
 {numbers}
 
 Where fewer than five digits agree, the reasons are:
 
-- **Steps of the peer.** Exudyn sets a valve, and opens a joint, between two steps. So
+- **Exudyn's steps.** Exudyn switches valves and joints only between two steps. So
   `HydraulicActuator2Arms`, `hydraulicActuatorSimpleTest`, `HydraulicsUserFunction` and
-  `switchingConstraintsPendulum` have errors in proportion to its step, as large as the difference.
-- **Meshes of the peer.** The end of `pendulumGeomExactBeam2D` moves by 3e-4 m from 32 to 64 of its
-  elements and by 4e-5 m from 64 to 128; as cables of 32 elements, both agree to 1e-7 m. In
+  `switchingConstraintsPendulum` have errors in proportion to its step, which are as
+  large as the differences.
+- **Exudyn's meshes.** The end of `pendulumGeomExactBeam2D` moves by 3e-4 m from 32 to 64 elements
+  and by 4e-5 m from 64 to 128. With cables of 32 elements, both programs agree to 1e-7 m. In
   `ANCFcontactCircleTest`, the script's 32 straight contact segments give −0.4843 m, 256 of them
   −0.4673 m.
 - **Undamped waves.** A force or a speed that jumps excites all modes, and the meshes differ in the
   highest: `ANCFcantileverTestDyn`, `ANCFCableBeamDampingTest`, `ANCFtests2`, `flexiblePendulumANCF`
   and `ANCFrotatingCable2D`.
-- **flexband's steps**, 50 µs of `lavalRotor2Dtest` and 1 ms of `finiteSegmentMethod`.
+- **flexband's steps**: 50 µs in `lavalRotor2Dtest` and 1 ms in `finiteSegmentMethod`.
 
-The test suite's −0.44056 m for `SpringDamperMassUserFunction` is not at rest: the script's relative
-tolerance is 0.1. With 1e-10, Exudyn finds −0.35097115 m, as flexband does.
+The −0.44056 m of Exudyn's test suite for `SpringDamperMassUserFunction` is not the position at
+rest, since the script's relative tolerance is 0.1. With 1e-10, Exudyn finds −0.35097115 m, as
+flexband does.
 
 ## All scripts
 
@@ -78,7 +80,7 @@ def script_table() -> str:
     for path, answer in all_scripts().items():
         rows.setdefault(answer, []).append(path.rpartition("/")[2].removesuffix(".py"))
     return "\n".join(
-        ["| flexband | how, or why not | scripts |", "| --- | --- | --- |"]
+        ["| flexband does it | how, or why not | scripts |", "| --- | --- | --- |"]
         + [
             f"| {answer} | {remark} | {', '.join(names)} |"
             for (answer, remark), names in rows.items()

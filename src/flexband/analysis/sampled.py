@@ -81,11 +81,11 @@ class SampledSeries:
 
     @property
     def scanned(self) -> tuple[np.ndarray, np.ndarray]:
-        """The scan, for a search over intervals; raise `InputError` if there is a disc."""
+        """The scan for a search over intervals; raise `InputError` if there is a disc."""
         if self.hybrid.discs:
             raise InputError(
-                "quantiles, p-boxes, Sobol' indices and derived quantities are searched over "
-                "intervals alone and do not take a Play"
+                "quantiles, p-boxes, Sobol' indices and derived quantities do not take a Play; "
+                "they are searched over intervals only"
             )
         return self.scan
 

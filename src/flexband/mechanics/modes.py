@@ -86,9 +86,9 @@ def modes(
     about : "equilibrium" (as `equilibrium` finds it), "start", the assembled guess, which must not
         move, or a `SteadyRotation`. The last one is about the state in which everything turns with
         the given rate, whatever the velocities at the start; frequencies and shapes are those that
-        an observer sees who turns with it. About "sliding" drives go on with their speeds at the
-        start, and all else rests: friction with a sliding speed is a load, which may cause squeal.
-        In every state friction without one sticks.
+        an observer sees who turns with it. About "sliding", drives keep their speeds at the start
+        and everything else rests. Friction with a sliding speed is a load, which may cause squeal;
+        friction without one sticks, in every state.
     steps : as in `equilibrium`; centrifugal forces are raised as well.
     thickness : whether to list modes of thickness, too: vibrations of the sections of beams across
         their axis, which Timoshenko's beam does not have. Their frequencies depend on the mesh, and

@@ -34,9 +34,9 @@ def sampled_parts(
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
     and the horizon of predictability is within the run. The runs of `predictability_horizon` and of
-    `sample_parts` are recorded with the others; both results are in one dataset, with choices for
-    each combination of options along the dim "choice". None otherwise; if runs fail, this is warned
-    of.
+    `sample_parts` are recorded with the others; both results are in one dataset, with a dim
+    "choice" of the combinations of options if there are choices. None otherwise; failed runs cause
+    a warning.
 
     Parameters
     ----------

@@ -222,6 +222,8 @@ def test_drawing_has_the_joint_in_a_ring():
         (lambda: Switched(fb.Revolute("a", "b"), 1.0), "active must be a function of time"),
         (lambda: Switched(fb.Revolute("a", "b"), ("law",)), "names of a load and its event"),
         (lambda: Switched(fb.Distance("a", "b", np.cos), lambda t: t > 1), "a fixed length"),
+        (lambda: Switched(fb.Revolute("a", "b", offset=(0.0, 0.1)), lambda t: 1.0), "no offset"),
+        (lambda: Switched(fb.Slot("a", "b", offset=np.ones(2)), lambda t: t > 1), "no offset"),
         (lambda: Switched(fb.Revolute("a", "b"), lambda t: t > 1, "there"), "where"),
         (lambda: rotors(Switched(fb.Weld("b", "a"), ("load", "event"))), "load with events"),
     ],

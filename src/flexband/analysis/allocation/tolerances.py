@@ -56,10 +56,9 @@ class Tolerances:
         allowed = with_tolerance(space)
         for name in costs:
             if name not in allowed:
-                own = ", ".join(allowed) or "none"
                 raise InputError(
-                    f"costs must name inputs with a tolerance, intervals, plays or distributions "
-                    f"with a std, which are {own}; got {name!r}"
+                    "costs must name intervals, plays, or distributions with a std, which are "
+                    f"{', '.join(allowed) or 'none'}; got {name!r}"
                 )
         columns = space.columns(random=False)
         largest = np.array([allowed[name] for name in costs])
@@ -81,8 +80,8 @@ class Tolerances:
         adjusted = compensators(space)
         if adjusted:
             check_no_play(space, "allocate with a Compensator")
-        own = np.array([columns.get(k, -1) for k in costs])
-        return Tolerances(space, costs, least, largest, own, sizes, adjusted)
+        numbers = np.array([columns.get(k, -1) for k in costs])
+        return Tolerances(space, costs, least, largest, numbers, sizes, adjusted)
 
     @property
     def grades(self) -> list[Grades]:
@@ -91,7 +90,7 @@ class Tolerances:
 
     @cached_property
     def dimensions(self) -> np.ndarray:
-        """The number of each input's variables, (names,)."""
+        """The number of standard variables of each input, (names,)."""
         return np.array([self.space.inputs[name].dimension for name in self.costs], dtype=int)
 
     @property

@@ -55,16 +55,13 @@ def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
 def check_instantaneous(
     named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
 ) -> None:
-    """Raise `InputError` if a limited output has bounds for constant offsets, by attributes.
-
-    None is raised if offsets are stated to be constant.
-    """
+    """Raise `InputError` if bounds of a limited output need offsets that are stated constant."""
     for name, corridor in named_corridors.items():
         if has_constant_offsets(corridor, attrs) and not attrs["offsets_stated"]:
             raise InputError(
-                f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides, "
-                "on which no requirement can rest; those of positions of a mechanism whose motion "
-                "is prescribed hold in general. If loads hold pins on one side, write "
+                f"{name}: bounds of {corridor.output} are for constant offsets of pins and guides "
+                "only, so they decide no requirement. Bounds of positions and angles hold in "
+                "general if the motion is prescribed. If loads hold the pins on one side, write "
                 "Play(…, constant=True)"
             )
 

@@ -611,17 +611,17 @@ class Mechanism:
 
     @cached_property
     def polars(self) -> dict[int, list[Polar]]:
-        """Of each row of z that is an angle or an elongation, the terms that it is the sum of."""
-        rows, one = self.rows_with_multipliers, np.asarray(1.0)
-        angles = [polar._replace(c=one, f=None) for row in rows for polar in row.polar]
+        """The terms of each row of z that is an angle or an elongation, which is their sum."""
+        rows, unit = self.rows_with_multipliers, np.asarray(1.0)
+        angles = [polar._replace(c=unit, f=None) for row in rows for polar in row.polar]
         turns = [spring.vectors for _, spring in self.springs if spring.torsion]
         turns += [[frame.normal for frame in law.points] for law in self.laws]
         turns += [[moment.direction] for moment in self.moments]
-        angles += [Polar(vector, one) for vectors in turns for vector in vectors]
+        angles += [Polar(vector, unit) for vectors in turns for vector in vectors]
         polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
         for k, (_, spring) in enumerate(self.springs):
             first, *others = spring.vectors
-            terms = [Polar(first, one, length=not others), *(Polar(v, -one) for v in others)]
+            terms = [Polar(first, unit, length=not others), *(Polar(v, -unit) for v in others)]
             polars[self.state.elongation + k] = terms
         return polars
 

@@ -37,7 +37,7 @@ GROUND = (0.0, 0.0)
 
 @frozen()
 class PrescribedRotation(PairJoint):
-    """A drive: the angle of one body to another, such as two links of an arm, or to the X axis.
+    """A drive of the angle between two bodies, such as two links of an arm, or to the X axis.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ class PrescribedRotation(PairJoint):
         check_function("PrescribedRotation angle", self.angle, " of time")
 
     def _directions(self, frame: Resolve) -> tuple[Vector, Vector]:
-        """Return the second normal turned by the angle, and the first one."""
+        """Return the second normal turned by the angle, and the first normal."""
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
         for point in self.points:
             if isinstance(point, str) and not moves(frame(point).normal):
                 raise InputError(
-                    f"PrescribedRotation must be of bodies that rotate; {point!r} is a point mass"
+                    f"PrescribedRotation must have bodies that rotate; {point!r} is a point mass"
                 )
         x, y = frame(self.second).normal
         return (x * c - y * s, x * s + y * c), frame(self.first).normal

@@ -432,12 +432,12 @@ class Distance(PairJoint):
     Parameters
     ----------
     first, second : the points.
-    length : of the rod [m], or that of the cylinder as a function of the time [s].
+    length : of the rod, or of the cylinder as a function of the time [s]; in m.
 
     Raises
     ------
     InputError
-        If the length is not positive, that of a cylinder at any time.
+        If the length is not positive, for a cylinder at any time.
     """
 
     first: PointName

@@ -48,22 +48,22 @@ class _Numbers:
 
 @frozen()
 class Switched(Joint):
-    """A joint that is active in part of the time only.
+    """A joint that is active only part of the time.
 
-    When it becomes active it stops what it holds by a plastic impact; `sensors.SwitchingLoss` is
-    the energy that this takes. Every sample then chooses its steps, see `GeneralizedAlpha`.
+    Becoming active is a plastic impact; `sensors.SwitchingLoss` is the energy that it takes. With
+    such a joint every sample chooses its steps, see `GeneralizedAlpha`.
 
     Parameters
     ----------
-    joint : a `Revolute`, `Prismatic`, `Slot`, `Weld` or `Distance`, without clearance or friction
-        and of a fixed length.
-    active : function of the time [s], which is more than 0.5 while the joint is active, such as
-        ``lambda t: t > 0.2``; or the names of a `ForceLaw` and one of its events, which is active
-        while its gap is negative.
-    where : "present" to hold the relative place that the bodies have at that instant, or "given"
-        for that of the joint.
-    tolerance : how far they may be from the given place at that instant, along each direction [m]
-        and in angle [rad]; a sample that is farther fails. What is left remains.
+    joint : a `Revolute`, `Prismatic`, `Slot`, `Weld` or `Distance`, of a fixed length,
+        without clearance, friction and offset.
+    active : function of the time [s] that is more than 0.5 while the joint is active, such as
+        ``lambda t: t > 0.2``; or the names of a `ForceLaw` and of one of its events: the joint is
+        active while the gap of this event is negative.
+    where : "present" to hold the bodies where they are when the joint becomes active, "given" to
+        hold the place that the joint states.
+    tolerance : how far the bodies may then be from the given place, along each direction [m] and in
+        angle [rad]; a sample that is farther fails. The distance is kept, not corrected.
 
     Raises
     ------
@@ -100,6 +100,9 @@ class Switched(Joint):
         extras = vars(self.joint)
         if any(extras.get(name) is not None for name in ("clearance", "friction")):
             raise InputError("the joint of a Switched must have neither clearance nor friction")
+        offset = extras.get("offset", 0.0)
+        if any(map(np.any, offset if isinstance(offset, tuple) else [offset])):
+            raise InputError(f"the joint of a Switched must have no offset; got {shown(offset)}")
         if callable(extras.get("length")) or extras.get("axis") is True:
             raise InputError("the joint of a Switched must have a fixed length and axis=False")
         if isinstance(self.active, tuple):
@@ -175,12 +178,10 @@ class Switched(Joint):
 
     def at_rest(self) -> Joint:
         if isinstance(self.active, tuple):
-            raise InputError(
-                "a Switched joint whose activity is an event has no place in statics and modes"
-            )
+            raise InputError("statics and modes need a Switched active that is a function of time")
         active = np.unique(np.asarray(returned(self.active, 0.0), dtype=float) > 0.5)
         if len(active) > 1:
-            raise InputError("a Switched joint is active at the start in all samples or in none")
+            raise InputError("a Switched must be active at the start in all samples or in none")
         return (_Active if active[0] else _Inactive)(**vars(self))
 
 

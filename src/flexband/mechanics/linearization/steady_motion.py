@@ -157,5 +157,5 @@ def _rotated(q: np.ndarray, angle: float) -> np.ndarray:
 
 def _seen(linear: Linear, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffness and damping as the modes see them."""
-    left = np.conj(vectors.T)
-    return left @ (linear.K + linear.L) @ vectors, left @ linear.D @ vectors
+    adjoint = np.conj(vectors.T)
+    return adjoint @ (linear.K + linear.L) @ vectors, adjoint @ linear.D @ vectors

@@ -33,8 +33,8 @@ class Bushing(PairLoad):
         must be symmetric. Each number may be an array of shape (n,).
     damping : the same of D, in N s/m and N m s/rad.
     rest : d₀ [m, m, rad]. φ counts from the full turn nearest to its rest.
-    tables : None or three of None and `Characteristic`, of forces that resist x, y and φ, in
-        addition, over d − d₀ and ḋ.
+    tables : None, or three entries for x, y and φ, each None or a `Characteristic` of an additional
+        force that resists d − d₀ and ḋ.
 
     Raises
     ------

@@ -15,8 +15,8 @@ from flexband.errors import InputError, check_finite, check_function
 class Characteristic:
     """A table of a force over elongation and speed, as the `pull` of a `Spring` or a `torque`.
 
-    It is linear between its values, and goes on beyond the ends with its last slopes. It has no
-    part in `ElasticEnergy`; `Work` has what it does.
+    It is linear between its values and continues beyond its ends with the last slopes. Its work is
+    part of `Work`, not of `ElasticEnergy`.
 
     Parameters
     ----------

@@ -20,16 +20,16 @@ from flexband.mechanics.loads.load import Entries, FreeStrainEntry, LoadModel
 
 @frozen()
 class FreeStrain:
-    """An axial strain of a beam or cable that takes no stress, as the α ΔT of a warm one.
+    """An axial strain of a beam or cable without stress, such as the thermal strain α ΔT.
 
-    Stresses, section forces and elastic energy are those of the strain beside it, and so is what
-    `Strain` shows. Damping is that of the whole strain.
+    Stresses, section forces, elastic energy and the sensor `Strain` are those of the remaining
+    strain, without this one. Damping acts on the rate of the whole strain.
 
     Parameters
     ----------
     member : name of the beam or cable.
-    strain : a number, an array of shape (n,), a function of the position [m] or a field. A tendon
-        that is mounted stretched has a negative one.
+    strain : a number, an array of shape (n,), a function of the position [m] or a field. It is
+        negative for a tendon that is mounted stretched.
     factor : function of the time [s] that multiplies it, or None.
     history : function of the position [m] and the time [s] that is added, or None.
 

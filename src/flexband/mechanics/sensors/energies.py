@@ -92,7 +92,7 @@ class Work(OverSteps):
 class Power(Sensor):
     """The power that a load, joint or drive gives to the mechanism [W].
 
-    It is Q q̇ with the forces of which `Work` is the integral, and positive for a motor that drives.
+    It is Q q̇, whose integral over time is `Work`; it is positive for a motor that drives.
 
     Examples
     --------
@@ -141,8 +141,8 @@ class Power(Sensor):
 class SwitchingLoss(_Energy):
     """The kinetic energy that a `Switched` joint has taken so far [J], each time it became active.
 
-    It is ½ Δvᵀ M Δv of the plastic impacts. Where several joints close at once, it is the part of
-    this one: half of its impulses times the speeds that they stop.
+    It is ½ Δvᵀ M Δv of the plastic impacts. If several joints close at once, it is this joint's
+    part: half of its impulses times the speeds that they stop.
     """
 
     joint: str

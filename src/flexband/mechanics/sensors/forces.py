@@ -141,8 +141,7 @@ class LawForce(Sensor):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         laws = {name: entries.laws for name, entries in model.entries.items() if entries.laws}
         if self.load not in laws:
-            there = ", ".join(laws) or "none"
-            raise InputError(f"{self.load!r} is no force law or bushing; there is {there}")
+            raise InputError(f"load must be one of {', '.join(laws) or 'none'}; got {self.load!r}")
         count = sum(3 * len(law.points) for law in laws[self.load])
         pairs = model.generalized_force(self.load)
         return [force for force, _ in pairs[len(pairs) - count :][:3]]

@@ -95,17 +95,17 @@ class Play(FreePair):
     """The place of a pin in its hole: a vector anywhere in a disc.
 
     The response gets a pair, the coordinates of the vector, for ``Revolute(…, offset=play)``. It is
-    constant in each run. Bounds of positions of a mechanism whose motion is prescribed hold for any
-    motion of the pin in its hole; those of velocities, forces and free motions are those of
-    constant offsets. Bounds are over the whole disc.
+    constant in each run. Bounds are over the whole disc. If the motion of the mechanism is
+    prescribed, bounds of positions and angles hold for any motion of the pin in its hole; bounds of
+    velocities, forces and free motions hold for constant offsets only.
 
     Parameters
     ----------
-    radius : of the hole less that of the pin; of an `Interval`, as of wear, the largest counts.
-    within : where pins are in a production, for probabilities: uniform in the "disc", or on its
+    radius : of the hole less that of the pin; of an `Interval`, as after wear, the upper end.
+    within : for probabilities, where the pins of a production are: uniform in the "disc", or on its
         "rim", where forces hold them.
-    constant : whether the pin stays where it is in its hole, as where a load holds it on one side.
-        Requirements on outputs whose bounds are for constant offsets are then allowed.
+    constant : whether the pin stays in place in its hole, for instance because a load holds it on
+        one side. Requirements on bounds for constant offsets are then allowed.
 
     Raises
     ------
@@ -147,13 +147,13 @@ class Play(FreePair):
 class GuidePlay(FreePair):
     """The place of a slider in a long guide: y and θ with |y| + (ℓ/2) |θ| ≤ c.
 
-    The response gets a pair, the way across the guide and the angle [rad], for
-    ``Prismatic(…, offset=play)``. A production is uniform in this rhombus. What is said of constant
-    offsets in `Play` holds here, too.
+    The response gets a pair, the displacement y across the guide and the angle θ [rad], for
+    ``Prismatic(…, offset=play)``. A production is uniform in this rhombus. For constant offsets,
+    see `Play`.
 
     Parameters
     ----------
-    clearance : c on each side; of an `Interval` the largest counts.
+    clearance : c on each side; of an `Interval`, the upper end.
     length : ℓ of the slider.
     constant : as of `Play`.
 

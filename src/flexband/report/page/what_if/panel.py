@@ -46,7 +46,7 @@ def what_if(
     every = list(surrogates_of(surrogate).values())
     space = every[0].space
     if space.discs:
-        return None, ["Other inputs are for Python here, surrogate.narrowed: a Play is a disc."]
+        return None, ["A Play has no slider. Narrow the inputs in Python: surrogate.narrowed."]
     expansions = [expansion for alternative in every for expansion in alternative.expansions]
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]

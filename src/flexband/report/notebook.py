@@ -38,17 +38,13 @@ def load_ipython_extension(ipython: Any) -> None:
     if not hasattr(ipython, "display_formatter"):
         raise InputError(f"ipython must be a running shell; got {shown(ipython)}")
     formatters = ipython.display_formatter.formatters
-    formatters["image/png"].for_type(Mechanism, mechanism_png)
+    formatters["image/png"].for_type(Mechanism, lambda drawn: figure_png(draw(drawn)))
     formatters["image/png"].for_type(Figure, figure_png)
     for kind in (Input, Choice, Correlated):
-        formatters["text/html"].for_type(kind, input_html)
+        formatters["text/html"].for_type(kind, lambda input_: _inputs({"": input_}))
     formatters["text/html"].for_type(Study, study_html)
     for kind in (Surrogate, SurrogateOfChoices):
         formatters["text/html"].for_type(kind, surrogate_html)
-
-
-def mechanism_png(mechanism: Mechanism) -> bytes:
-    return figure_png(draw(mechanism))
 
 
 def figure_png(figure: Figure) -> bytes:
@@ -56,10 +52,6 @@ def figure_png(figure: Figure) -> bytes:
     image = BytesIO()
     figure.savefig(image, format="png")
     return image.getvalue()
-
-
-def input_html(input_: Any) -> str:
-    return _inputs({"": input_})
 
 
 def study_html(study: Study) -> str:

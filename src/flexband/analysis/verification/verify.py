@@ -186,7 +186,8 @@ def _verified(
 ) -> xr.Dataset:
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
-    left_out = _left_out(surrogate)
+    orders = [expansion.hybrid.interval_orders for expansion in surrogate.expansions]
+    left_out = np.max(orders, axis=0) == 0  # interval variables in no term, (m,)
     points, width = _points(surrogate, runs, sigmas, seed, left_out, options)
     xi, eta = points.xi, points.eta
     made = run((xi, eta))
@@ -275,14 +276,6 @@ def _at_least(
         evidence = np.logaddexp.reduce(products, axis=0) - np.log(len(factors))
         low, high = np.where(evidence < threshold, [low, middle], [middle, high])
     return low * scale
-
-
-def _left_out(surrogate: Surrogate) -> np.ndarray:
-    """Return which interval variables are in no term of the expansions, (m,)."""
-    return (
-        np.max([expansion.hybrid.interval_orders for expansion in surrogate.expansions], axis=0)
-        == 0
-    )
 
 
 def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -65,7 +65,7 @@ def without_effect(
         if isinstance(input_, Interval) and input_.lower == input_.upper:
             continue
         proof = runs.proof(masks[name])
-        if proof is None and input_.random and not runs.has_pairs(masks[name]):
+        if proof is None and input_.random and not len(runs.pairs(masks[name])[0]):
             proof = runs.proof(together)
         if proof:
             sure[name] = len(np.unique(runs.keys[masks[name]].sum(axis=0)))
@@ -143,9 +143,6 @@ class _Runs:
         first, second = order[:-1], order[1:]
         pair = (rest[first] == rest[second]) & (key[first] != key[second])
         return first[pair], second[pair]
-
-    def has_pairs(self, mask: np.ndarray) -> bool:
-        return len(self.pairs(mask)[0]) > 0
 
     def differ(self, mask: np.ndarray) -> bool:
         """Return whether two runs that differ in these variables only have other values."""

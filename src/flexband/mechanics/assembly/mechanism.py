@@ -471,10 +471,12 @@ class Mechanism:
         return sum(len(getattr(self.entries[name], kind)) for name in others)
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
-        """Return a joint and its multipliers, or what is in their place where it has contacts."""
+        """Return a joint and its multipliers; of contacts, −1 times their force and moment."""
         _within("joint", name, self.joints)
         if name in self.entries and self.joints[name].contacts(self.frame):
-            return self.joints[name], self._contact_force(name)
+            rows = self._law_rows(name)
+            force = ([Form.variable(row + axis) * -1.0 for row in rows] for axis in range(3))
+            return self.joints[name], [sum(parts, Form({})) for parts in force]
         frictions = [k for k, (part, _) in enumerate(self.frictions) if part == name]
         rows = [self.state.multiplier + k for k in self._rows_of(name)]
         rows += [self.state.friction + k for k in frictions]
@@ -483,13 +485,6 @@ class Mechanism:
     def _rows_of(self, joint: str) -> list[int]:
         """Return the numbers of the rows of Φ that belong to a joint."""
         return [k for k, (owner, _) in enumerate(self.constraints) if owner == f"joint {joint!r}"]
-
-    def _contact_force(self, part: str) -> list[Form]:
-        """Return the force and the moment of contacts on the first body, with the sign of λ."""
-        rows = self._law_rows(part)
-        return [
-            sum((Form.variable(row + axis) * -1.0 for row in rows), Form({})) for axis in range(3)
-        ]
 
     def _law_rows(self, part: str) -> list[int]:
         """Return the row of z with the first force of each law of a part."""

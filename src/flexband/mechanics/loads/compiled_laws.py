@@ -153,12 +153,11 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         _one_sample(dispatcher, shape)
     )
     _check_return(law, dispatcher, shape)
-    lanes = np.zeros((_MemoryRows.of(shape).end, WIDTH))
+    rows = _MemoryRows.of(shape)
     report_address = ctypes.cast(report, ctypes.c_void_p).value
     address, called = every_lane.at_address(
-        lanes, shape.points, shape.parameters, shape.states, shape.events, pairs,
-        cast(int, code.address), report_address,
-    )  # fmt: skip
+        np.zeros((rows.end, WIDTH)), rows, pairs, cast(int, code.address), report_address
+    )
     done.append(CompiledLaw(address, (called, code, pairs, report, *kept)))
     return done[0]
 
@@ -189,29 +188,27 @@ def _reporter(
 
 
 @cached_on_disk
-def every_lane(lanes, points, parameters, states, events, pairs, law, report):
-    """Fill the memory of a law in all lanes, see `_MemoryRows`, by its C function for one."""
-    count, end = points + len(pairs), len(lanes)
-    at_x = 1 + parameters
-    at_v, at_force, at_y = at_x + 3 * points, at_x + 6 * points, at_x + 9 * points
-    at_rate, at_mode = at_y + 3 * states, at_y + 4 * states
-    column = np.empty(end)
+def every_lane(lanes, at, pairs, law, report):
+    """Fill the memory of a law in all lanes, `at` its `_MemoryRows`, by its C function for one."""
+    points = (at.v - at.x) // 3
+    count = points + len(pairs)
+    column = np.empty(at.end)
     x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
-    p, y, rate = column[1:at_x], column[at_y : at_y + states], column[at_rate:at_mode]
-    b, tau = column[at_y + states : at_y + 2 * states], column[at_y + 2 * states : at_rate]
-    mode, gap = column[at_mode : at_mode + events], column[at_mode + events : end]
+    p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
+    b, tau = column[at.b : at.tau], column[at.tau : at.rate]
+    mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
     for lane in range(WIDTH):
         outcome, known = OUTCOME.raised, True
-        for k in range(end):
-            is_filled = at_force <= k < at_y or k >= at_mode + events
+        for k in range(at.end):
+            is_filled = at.force <= k < at.y or k >= at.gap
             column[k] = 0.0 if is_filled else lanes[k, lane]
-            known = known and (k >= at_force or k < at_x or np.isfinite(column[k]))
-        for k in range(events):
+            known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
+        for k in range(len(mode)):
             mode[k] = np.copysign(1.0, mode[k])
-        for k in range(states):
+        for k in range(len(b)):
             known = known and np.isfinite(b[k])
         for k in range(3 * points):
-            x.flat[k], v.flat[k] = column[at_x + k], column[at_v + k]
+            x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
         for k in range(3 * count):
             force.flat[k] = 0.0
         if known:  # not after the run of this lane has failed
@@ -220,8 +217,8 @@ def every_lane(lanes, points, parameters, states, events, pairs, law, report):
             pass_on(pairs, points, x, force)
         good = outcome == OUTCOME.ran
         for k in range(3 * points):
-            column[at_force + k] = force.flat[k] if good else np.nan
-        for k in range(at_force, end):
+            column[at.force + k] = force.flat[k] if good else np.nan
+        for k in range(at.force, at.end):
             lanes[k, lane] = column[k] if good else np.nan
             good = good and np.isfinite(column[k])
         if known and not good:

@@ -26,7 +26,7 @@ from flexband.mechanics.contact.geometry.circle_on_line import (
 from flexband.mechanics.contact.geometry.geometry import Geometry
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import PointName, body_and_point, check_axis, straight
-from flexband.mechanics.kernels.forms import Form, Frame
+from flexband.mechanics.kernels.forms import Form, Frame, Vector
 from flexband.mechanics.loads.load import Entries, LawEntry, LoadModel, PairLoad
 
 
@@ -36,7 +36,7 @@ def contact_entries(
     """Return the entries of contacts between two points, with friction where they have it."""
     return Entries(
         frictions=[
-            contact.friction._replace(normal=lambda forces, n=n: [(forces[n], Form({}))])
+            contact.friction._replace(normal=partial(_force_of, n))
             for n, contact in enumerate(contacts)
             if contact.friction
         ],
@@ -48,6 +48,10 @@ def contact_entries(
             for contact in contacts
         ]
     )  # fmt: skip
+
+
+def _force_of(number: int, forces: Sequence[Form]) -> list[Vector]:
+    return [(forces[number], Form({}))]
 
 
 class ContactLoad(PairLoad):

@@ -150,15 +150,14 @@ class Switched(Joint):
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         """Return the rows, each as what sticks while the joint is active."""
-        rows, farthest = self._rows(frame), self.tolerance if self.where == "given" else 1e30
-        law, turns = Coulomb(kinetic=0.0, static=farthest), isinstance(self.joint, Weld | Prismatic)
-        return [
-            FrictionEntry(
-                Travel(row), law, lambda forces: [], angular=turns and row is rows[-1],
-                active=self.active,
-            )
-            for row in rows
-        ]  # fmt: skip
+        law = Coulomb(kinetic=0.0, static=self.tolerance if self.where == "given" else 1e30)
+        entries = [
+            FrictionEntry(Travel(row), law, lambda forces: [], active=self.active)
+            for row in self._rows(frame)
+        ]
+        if isinstance(self.joint, Weld | Prismatic):
+            entries[-1] = entries[-1]._replace(angular=True)
+        return entries
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ along each direction, zero if there are no rows."""

@@ -33,8 +33,6 @@ from flexband.mechanics.kernels.forms import (
     subtract,
 )
 
-ALLOWED = (Revolute, Prismatic, Slot, Weld, Distance)
-
 
 @dataclass(frozen=True)
 class _Numbers:
@@ -95,8 +93,9 @@ class Switched(Joint):
     tolerance: ArrayLike = 1e-3
 
     def __post_init__(self) -> None:
-        kinds = ", ".join(kind.__name__ for kind in ALLOWED)
-        check_instance("Switched joint", self.joint, ALLOWED, f"one of {kinds}")
+        allowed = (Revolute, Prismatic, Slot, Weld, Distance)
+        kinds = ", ".join(kind.__name__ for kind in allowed)
+        check_instance("Switched joint", self.joint, allowed, f"one of {kinds}")
         extras = vars(self.joint)
         if any(extras.get(name) is not None for name in ("clearance", "friction")):
             raise InputError("the joint of a Switched must have neither clearance nor friction")
@@ -127,6 +126,10 @@ class Switched(Joint):
     def points(self) -> Sequence[PointName]:
         return self.joint.points
 
+    @property
+    def _holds_angle(self) -> bool:
+        return isinstance(self.joint, Weld | Prismatic)
+
     def _rows(self, frame: Resolve) -> list[Form]:
         """Return what the joint holds, rows that keep any value; an angle is the last one."""
         joint = self.joint
@@ -155,7 +158,7 @@ class Switched(Joint):
             FrictionEntry(Travel(row), law, lambda forces: [], active=self.active)
             for row in self._rows(frame)
         ]
-        if isinstance(self.joint, Weld | Prismatic):
+        if self._holds_angle:
             entries[-1] = entries[-1]._replace(angular=True)
         return entries
 
@@ -171,7 +174,7 @@ class Switched(Joint):
 
     def moment(self, multipliers: Sequence[Form]) -> Form | None:
         """Return −λ of the angle."""
-        if not isinstance(self.joint, Weld | Prismatic):
+        if not self._holds_angle:
             return None
         return -multipliers[-1] if multipliers else Form({})
 

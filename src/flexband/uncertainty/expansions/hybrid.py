@@ -186,7 +186,7 @@ class HybridExpansion:
 
     @staticmethod
     def of_arrays(
-        inputs: Sequence[Family], families: np.ndarray, discs: Sequence[int] = (), **arrays
+        inputs: Sequence[Family], families: np.ndarray, discs: Iterable[int] = (), **arrays
     ) -> HybridExpansion:
         """Return the expansion of `arrays`; the families must be those of its inputs."""
         if families.tolist() != [family.name for family in inputs]:

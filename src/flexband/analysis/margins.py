@@ -246,7 +246,7 @@ def _checked(
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
     after, surely = _between(margins, bands, labels, corridor)
-    drop = drops(margin, spacing(labels))
+    drop = drops(margin, spacing(labels), impacts=bool(bands.attrs.get("impacts")))
     between = np.minimum(np.where(limited, margin - drop, np.inf), after)
     lowest = np.unravel_index(int(np.argmin(between)), between.shape)
     trusted = "trusted" not in bands or bool(np.all(_of_output(bands["trusted"], labels, corridor)))

@@ -1,4 +1,4 @@
-"""How low a sampled curve may be between its points: parabolas through its minima."""
+"""How low a sampled curve may be between its points: parabolas, and corners after impacts."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ def spacing(labels: xr.DataArray) -> np.ndarray | None:
     return steps if (steps > 0).all() or (steps < 0).all() else None
 
 
-def drops(values: np.ndarray, steps: np.ndarray | None) -> np.ndarray:
-    """Return by how much a curve is lower beside each of its minima, zero at other points.
+def drops(values: np.ndarray, steps: np.ndarray | None, *, impacts: bool = False) -> np.ndarray:
+    """Return by how much a curve is lower beside each of its points, zero where it is not.
 
-    A parabola goes through the minimum and its two neighbours, at steps a and b. With its slope d
-    at the minimum and half its second derivative c, its own minimum is lower by d²/4c.
+    A parabola goes through a minimum and its two neighbours, at steps a and b. With its slope d
+    at the minimum and half its second derivative c, its own minimum is lower by d²/4c. Curves with
+    `impacts` turn at once: between two points, as low as where the lines before and after meet.
 
     Curves `values`, (…, times), are not continued to where they are infinite. Of curves that are
     known at points only, `steps`, (times − 1,), is None.
@@ -41,4 +42,15 @@ def drops(values: np.ndarray, steps: np.ndarray | None) -> np.ndarray:
         c, d = (after - before) / (a + b), (before * b + after * a) / (a + b)
         least = (before <= 0) & (after >= 0) & np.isfinite(c) & (c > 0)
     depths[..., 1:-1] = np.divide(d**2, 4 * c, out=np.zeros(c.shape), where=least)
+    if impacts:
+        depths[..., 1:-2] = np.maximum(depths[..., 1:-2], _corners(values, rise, np.abs(steps)))
     return depths
+
+
+def _corners(values: np.ndarray, rise: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how deep corners are below the point before them, (…, times − 3), from the second."""
+    before, after, step = rise[..., :-2], rise[..., 2:], steps[1:-1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        place = (np.diff(values, axis=-1)[..., 1:-1] - after * step) / (before - after)
+        falls = (before < 0) & (after > 0) & (place > 0) & (place < step)
+        return np.where(falls, -before * place, 0.0)

@@ -69,8 +69,26 @@ def test_samples_that_are_too_few_leave_the_ends_open():
     ("hits", "count", "low", "high"), [(0, 10, 0.0, 0.3085), (3, 10, 0.0667, 0.6525)]
 )
 def test_shares_have_the_intervals_of_clopper_and_pearson(hits, count, low, high):
-    assert share_of(hits, count, 0.95, 0) == pytest.approx((hits / count, low, high), abs=1e-4)
-    assert share_of(hits, count - 1, 0.95, 1)[2] > high
+    share = share_of(hits, hits, count, 0.95, 0)
+    assert share == pytest.approx((hits / count, low, high), abs=1e-4)
+    assert share_of(hits, hits, count - 1, 0.95, 1)[2] > high
+    more = share_of(hits + 2, hits + 2, count, 0.95, 0)
+    assert share_of(hits, hits + 2, count, 0.95, 0) == (*share[:2], more[2])
+
+
+def test_what_turns_between_the_times_may_leave_the_bounds_there():
+    """All of these curves reach 1, and half of them are above 0.95 at one of the times."""
+    time = np.linspace(0.0, 1.0, 6)
+
+    def bounce(at):
+        curve = 1 - np.abs(time - at[:, None])
+        coords = {"output": ["y"], "unit": ("output", ["m"]), "time": time}
+        return xr.DataArray(curve[:, None], coords, ("sample", "output", "time"))
+
+    limit = fb.Requirement("y", output="y", below=0.95)
+    found = sample_parts(bounce, {"at": fb.Interval(0.4, 0.6)}, requirements=limit, samples=200)
+    assert found["failing"][0] == pytest.approx(0.5, abs=0.06)
+    assert found["failing_high"][0] == 1.0
 
 
 def test_the_yield_of_uniform_tolerances_is_that_of_irwin_and_hall():

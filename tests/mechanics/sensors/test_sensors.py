@@ -1,5 +1,7 @@
 """Energies that add up, section forces, strains, stresses and reactions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -239,6 +241,23 @@ def test_the_work_of_a_drive_and_of_a_spring_is_what_the_energy_gains():
     stretch = length - length[0]
     np.testing.assert_allclose(S, -500.0 * stretch**2, atol=1e-9)
     np.testing.assert_allclose(at_rest, 0.0, atol=1e-9)
+
+
+def test_of_a_joint_and_a_load_with_one_name_the_joint_is_meant():
+    """A motor turns a wheel by t²/2 against a moment of its name, W = ½ J ω² + M θ."""
+    model = fb.Mechanism(
+        bodies={"w": fb.RigidBody(mass=1.0, inertia=2.0)},
+        joints={"pin": fb.Revolute("w", (0.0, 0.0)),
+                "motor": fb.PrescribedRotation("w", lambda t: t**2 / 2)},
+        loads={"motor": fb.Moment("w", -3.0)},
+        sensors={"W": fb.Work("motor"), "P": fb.sensors.Power("motor")},
+    )  # fmt: skip
+    work, power = fb.simulate(model, duration=1.0, step=1e-3).values[:, -1]
+    assert work == pytest.approx(0.5 * 2.0 + 3.0 / 2, rel=1e-5)
+    assert power == pytest.approx(2.0 + 3.0, rel=1e-5)
+    brake = fb.contact.Brake("w", (0.0, 0.0), friction=0.4, radius=0.1, force=1.0)
+    with pytest.raises(fb.errors.InputError, match="'motor' must not have the name of a load"):
+        replace(model, loads={"motor": brake})
 
 
 @pytest.mark.parametrize(

@@ -229,6 +229,7 @@ def _margins(
 ) -> Variables:
     """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
+    impacts = bool(narrow.diagnostics.attrs.get("impacts"))
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
     everywhere = np.full(labels.shape[1:], np.inf)
@@ -246,7 +247,7 @@ def _margins(
         each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
         each["slack"].append(slack)
         each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
-        each["grid_error"].append(slack - (margin - drops(margin, steps)).min())
+        each["grid_error"].append(slack - (margin - drops(margin, steps, impacts=impacts)).min())
         if error is not None:
             errors.append(error[corridor.where])
     dims = [dim for dim in labels.dims[1:] if dim != "output"]

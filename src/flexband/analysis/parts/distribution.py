@@ -12,6 +12,7 @@ import xarray as xr
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
+from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.criteria import ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
@@ -112,7 +113,7 @@ def distribution(
         {"confidence": options.confidence},
     )
     if requirements:
-        shares = yields(requirements, np.concatenate(margins, axis=1), options.confidence, lost)
+        shares = yields(requirements, np.concatenate(margins, axis=2), options.confidence, lost)
         result = result.assign(shares.variables).assign_attrs(shares.attrs)
     attrs = {"samples": len(numbers), "seed": seed, "scatter": parts.scatter}
     return result.assign_attrs(attrs | ({"runs_failed": lost} if lost else {}))
@@ -121,25 +122,33 @@ def distribution(
 def margins_of(
     requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray, case: str
 ) -> np.ndarray:
-    """Return least margins of outputs, or of numbers by name, (requirements, samples)."""
+    """Return least margins of outputs, or of numbers by name, (2, requirements, samples).
+
+    The second ones are those between the times, where an impact may turn a motion at once.
+    """
     as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
         values = as_outputs if requirement.output in names else response
         inside = requirement.corridor(values, case).margin(values.values, values.values)
-        margins.append(inside.reshape(len(values), -1).min(axis=1))
-    return np.reshape(margins, (len(margins), len(numbers)))
+        between = inside - drops(inside, spacing(values), impacts=True)
+        margins.append([each.reshape(len(values), -1).min(axis=1) for each in (inside, between)])
+    return np.reshape(margins, (len(margins), 2, len(numbers))).swapaxes(0, 1)
 
 
 def yields(
     requirements: Sequence[Requirement], margins: np.ndarray, confidence: float, lost: int
 ) -> xr.Dataset:
-    """Return the variables of `production_yield` of samples, of which some are lost."""
+    """Return the variables of `production_yield` of samples, of which some are lost.
+
+    Intervals include what may leave bounds between the times.
+    """
     names = list(by_name(requirements))
     if len(names) > 1:
-        margins, names = np.vstack([margins, margins.min(axis=0)]), [*names, ANY]
-    count = margins.shape[1]
-    shares = [share_of(int(np.sum(row < 0)), count, confidence, lost) for row in margins]
+        every = margins.min(axis=1, keepdims=True)
+        margins, names = np.concatenate([margins, every], axis=1), [*names, ANY]
+    count, hits = margins.shape[-1], (margins < 0).sum(axis=-1).T.tolist()
+    shares = [share_of(at, between, count, confidence, lost) for at, between in hits]
     ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
     data = {name: ("limit", values) for name, values in ends.items()}
     return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))

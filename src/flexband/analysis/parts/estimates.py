@@ -34,14 +34,17 @@ def quantiles_of(
     return ordered[ranks.astype(int)], lowest[low.astype(int)], highest[high.astype(int)]
 
 
-def share_of(hits: int, count: int, confidence: float, lost: int) -> tuple[float, float, float]:
+def share_of(
+    hits: int, possible: int, count: int, confidence: float, lost: int
+) -> tuple[float, float, float]:
     """Return a share of samples, and its interval after Clopper and Pearson.
 
-    Lost samples may be hits or not; `count` is without them.
+    Hits are among those that are `possible`. Lost samples may be hits or not; `count` is without
+    them.
     """
     ends = [
         scipy.stats.binomtest(number, count + lost).proportion_ci(confidence, method="exact")
-        for number in (hits, hits + lost)
+        for number in (hits, possible + lost)
     ]
     return hits / count, float(ends[0].low), float(ends[1].high)
 

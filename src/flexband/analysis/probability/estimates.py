@@ -72,7 +72,8 @@ class Estimate:
     error : its standard error.
     looser, tighter : the same with the limits moved by what may be missed there.
     between : the same between the times too, by parabolas, and by what all runs do there that were
-        looked at; by what any of them does; and the standard errors of both.
+        looked at; by corners after impacts, and by what any of the runs does; and the standard
+        errors of both.
     at_each, at_each_error : at each output and time, and standard errors, (series,).
     count : samples; 0 if none was found that leaves the limits.
     most : the rough estimate of subset simulation; its upper bound if there is no sample.
@@ -272,11 +273,12 @@ class _Sums:
             inside = least >= 0
             if self.state.steps is not None:
                 for part_sides, part in zip(sides, parts, strict=True):
-                    kept = part_sides[inside].min(axis=1)
-                    lowered = kept - drops(kept, part.steps(self.state.steps))
-                    least_between = np.minimum(
-                        lowered.min(axis=(1, 2)), part.least_between(part_sides[inside])
-                    )
+                    kept, steps = part_sides[inside].min(axis=1), part.steps(self.state.steps)
+                    lowered = [
+                        (kept - drops(kept, steps, impacts=impacts)).min(axis=(1, 2))
+                        for impacts in (False, self.state.impacts)
+                    ]
+                    least_between = np.minimum(lowered, part.least_between(part_sides[inside]))
                     between[:, inside] = np.minimum(between[:, inside], least_between)
             out = np.concatenate(
                 [(margin < 0).reshape(len(margin), -1) for margin in margins], axis=1, dtype=float

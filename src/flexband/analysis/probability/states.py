@@ -105,11 +105,13 @@ class LimitState:
     families : of the random variables.
     parts : outputs and times that are limited.
     steps : between the times; None where there is nothing between them.
+    impacts : whether outputs may turn at once between times.
     """
 
     families: tuple[Family, ...]
     parts: tuple[LimitedOutputs, ...]
     steps: np.ndarray | None
+    impacts: bool
 
     @staticmethod
     def of(
@@ -142,7 +144,8 @@ class LimitState:
             scale = np.broadcast_to(scale, own_error.shape)
             bounds = lower[index], upper[index], own_error, scale, number[index]
             parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
-        return LimitState(space.families, tuple(parts), spacing(labels))
+        impacts = bool(surrogate.diagnostics.attrs.get("impacts"))
+        return LimitState(space.families, tuple(parts), spacing(labels), impacts)
 
     @property
     def exact(self) -> bool:
@@ -267,7 +270,7 @@ class PartsState(LimitState):
     @staticmethod
     def of_parts(state: LimitState, tolerances: ScatteringTolerances) -> PartsState:
         """Return the state of parts with the margins of another one."""
-        return PartsState(state.families, state.parts, state.steps, tolerances)
+        return PartsState(state.families, state.parts, state.steps, state.impacts, tolerances)
 
     def reduced(
         self,

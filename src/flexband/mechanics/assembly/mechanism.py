@@ -398,8 +398,11 @@ class Mechanism:
         }
         for name, joint in self.joints.items():
             contacts = joint.contacts(self.frame)
-            if contacts and name in entries:
-                raise InputError(f"joint {name!r} has contacts, so no load may have its name")
+            if name in entries and (contacts or entries[name].frictions):
+                raise InputError(
+                    f"joint {name!r} must not have the name of a load, since one of them has "
+                    "contacts or friction"
+                )
             if contacts:
                 first, second = map(self.frame, joint.points)
                 entries[name] = contact_entries(contacts, first, second, closed_at_start=False)
@@ -583,7 +586,7 @@ class Mechanism:
         frictions = enumerate(self.frictions)
         alone = [k for k, (owner, f) in frictions if owner == part and not f.sliding.action]
         travels = [self.travel_forms[k] for k in alone]
-        if part not in self.entries:
+        if part in self.joints and not self.joints[part].contacts(self.frame):
             rows = [self.constraint_forms[k] for k in self._rows_of(part)] + travels
             force = constraint_force(rows, self.joint(part)[1])
             return [(form, Form.variable(j)) for j, form in force.items()]

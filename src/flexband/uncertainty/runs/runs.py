@@ -295,7 +295,8 @@ class CountedRuns:
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        return {**counts, **texts, **reached(xi), **self._constant_offsets()}
+        impacts = {"impacts": 1} if self.start.of_nominal(self.response.impacts) else {}
+        return {**counts, **texts, **impacts, **reached(xi), **self._constant_offsets()}
 
     def _constant_offsets(self) -> dict[str, Any]:
         """Return the outputs whose bounds hold for plays that are constant in each run only.

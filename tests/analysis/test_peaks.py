@@ -1,0 +1,29 @@
+"""How low sampled curves are between their points, against the curves themselves."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexband.analysis.peaks import drops
+
+TIMES = np.linspace(0.0, 1.0, 11)
+
+
+@given(st.floats(0.2, 0.8), st.floats(0.1, 5.0), st.floats(0.1, 5.0))
+def test_corners_after_impacts_are_reached(place, before, after):
+    """A curve falls, turns at once and rises."""
+    curve = np.maximum(before * (place - TIMES), after * (TIMES - place))
+    assert (curve - drops(curve, np.diff(TIMES), impacts=True)).min() <= 1e-12
+
+
+def test_a_corner_is_deeper_than_a_parabola():
+    curve = np.abs(TIMES - 0.45)
+    depth = drops(curve, np.diff(TIMES), impacts=True).max()
+    np.testing.assert_allclose(depth, 0.05, rtol=1e-12)
+    assert drops(curve, np.diff(TIMES)).max() < 0.3 * depth
+
+
+@given(st.floats(0.2, 0.8), st.floats(0.1, 5.0))
+def test_parabolas_are_exact(place, size):
+    curve = size * (TIMES - place) ** 2
+    np.testing.assert_allclose((curve - drops(curve, np.diff(TIMES))).min(), 0.0, atol=1e-12)

@@ -69,7 +69,8 @@ def sample_parts(
     interval, `quantile_low` and `quantile_high`, infinite where samples are too few; with "input"
     and "quantity": the `first_order` index, which part of the variance is due to each input alone,
     and `first_order_error`, half the width of its interval. Random fields have none. With
-    requirements, the variables of `production_yield` along the dim "limit". ``attrs["samples"]``
+    requirements, the variables of `production_yield` along the dim "limit", whose intervals include
+    what may happen between the times in a motion that turns at once. ``attrs["samples"]``
     and ``attrs["runs"]`` count the samples, and ``attrs["runs_failed"]`` those that are left out.
 
     Raises

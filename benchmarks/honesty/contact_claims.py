@@ -262,6 +262,8 @@ def _judged(
     study = fb.Study(drawn.response, drawn.inputs, method, requirements=limits, scatter=scatter)
     begun = time.process_time()
     result = study.run_in(folder)
+    if not any(given.random for given in drawn.inputs.values()):
+        met = _refuted(limits, met, fb.execution.open_runs(folder)["outputs"].dropna("run"))
     about: dict[str, Any] = {
         "cpu": time.process_time() - begun,
         "doubts": [str(doubt.kind) for doubt in result.doubts],
@@ -283,6 +285,18 @@ def _judged(
         about["whole"] = [_outcome(drawn, found, varying, truth) for truth in truths]
     about["outputs"] = [_of_output(drawn, found, int(o), truths, result) for o in varying]
     return about
+
+
+def _refuted(
+    limits: list[fb.Requirement], met: list[list[bool]], runs: xr.DataArray
+) -> list[list[bool]]:
+    """Return whether requirements are met; no worst case is that a run within intervals leaves."""
+    left = [limit.corridor(runs).margin(runs.values, runs.values).min() < 0 for limit in limits]
+    worst = [isinstance(limit.criterion, fb.analysis.WorstCase) for limit in limits]
+    return [
+        [False, False] if out and of_worst else both
+        for out, of_worst, both in zip(left, worst, met, strict=True)
+    ]
 
 
 def _share(reference: Reference, o: int, found: xr.Dataset) -> dict[str, float]:

@@ -98,6 +98,24 @@ def test_predictable_motions_and_those_without_impacts_are_not_sampled(tmp_path,
     assert not (tmp_path / "parts.nc").exists()
 
 
+def test_shares_that_the_bands_withhold_are_counted_in_the_samples(tmp_path):
+    """The motion is predictable, but 8 runs do not resolve the two triangles of its output."""
+    share = fb.analysis.ShareOfParts
+    limits = [
+        fb.Requirement(f"{100 * p:g} %", below=0.5, criterion=share(p)) for p in (0.3, 0.5, 0.6)
+    ]
+    scatter = {"x": fb.Uniform(0.0, 3.0)}
+    study = study_of(Colliding(0.0), requirements=limits, scatter=scatter)
+    result = study.run_in(tmp_path)
+    assert [v.verdict.value for v in result.verdicts] == ["FAIL", "UNDECIDED", "PASS"]
+    assert result.parts["predictable"].all()
+    assert not result.unpredictable
+    assert remarks(study, result)
+    assert not any("unpredictable" in line for line in answer_of(study, result))
+    first, *_ = result.verdicts
+    assert first.share[1] < 0.5 < first.share[2]
+
+
 class Shaken(Colliding):
     """The same with a force that moves it a little."""
 

@@ -69,7 +69,7 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
     """Return what diagnostics of a result and of its fields mean, as sentences."""
     inputs = _inputs(study, result)
     fields = {k: i for k, i in inputs.items() if isinstance(i, Field) and i.domain is not None}
-    if result.parts is not None:  # no advice on bands helps
+    if result.unpredictable:  # no advice on bands helps
         return tables.failures(result.bands)
     about = tables.remarks(study.display.data(result.bands), result.verification)
     return [*about, *tables.field_remarks(fields)]

@@ -21,6 +21,7 @@ from flexband.study.results.netcdf import read_netcdf, write_netcdf
 from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
     from flexband.study.study import Study
@@ -133,14 +134,20 @@ def with_runs(
             run = made.values.values[0]
             margin, count = corridor.margin(run, run), count + 1
             at = np.unravel_index(int(np.argmin(margin)), margin.shape)
-            error = 0.0
-            if "error_bar_discretization_error" in case.diagnostics:
-                known = case.diagnostics["error_bar_discretization_error"]
-                error = float(known.transpose(*case.labels.dims[1:]).values[at])
+            error = np.broadcast_to(error_of_runs(case), margin.shape)[at]
             if margin[at] + error < 0:
                 run_margins[k] = margin[at]
     made = margins.assign(run_margin=("limit", run_margins))
     return made.assign_attrs(runs=count), count
+
+
+def error_of_runs(surrogate: Surrogate) -> np.ndarray | float:
+    """Return the error of a run's step and elements, of the shape of a run; 0 if it is not known.
+
+    Past the horizon a run is one of many that are as likely, and this error is not one of shares.
+    """
+    name, data = "error_bar_discretization_error", surrogate.diagnostics
+    return data[name].transpose(*surrogate.labels.dims[1:]).values if name in data else 0.0
 
 
 def with_recorded(

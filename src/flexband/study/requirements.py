@@ -7,7 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.parts.distribution import SamplingOptions, distribution, yield_of
+from flexband.analysis.parts.distribution import (
+    SamplingOptions,
+    distribution,
+    samples_decide,
+    yield_of,
+)
 from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.selection import AnySurrogate, surrogates_of
@@ -16,7 +21,7 @@ from flexband.error_text import error_text
 from flexband.errors import warn
 from flexband.files import try_write
 from flexband.progress import counted, listener
-from flexband.study.nominal import around_nominal, with_recorded, with_runs
+from flexband.study.nominal import around_nominal, error_of_runs, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
 from flexband.study.results.answers import answer_file
 from flexband.study.results.limits import LimitCheck, check_limits_in
@@ -30,10 +35,11 @@ def sampled_parts(
     doubts: Sequence[Doubt],
     **execution: Any,
 ) -> xr.Dataset | None:
-    """Write how numbers are distributed over the parts, where a motion is not predictable.
+    """Write how numbers are distributed over the parts, where bands do not answer what is asked.
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
-    and the horizon of predictability is within the run. The runs of `predictability_horizon` and of
+    and the horizon of predictability is within the run or a share of the parts is required. The
+    runs of `predictability_horizon` and of
     `sample_parts` are recorded with the others; both results are in one dataset, with a dim
     "choice" of the combinations of options if there are choices. None otherwise; failed runs cause
     a warning.
@@ -57,7 +63,7 @@ def sampled_parts(
 def _sampled(
     progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
-    """Return the distribution and the horizon; None if the motion is predictable."""
+    """Return the distribution and the horizon; None if bands answer what is asked."""
     study, near, options = progress.study, HorizonOptions(), SamplingOptions()
     cases = surrogates_of(surrogate)
     spaces = {label: case.space for label, case in cases.items()}
@@ -79,13 +85,15 @@ def _sampled(
             )
             for label, space in spaces.items()
         }
-        if all(horizon["predictable"].all() for horizon in horizons.values()):
+        predictable = all(horizon["predictable"].all() for horizon in horizons.values())
+        if predictable and not all(samples_decide(requirements, case) for case in cases.values()):
             return None
         made = list[xr.Dataset]()
         for label, space in spaces.items():
             parts, count = Parts.of(space, study.scatter), options.count(requirements)
             samples = run("samples of the parts", label, count)
-            case = distribution(samples, parts, requirements, None, 0, options, label)
+            error = error_of_runs(cases[label]) if predictable else 0.0
+            case = distribution(samples, parts, requirements, None, 0, options, label, error)
             horizon = horizons[label]
             case = case.assign(horizon.variables).assign_attrs({**horizon.attrs, **case.attrs})
             made.append(case.assign_coords(choice=label) if label else case)

@@ -7,6 +7,7 @@ from scipy.stats import norm
 
 import flexband as fb
 from flexband.analysis import Final, Peak, ShareOfParts, sample_parts
+from flexband.analysis.parts.distribution import margins_of
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.errors import InputError
 from tests.analysis.test_production import irwin_hall
@@ -69,11 +70,11 @@ def test_samples_that_are_too_few_leave_the_ends_open():
     ("hits", "count", "low", "high"), [(0, 10, 0.0, 0.3085), (3, 10, 0.0667, 0.6525)]
 )
 def test_shares_have_the_intervals_of_clopper_and_pearson(hits, count, low, high):
-    share = share_of(hits, hits, count, 0.95, 0)
+    share = share_of((hits, hits, hits), count, 0.95, 0)
     assert share == pytest.approx((hits / count, low, high), abs=1e-4)
-    assert share_of(hits, hits, count - 1, 0.95, 1)[2] > high
-    more = share_of(hits + 2, hits + 2, count, 0.95, 0)
-    assert share_of(hits, hits + 2, count, 0.95, 0) == (*share[:2], more[2])
+    assert share_of((hits, hits, hits), count - 1, 0.95, 1)[2] > high
+    more = share_of((hits + 2,) * 3, count, 0.95, 0)
+    assert share_of((hits, hits, hits + 2), count, 0.95, 0) == (*share[:2], more[2])
 
 
 def test_what_turns_between_the_times_may_leave_the_bounds_there():
@@ -238,3 +239,15 @@ def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
 def test_bad_arguments_are_refused_by_name(arguments, message):
     with pytest.raises(InputError, match=message):
         sample_parts(total, **({"inputs": TOLERANCES} | arguments))
+
+
+def test_the_error_of_runs_moves_limits_for_both_ends_of_a_share():
+    """Of the levels 0.8, 0.9, 1.1 and 1.2, one is surely above 1 if runs are off by 0.15."""
+    levels = xr.DataArray([0.8, 0.9, 1.1, 1.2], dims="sample")
+    response = (levels * xr.DataArray(np.ones((1, 4)), dims=("output", "time"))).assign_coords(
+        output=["y"]
+    )
+    numbers = levels.expand_dims({"quantity": ["largest y"]}, -1)
+    limits = [fb.Limit("y", below=1.0), fb.Limit("largest y", below=1.0)]
+    margins = margins_of(limits, response, numbers, "", np.full((1, 4), 0.15))
+    np.testing.assert_array_equal((margins < 0).sum(axis=-1), [[1, 2], [2, 2], [3, 2]])

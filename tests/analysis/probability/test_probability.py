@@ -96,6 +96,21 @@ def test_first_passage_is_not_the_largest_probability_at_one_time():
     assert between == pytest.approx(np.exp(-8.0), rel=0.15)
 
 
+def test_impacts_may_turn_a_motion_at_a_time_where_a_parabola_goes_on():
+    """A peak at an output time, steeper before than after: at least those who reach it leave."""
+
+    def turning(x):
+        slopes = np.where(T < 0.5, 10.0, 2.0)
+        return over_time(1 + 0.1 * x[:, None] - slopes * np.abs(T - 0.5))
+
+    surrogate = fb.expand(turning, {"x": NORMAL}, fb.AdaptivePCCI()).with_attrs(impacts=1)
+    found = fb.analysis.failure_probability(surrogate, fb.Limit(below=1.2))
+    ends = [float(found[f"between_times_{k}"][0, 0]) for k in ("low", "high")]
+    assert ends[0] < norm.sf(2.0) < ends[1]
+    smooth = fb.analysis.failure_probability(surrogate.with_attrs(impacts=0), fb.Limit(below=1.2))
+    assert float(smooth["between_times_low"][0, 0]) > 1.2 * norm.sf(2.0)
+
+
 def test_amplitude_and_phase():
     wave = np.sin(2 * np.pi * T)
     swing = fb.expand(

@@ -14,11 +14,12 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.probability.failure import ANY
-from flexband.analysis.requirements.criteria import ShareOfParts
+from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 LONG_NAMES = {
     "quantile": "number that is not exceeded by this part of the parts",
@@ -79,10 +80,12 @@ def distribution(
     seed: int,
     options: SamplingOptions,
     case: str = "",
+    error: np.ndarray | float = 0.0,
 ) -> xr.Dataset:
     """Return what `sample_parts` does; `run` returns runs at points.
 
-    They are those of a combination of options, `case`; "" without choices.
+    They are those of a combination of options, `case`; "" without choices. The `error` of their
+    discretization, of the shape of a run, makes the intervals of shares wider.
     """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
@@ -94,7 +97,7 @@ def distribution(
         good[[first + k for k in made.failed]] = False
         response = made.values.isel(sample=good[first:end])
         blocks.append(numbers_of(response, quantities))
-        margins.append(margins_of(requirements, response, blocks[-1], case))
+        margins.append(margins_of(requirements, response, blocks[-1], case, error))
     numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
     values = parts.space.numbers_at(xi[good], eta[good])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
@@ -120,20 +123,27 @@ def distribution(
 
 
 def margins_of(
-    requirements: Sequence[Requirement], response: xr.DataArray, numbers: xr.DataArray, case: str
+    requirements: Sequence[Requirement],
+    response: xr.DataArray,
+    numbers: xr.DataArray,
+    case: str,
+    error: np.ndarray | float,
 ) -> np.ndarray:
-    """Return least margins of outputs, or of numbers by name, (2, requirements, samples).
+    """Return least margins of outputs, or of numbers by name, (3, requirements, samples).
 
-    The second ones are those between the times, where an impact may turn a motion at once.
+    The first ones are larger by the error of outputs; the third ones are smaller by it, and between
+    the times, where an impact may turn a motion at once.
     """
     as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
-        values = as_outputs if requirement.output in names else response
+        of_number = requirement.output in names
+        values, unsure = (as_outputs, 0.0) if of_number else (response, error)
         inside = requirement.corridor(values, case).margin(values.values, values.values)
         between = inside - drops(inside, spacing(values), impacts=True)
-        margins.append([each.reshape(len(values), -1).min(axis=1) for each in (inside, between)])
-    return np.reshape(margins, (len(margins), 2, len(numbers))).swapaxes(0, 1)
+        three = inside + unsure, inside, between - unsure
+        margins.append([each.reshape(len(values), -1).min(axis=1) for each in three])
+    return np.reshape(margins, (len(margins), 3, len(numbers))).swapaxes(0, 1)
 
 
 def yields(
@@ -141,17 +151,28 @@ def yields(
 ) -> xr.Dataset:
     """Return the variables of `production_yield` of samples, of which some are lost.
 
-    Intervals include what may leave bounds between the times.
+    Intervals include what may leave bounds between the times, or by the error of the runs.
     """
     names = list(by_name(requirements))
     if len(names) > 1:
         every = margins.min(axis=1, keepdims=True)
         margins, names = np.concatenate([margins, every], axis=1), [*names, ANY]
     count, hits = margins.shape[-1], (margins < 0).sum(axis=-1).T.tolist()
-    shares = [share_of(at, between, count, confidence, lost) for at, between in hits]
+    shares = [share_of(tuple(of_limit), count, confidence, lost) for of_limit in hits]
     ends = dict(zip(("failing", "failing_low", "failing_high"), np.transpose(shares), strict=True))
     data = {name: ("limit", values) for name, values in ends.items()}
     return with_yield(xr.Dataset(data, {"limit": names}, {"confidence": confidence}))
+
+
+def samples_decide(requirements: Sequence[Requirement], surrogate: Surrogate) -> bool:
+    """Return whether samples of the parts decide a requirement: one on their share.
+
+    The probability of leaving bounds is that for the worst intervals, of which they tell nothing.
+    They do not decide either where the surrogate corrects an error that they have.
+    """
+    shares = {ShareOfParts} if surrogate.space.interval_dimension else {ShareOfParts, Probability}
+    required = not shares.isdisjoint(type(requirement.criterion) for requirement in requirements)
+    return required and "corrected" not in surrogate.diagnostics.attrs
 
 
 def yield_of(parts: xr.Dataset) -> xr.Dataset:

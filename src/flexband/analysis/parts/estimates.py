@@ -35,18 +35,19 @@ def quantiles_of(
 
 
 def share_of(
-    hits: int, possible: int, count: int, confidence: float, lost: int
+    hits: tuple[int, int, int], count: int, confidence: float, lost: int
 ) -> tuple[float, float, float]:
     """Return a share of samples, and its interval after Clopper and Pearson.
 
-    Hits are among those that are `possible`. Lost samples may be hits or not; `count` is without
-    them.
+    Hits are those that are sure, all, and those that are possible. Lost samples may be hits or not;
+    `count` is without them.
     """
+    sure, all_hits, possible = hits
     ends = [
         scipy.stats.binomtest(number, count + lost).proportion_ci(confidence, method="exact")
-        for number in (hits, possible + lost)
+        for number in (sure, possible + lost)
     ]
-    return hits / count, float(ends[0].low), float(ends[1].high)
+    return all_hits / count, float(ends[0].low), float(ends[1].high)
 
 
 def needed_samples(

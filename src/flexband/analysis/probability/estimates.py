@@ -71,9 +71,9 @@ class Estimate:
     probability : of leaving them at any time, with the times as points.
     error : its standard error.
     looser, tighter : the same with the limits moved by what may be missed there.
-    between : the same between the times too, by parabolas, and by what all runs do there that were
-        looked at; by corners after impacts, and by what any of the runs does; and the standard
-        errors of both.
+    between : the same between the times too: at least, by parabolas if there are no impacts, and by
+        what all runs do there that were looked at; at most, by corners after impacts, and by what
+        any of the runs does; and the standard errors of both.
     at_each, at_each_error : at each output and time, and standard errors, (series,).
     count : samples; 0 if none was found that leaves the limits.
     most : the rough estimate of subset simulation; its upper bound if there is no sample.
@@ -274,10 +274,9 @@ class _Sums:
             if self.state.steps is not None:
                 for part_sides, part in zip(sides, parts, strict=True):
                     kept, steps = part_sides[inside].min(axis=1), part.steps(self.state.steps)
-                    lowered = [
-                        (kept - drops(kept, steps, impacts=impacts)).min(axis=(1, 2))
-                        for impacts in (False, self.state.impacts)
-                    ]
+                    drop = drops(kept, steps, impacts=self.state.impacts)
+                    surely = 0.0 if self.state.impacts else drop
+                    lowered = [(kept - depth).min(axis=(1, 2)) for depth in (surely, drop)]
                     least_between = np.minimum(lowered, part.least_between(part_sides[inside]))
                     between[:, inside] = np.minimum(between[:, inside], least_between)
             out = np.concatenate(

@@ -39,11 +39,11 @@ def why_unreliable(doubts: Sequence[Doubt]) -> list[str]:
 
 def head_of(result: StudyResult) -> dict[str, Any]:
     """Return what the first lines of a report need that is in no other file."""
-    unpredictable = "" if result.parts is None else horizon_line(result.parts)
+    sampled = result.parts if result.unpredictable else None
     return {
         "doubts": result.doubts,
         "unchecked": result.limits_unchecked,
-        "unpredictable": unpredictable,
+        "unpredictable": "" if sampled is None else horizon_line(sampled),
     }
 
 

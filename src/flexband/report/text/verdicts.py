@@ -82,8 +82,8 @@ def _share_text(verdict: RequirementVerdict) -> str:
     allowed = f"at most {_share(verdict.at_most, parts=parts)} allowed"
     if verdict.reason is Reason.OF_PARTS:
         return (
-            "impacts make the motion unpredictable, so the probability for the worst tolerances "
-            f"is not known; {allowed}. Require a share of the parts instead (ShareOfParts)"
+            "sampled parts do not tell the probability for the worst tolerances; "
+            f"{allowed}. Require a share of the parts instead (ShareOfParts)"
         )
     if np.isnan(value):
         return (

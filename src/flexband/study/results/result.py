@@ -46,7 +46,7 @@ class StudyResult:
     limits_unchecked : why limits that the study has are not checked; empty if they are.
     doubts : why the result is not what was asked for.
     parts : results of `sample_parts` and `predictability_horizon` in one dataset, with choices
-        along the dim "choice", if impacts make the motion unpredictable; else None.
+        along the dim "choice", where bands do not answer what is asked; else None.
     seconds_per_run : mean time of a run [s], with all that is made of it.
     files : names of the files that were written.
     stale : names of files in the folder that belong to earlier results.
@@ -69,6 +69,11 @@ class StudyResult:
     stale: tuple[str, ...]
     computed: Mapping[str, str]
     reused: bool = False
+
+    @property
+    def unpredictable(self) -> bool:
+        """Whether impacts make the motion of a part unpredictable, so that bands tell nothing."""
+        return self.parts is not None and not bool(self.parts["predictable"].all())
 
     @property
     def runs(self) -> int:
@@ -97,7 +102,7 @@ class StudyResult:
         """Return the verdicts with their numbers in display units."""
         if self.limits is None:
             return []
-        shares = self.contributions if self.parts is None else None  # bands tell nothing then
+        shares = None if self.unpredictable else self.contributions
         if shares is not None and self.surrogate is not None:
             spaces = [case.space for case in surrogates_of(self.surrogate).values()]
             chosen = {name for space in spaces for name in space.chosen}

@@ -1,4 +1,4 @@
-"""Inputs that can be narrowed in the page: intervals, and the scatter of random inputs."""
+"""Inputs that can be narrowed in the page: intervals, plays, and the scatter of random inputs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
 
 RELATIVE = "coefficient of variation"
@@ -20,12 +21,35 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
     intervals, remarks, columns = [], [], space.columns(random=False)
     for name, input_ in space.of_kind(random=False).items():
+        if isinstance(input_, FreePair):
+            continue
         if not isinstance(input_, Interval):
             remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
         elif input_.lower < input_.upper:
             ends = {"lower": input_.lower, "upper": input_.upper}
             intervals.append({"name": name, **ends, "variable": columns[name]})
     return intervals, remarks
+
+
+def plays_of(space: Space, inputs: str) -> list[JsonRecord]:
+    """Return the plays, whose sizes can be made smaller; Python finds the inputs at `inputs`."""
+    # Least size, which cannot be zero, in parts of that of the study
+    min_size, columns = 0.01, space.columns(random=False)
+    return [
+        {
+            "name": name,
+            "word": pair.size_name,
+            "variables": [columns[name], columns[name] + 1],
+            "random": False,
+            "of": pair.size_name,
+            "size": pair.size,
+            "fixed": None,
+            "least": min_size,
+            "python": f"dataclasses.replace({inputs}[{name!r}], {pair.size_name}={{0}})",
+            "ends": [(0.0, pair.size)],
+        }
+        for name, pair in space.plays.items()
+    ]
 
 
 def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
@@ -45,7 +69,8 @@ def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[Json
             remarks.append(f"{name} keeps its scatter: a vibration has too many random inputs.")
         else:
             variables = list(range(columns[name], columns[name] + input_.dimension))
-            scatters.append({"name": name, "variables": variables, **scatter})
+            shared = {"name": name, "word": "scatter", "variables": variables, "random": True}
+            scatters.append(shared | scatter)
     return scatters, remarks
 
 

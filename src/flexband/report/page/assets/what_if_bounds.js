@@ -138,16 +138,16 @@ flexband.WhatIf = class {
     });
   }
 
-  /** Return the lowest points that are not above their neighbours. */
+  /**
+   * Return the lowest points that are not above their neighbours. Discs have few points along their
+   * rims: other low points that are not beside each other are added.
+   */
   _starts(height, neighbours) {
     const most = this.free.length > 3 ? 12 : 6, found = [];
-    for (let p = 0; p < height.length; p++) {
-      if (found.length === most && height[p] >= height[found[most - 1]]) continue;
-      if (neighbours[p].every((q) => height[p] <= height[q])) {
-        found.push(p);
-        found.sort((a, b) => height[a] - height[b]);
-        found.length = Math.min(found.length, most);
-      }
+    for (const p of [...height.keys()].sort((a, b) => height[a] - height[b])) {
+      if (found.length === most) break;
+      const apart = this.discs.length && !neighbours[p].some((q) => found.includes(q));
+      if (apart || neighbours[p].every((q) => height[p] <= height[q])) found.push(p);
     }
     return found;
   }

@@ -10,7 +10,6 @@ from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
-from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
 
 RELATIVE = "coefficient of variation"
@@ -21,7 +20,7 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
     intervals, remarks, columns = [], [], space.columns(random=False)
     for name, input_ in space.of_kind(random=False).items():
-        if isinstance(input_, FreePair):
+        if name in space.plays:
             continue
         if not isinstance(input_, Interval):
             remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
@@ -38,15 +37,10 @@ def plays_of(space: Space, inputs: str) -> list[JsonRecord]:
     return [
         {
             "name": name,
-            "word": pair.size_name,
             "variables": [columns[name], columns[name] + 1],
-            "random": False,
-            "of": pair.size_name,
-            "size": pair.size,
-            "fixed": None,
-            "least": min_size,
+            **{"word": pair.size_name, "of": pair.size_name, "size": pair.size, "random": False},
+            **{"least": min_size, "fixed": None, "ends": [(0.0, pair.size)]},
             "python": f"dataclasses.replace({inputs}[{name!r}], {pair.size_name}={{0}})",
-            "ends": [(0.0, pair.size)],
         }
         for name, pair in space.plays.items()
     ]

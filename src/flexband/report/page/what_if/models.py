@@ -44,8 +44,7 @@ def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
 
 
 def _polar(points: np.ndarray, discs: Sequence[int]) -> np.ndarray:
-    """Return points (points, m) with each pair in a disc by its radius and angle, in which rims are bounds."""
-    points = points.copy()
+    """Return points (points, m) with the radius and the angle of each pair in a disc."""
     for first in discs:
         x, y = points[:, first : first + 2].T.copy()
         points[:, first : first + 2] = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=1)

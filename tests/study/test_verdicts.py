@@ -48,6 +48,23 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
     assert verdict_of(0.5, 0.5, run=0.01) == (Verdict.PASS, Reason.MARGIN)
 
 
+@pytest.mark.parametrize(
+    ("missed", "recorded", "verdict", "reason"),
+    [
+        (True, 0.01, Verdict.UNDECIDED, Reason.NO_RUN),
+        (True, -0.01, Verdict.FAIL, Reason.MARGIN),
+        (False, 0.01, Verdict.FAIL, Reason.MARGIN),  # rare values leave bounds that runs keep
+    ],
+)
+def test_an_expansion_that_misses_its_tolerance_fails_nothing_that_all_runs_keep(
+    missed, recorded, verdict, reason
+):
+    least = SimpleNamespace(margin=-0.5, between=-0.5, error=0.1, verdict=LimitVerdict.NOT_KEPT)
+    limit = xr.Dataset({"tolerance_missed": missed, "recorded_margin": recorded})
+    margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
+    assert _by_margin(limit, least, margins, None)[:2] == (verdict, reason)
+
+
 def test_without_an_error_nothing_is_decided():
     assert verdict_of(5.0, 5.0, estimate="not estimated") == (Verdict.UNDECIDED, Reason.NO_ERROR)
 

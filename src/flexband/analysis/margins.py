@@ -25,7 +25,7 @@ from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
 
 
 def error_of(
@@ -67,7 +67,8 @@ def check_limits(
     may be less between the times, by parabolas, and by what the outputs do there in the runs in
     which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
     more than its errors everywhere, "not kept" if it is below zero by more than the expected error
-    somewhere, at a time or, in all these runs, between two, else "undecided".
+    somewhere, at a time or, in all these runs, between two, else "undecided"; `tolerance_missed`
+    tells whether the expansion of the output is less accurate than its method was to make it.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
     "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
     `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
@@ -266,6 +267,7 @@ def _checked(
         "least_margin_error": error[at],
         "margin_between": between[lowest],
         "grid_error": margin[at] - between[lowest],
+        "tolerance_missed": _misses_tolerance(bands, labels, corridor),
         "side": ("above", "below")[side],
         "verdict": verdict.value,
     }
@@ -282,6 +284,15 @@ def _checked(
         choice = bands["error_bar_choice"].transpose(*bar.dims).isel(bound=side)
         data["worst_choice"] = str(choice.values[where][at])
     return xr.Dataset(data, coords)
+
+
+def _misses_tolerance(bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor) -> bool:
+    """Return whether the expansion of an output is expected to miss the tolerance of the method."""
+    if "error_bar_expansion_error" not in bands or "tolerance" not in bands.attrs:
+        return False
+    relative = relative_errors(bands, "expansion_error", bands["error_bar"])
+    of_outputs = xr.DataArray(relative, dims=axes_of(labels).dims)
+    return bool(np.max(_of_output(of_outputs, labels, corridor)) > bands.attrs["tolerance"])
 
 
 def _between(
@@ -328,6 +339,7 @@ LONG_NAMES = {
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
+    "tolerance_missed": "whether the expansion of the output misses its tolerance",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

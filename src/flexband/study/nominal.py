@@ -151,21 +151,23 @@ def with_recorded(
 ) -> xr.Dataset:
     """Return margins with the value in all runs that is nearest to a bound, or farthest beyond it.
 
-    It is `run_value`, the bound `run_bound`, and `run_extreme` "largest", "smallest" or, at a
-    curve, "most critical"; ``attrs["runs_recorded"]`` counts the runs. With choices, whose bounds
-    may differ, nothing is added.
+    It is `run_value`, the bound `run_bound`, its distance from it `recorded_margin`, below zero
+    beyond, and `run_extreme` "largest", "smallest" or, at a curve, "most critical";
+    ``attrs["runs_recorded"]`` counts the runs. With choices, whose bounds may differ, nothing is
+    added.
     """
     if len(surrogates_of(surrogate)) > 1:
         return margins
     runs, rows = open_runs(folder)["outputs"].dropna("run"), []
     for requirement in requirements:
         corridor = requirement.corridor(runs)
-        place = np.unravel_index(corridor.margin(runs.values, runs.values).argmin(), runs.shape)
+        margin = corridor.margin(runs.values, runs.values)
+        place = np.unravel_index(margin.argmin(), runs.shape)
         value, ends = runs.values[place], [corridor.upper, corridor.lower]
         side = int(ends[0][place[1:]] - value > value - ends[1][place[1:]])
         curve = np.unique(ends[side][np.isfinite(ends[side])]).size > 1
         extreme = "most critical" if curve else ("largest", "smallest")[side]
-        rows.append((value, ends[side][place[1:]], extreme))
-    names = "run_value", "run_bound", "run_extreme"
+        rows.append((value, ends[side][place[1:]], margin[place], extreme))
+    names = "run_value", "run_bound", "recorded_margin", "run_extreme"
     columns = {k: ("limit", list(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
     return margins.assign(columns).assign_attrs(runs_recorded=len(runs))

@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.stats import norm
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -37,6 +39,45 @@ def test_more_runs_are_not_advised_where_the_highest_orders_are_in_use(budget):
     told = tables.remarks(surrogate.bands())
     assert any("NOT met: more runs hardly help" in line for line in told)
     assert not any("allow more runs" in line for line in told)
+
+
+def count_and_wave(e, x):
+    """What 0.3 % of the parts count at 0.6, and all others at 0.7, beside something smooth."""
+    t = np.linspace(0.0, 1.0, 11)
+    instant = np.where((x > 0.93) & (x < 0.94), 0.55, 0.65)
+    count = np.where(t >= instant[:, None], 1.0, 0.0)
+    wave = np.sin(3 * t) * (1 + 0.1 * x + 0.1 * e)[:, None]
+    coords = {"output": ["count", "wave"], "time": t}
+    return xr.DataArray(np.stack([count, wave], 1), coords, ("sample", "output", "time"))
+
+
+@pytest.mark.parametrize(
+    "method",
+    [fb.AdaptivePCCI(), fb.methods.PhaseResolvedPCCI(2, 2), fb.methods.RegressionPCCI(2)],
+)
+def test_a_count_that_is_alike_in_all_runs_may_change_earlier_or_later(method):
+    bands = fb.propagate(count_and_wave, INPUTS, method)
+    count = bands.sel(output="count")
+    assert np.ptp(count["error_bar"].values, axis=0).max() < 1e-12
+    share = norm.cdf(0.94) - norm.cdf(0.93)
+    error = count["error_bar_expected_error"].values
+    assert (np.sqrt(share * (1 - share)) < error[6:8]).all()
+    assert (error[6:8] < 0.5).all()
+    assert np.delete(error, [6, 7]).max() < 1e-12
+    assert bands.sel(output="wave")["error_bar_expected_error"].max() < 1e-5
+
+
+def test_a_count_that_is_alike_in_all_runs_is_named_and_decides_no_close_limit():
+    surrogate = fb.expand(count_and_wave, INPUTS, fb.AdaptivePCCI())
+    ends = {"far": (5.0, (0.0, 1.0)), "close": (0.1, (0.0, 0.65)), "beyond": (0.5, (0.0, 1.0))}
+    limits = [
+        fb.Requirement(name, "count", below=below, during=during)
+        for name, (below, during) in ends.items()
+    ]
+    checked = fb.analysis.check_limits(surrogate, limits)
+    assert checked["verdict"].values.tolist() == ["kept", "undecided", "not kept"]
+    (told,) = [line for line in tables.remarks(surrogate.bands()) if "count the same" in line]
+    assert told.startswith("count: all runs count the same at all times, but up to ")
 
 
 def test_answers_are_marked_where_the_error_is_above_its_tolerance():

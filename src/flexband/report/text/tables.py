@@ -297,6 +297,12 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 "of another component of the same tensor or vector, which is wider; the table "
                 "has errors in parts of its own width"
             )
+        if attrs.get("same_counts"):
+            of_all = percent(unseen(attrs["runs_fitted"] + attrs["runs_checked"]))
+            lines.append(
+                f"{attrs['same_counts']}: all runs count the same at all times, but up to {of_all} "
+                "of all parts may count a change earlier or later"
+            )
         carriers = (  # NetCDF has a number in place of one that is alone
             np.atleast_1d(attrs.get(name, ()))
             for name in ("carrier_frequencies", "steps_per_period")

@@ -37,6 +37,8 @@ class Reason(StrEnum):
     """The error is larger than the margin."""
     BETWEEN = "between times"
     """The bounds are left only between output times, where no error is stated."""
+    NO_RUN = "no run"
+    """No run leaves the bounds, and the expansion that says so misses its tolerance."""
     NO_ERROR = "no error"
     """No error can be stated, neither by the method nor by verification runs."""
     NOT_TRUSTED = "not trusted"
@@ -187,9 +189,13 @@ def _by_margin(
     kept = least.verdict
     if kept is LimitVerdict.KEPT and least.between - error >= 0:
         return Verdict.PASS, Reason.MARGIN, error
-    if kept is LimitVerdict.NOT_KEPT and least.margin + error < 0:
+    beyond = kept is LimitVerdict.NOT_KEPT and least.margin + error < 0
+    no_run = bool(limit.get("tolerance_missed", 0)) and limit.get("recorded_margin", -1.0) >= 0
+    if beyond and not no_run:
         return Verdict.FAIL, Reason.MARGIN, error
-    if kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.margin + error:
+    if beyond:
+        reason = Reason.NO_RUN
+    elif kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.margin + error:
         reason = Reason.BETWEEN
     elif kept is LimitVerdict.UNDECIDED and not least.margin + error >= 0 >= least.between - error:
         reason = Reason.NOT_TRUSTED

@@ -20,6 +20,7 @@ from flexband.uncertainty.surrogates.diagnostics import (
     rms,
     running,
     share,
+    unseen_steps,
     varying,
 )
 
@@ -36,6 +37,7 @@ class ExpectedError:
     window : half of the number of times over which errors are averaged.
     missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
     quantities : of which vector or tensor each output is a component.
+    steps : error of counts that are alike in all runs, shape (outputs, times).
     """
 
     choice: BestFits
@@ -44,6 +46,7 @@ class ExpectedError:
     window: int
     missed: np.ndarray
     quantities: Quantities
+    steps: np.ndarray
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -155,7 +158,7 @@ class ExpectedError:
         values = running(values, window)
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
-        return ExpectedError(choice, values, size, window, missed, quantities)
+        return ExpectedError(choice, values, size, window, missed, quantities, unseen_steps(F))
 
 
 def _scattered(times: int, most: int = 48) -> np.ndarray:

@@ -146,7 +146,8 @@ class AdaptivePCCI(ExpansionMethod):
         error falls at no affordable discretization, with ``attrs["unconverged_frequency"]``,
         ``attrs["unconverged_remedies"]`` and more (`surrogates.unconverged`),
         ``attrs["not_refined"]`` tells why a finer one failed, and ``attrs["small_components"]`` the
-        first outputs whose error is in parts of the error bar of another component.
+        first outputs whose error is in parts of the error bar of another component, and
+        ``attrs["same_counts"]`` those that count the same at all times in all runs.
         ``attrs["carrier_frequencies"]`` are in cycles a unit of time.
         """
         budget = self.runs(space)

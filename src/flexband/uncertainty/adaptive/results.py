@@ -79,7 +79,7 @@ def judged(
     finer_runs : number of runs on finer discretizations.
     """
     choice, finer = error.choice, {name: part.error for name, part in corrections.items()}
-    parts = {"expansion": of_expansion}
+    parts = {"expansion": np.maximum(of_expansion, error.steps)}
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
@@ -114,9 +114,11 @@ def judged(
     texts = [f"{name} of {', '.join(of)} by {kind}" for name, kind, of in by_kind if len(of)]
     if texts:
         dataset.attrs["corrected"] = "; ".join(texts)
-    small = names[error.small]
-    if len(small):
-        dataset.attrs["small_components"] = ", ".join(small[:3]) + ", …" * (len(small) > 3)
+    of_names = {"small_components": error.small, "same_counts": error.steps.any(axis=-1)}
+    for name, where in of_names.items():
+        if where.any():
+            chosen = names[where]
+            dataset.attrs[name] = ", ".join(chosen[:3]) + ", …" * (len(chosen) > 3)
     return dataset
 
 

@@ -19,7 +19,13 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod
 from flexband.uncertainty.methods.pcci import MAX_ORDER
 from flexband.uncertainty.surrogates.axes import series, units_of
-from flexband.uncertainty.surrogates.diagnostics import least_error, missed_part, share, trust
+from flexband.uncertainty.surrogates.diagnostics import (
+    least_error,
+    missed_part,
+    share,
+    trust,
+    unseen_steps,
+)
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import are, number_of
 
@@ -146,7 +152,8 @@ class RegressionPCCI(ExpansionMethod):
         left_out *= factor
         missed = left_out.reshape(signal.shape)
         error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
-        error = np.maximum(error, least_error(signal, units_of(values))[:, None])
+        least = least_error(signal, units_of(values))[:, None]
+        error = np.maximum(error, np.maximum(least, unseen_steps(signal)))
         error = error.reshape(values.shape[1:])
         trusted = trust(
             values, missed_part(missed, signal, units_of(values)), "its variation in left-out runs"

@@ -110,6 +110,21 @@ def least_error(F: np.ndarray, units: Units) -> np.ndarray:
     return np.maximum(SMALLEST * spread, np.finfo(float).eps * rms(F))
 
 
+def unseen_steps(F: np.ndarray) -> np.ndarray:
+    """Return the error of bands of counts that are alike in all runs F, (outputs, times).
+
+    A count is a whole number at all times. Where it changes, a share p of the parts may count
+    earlier or later, as long as no run is likely to be one of them (`unseen`): their standard
+    deviation is √(p(1 − p)) times the step. It is zero for other outputs, which are seen to vary.
+    """
+    heights, share = np.zeros(F.shape[1:]), unseen(len(F))
+    counts = (F[0] == np.round(F[0])).all(axis=-1) & (F[:1] == F).all(axis=(0, 2))
+    steps = np.abs(np.diff(F[0, counts]))
+    heights[counts, :-1] = steps
+    heights[counts, 1:] = np.maximum(heights[counts, 1:], steps)
+    return math.sqrt(share * (1 - share)) * heights
+
+
 def missed_part(
     missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:

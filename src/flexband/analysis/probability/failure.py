@@ -19,12 +19,7 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
-from flexband.analysis.requirements.corridors import (
-    FOR_CONSTANT_OFFSETS,
-    check_instantaneous,
-    has_constant_offsets,
-    joint,
-)
+from flexband.analysis.requirements.corridors import check_instantaneous, joint, offsets_in_words
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.requirements.scatter import Scatter, scattering
 from flexband.analysis.results import check_free, doubts_of, missed_tolerance
@@ -184,17 +179,14 @@ def failure_probability(
         kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
-    source, _ = error_of_runs(next(iter(surrogates.values())))
+    label, case = next(iter(surrogates.items()))
+    source, _ = error_of_runs(case)
     doubts = [] if source else ["The surrogate's error is not estimated"]
+    doubts += offsets_in_words(corridors_of[label], case.diagnostics.attrs)
     for label, case in surrogates.items():
         where = f" with {label}" if label else ""
         reasons = doubts_of(case, corrected=known[label] is not None)
         doubts += [f"Not reliable: {reason}{where}" for reason in reasons]
-    for label, case in surrogates.items():
-        attrs = case.diagnostics.attrs
-        if any(has_constant_offsets(corridor, attrs) for corridor in corridors_of[label].values()):
-            doubts.append(FOR_CONSTANT_OFFSETS.capitalize())
-            break
     words = [in_words(result.isel(limit=k)) for k in range(len(names))]
     attrs = {
         "accuracy": accuracy,

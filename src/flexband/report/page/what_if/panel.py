@@ -7,7 +7,7 @@ import xarray as xr
 
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord
-from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, plays_of, scatters_of
+from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, sizes_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -64,8 +64,7 @@ def what_if(
     )
     intervals, remarks = intervals_of(space)
     given = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
-    scatters, why = scatters_of(space, given, resolved=resolved)
-    sizes = plays_of(space, given) + scatters
+    sizes, why = sizes_of(space, given, resolved=resolved)
     if not intervals and not sizes:
         return None, remarks + why
     for input_ in intervals + sizes:

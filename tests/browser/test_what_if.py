@@ -147,7 +147,7 @@ def test_bands_of_a_vibration_with_many_random_inputs(opened, tmp_path, page_of)
     inputs = {"w": fb.Interval(-1.0, 1.0)} | {name: fb.Normal(0.0, 1.0) for name in "abc"}
     surrogate = fb.expand(turned, inputs, fb.AdaptivePCCI(0.02))
     data, _ = what_if(surrogate, surrogate.bands())
-    assert [one["name"] for one in data["scatters"]] == ["a", "b", "c"]
+    assert [one["name"] for one in data["sizes"]] == ["a", "b", "c"]
     assert any(model["points"]["shape"][0] > 200 for model in data["models"])
     page = opened(page_of(surrogate, tmp_path / "page.html"))
     page.wait_for_function("flexband.data")
@@ -167,6 +167,65 @@ def test_bands_over_options(opened, tmp_path, page_of):
     narrowed = surrogate.narrowed(x=fb.Interval(1.25, 1.75), y=fb.Normal(1.0, 0.05))
     parts = {"centers": [0.0], "radii": [0.5], "scales": [0.5]}
     assert difference(page, surrogate, narrowed, **parts) < 1e-7
+
+
+PLAYS = {
+    "crank": fb.GuidePlay(clearance=0.2, length=1.0),
+    "length": fb.Interval(-1.0, 1.0),
+    "load": fb.Normal(0.0, 0.3),
+    "pin": fb.Play(fb.Interval(0.05, 0.1), within="rim"),
+}
+
+
+def drawn_polynomial(seed):
+    """Return a response to two plays, an interval and a normal variable."""
+    rng = np.random.default_rng(seed)
+    weights, squares = rng.normal(size=(6, 11)), rng.normal(size=(6, 6, 11))
+
+    def response(crank, length, load, pin):
+        x = np.stack([crank[0] / 0.2, crank[1] / 0.4, length, load, *pin / 0.1])
+        return x.T @ weights + 0.3 * np.einsum("in,jn,ijt->nt", x, x, squares)
+
+    return response
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_bands_of_smaller_plays_are_over_their_discs(opened, tmp_path, page_of, seed):
+    surrogate = fb.expand(drawn_polynomial(seed), PLAYS, fb.PCCI(2, 2))
+    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    page.wait_for_function("flexband.data")
+    for pin, crank in ((1.0, 1.0), (0.4, 0.5)):
+        narrowed = surrogate.narrowed(
+            pin=fb.Play(0.1 * pin, within="rim"),
+            crank=fb.GuidePlay(0.2 * crank, length=1.0),
+            length=fb.Interval(-0.6, 0.8),
+        )
+        parts = {
+            "centers": [0.0, 0.0, 0.1, 0.0, 0.0],
+            "radii": [crank, crank, 0.7, pin, pin],
+            "scales": [1.0],
+        }
+        assert difference(page, surrogate, narrowed, **parts) < 1e-7
+
+
+def test_a_play_is_narrowed_by_its_slider(opened, tmp_path, page_of):
+    surrogate = fb.expand(
+        lambda pin, x: (x + 3 * pin[0] + 4 * pin[1])[:, None] * T,
+        {"pin": fb.Play(0.1), "x": fb.Interval(1.0, 2.0)},
+        fb.PCCI(0, 1),
+    )
+    page = opened(page_of(surrogate, tmp_path / "page.html"))
+    thumb = page.get_by_label("radius of pin")
+    thumb.press("Home")
+    thumb.press("PageUp")
+    page.wait_for_function("told.some((one) => one && one.label === 'radius of pin × 0.11')")
+    shown = page.get_by_role("group", name="pin").locator("output").inner_text()
+    assert shown == "radius 0.011, 11 % of the study's radius"
+    lower, upper = page.evaluate("told[told.length - 1].error_bar.map((v) => Array.from(v))")
+    np.testing.assert_allclose([lower, upper], [(1 - 0.055) * T, (2 + 0.055) * T], atol=1e-9)
+    python = page.locator(".what-if-python code").inner_text()
+    names = {"fb": fb, "dataclasses": dataclasses, "surrogate": surrogate}
+    np.testing.assert_allclose(eval(python, names)["error_bar"], [lower, upper], atol=1e-9)
 
 
 def test_a_slider_is_moved_by_keyboard(opened, tmp_path, page_of, polynomial):

@@ -105,7 +105,7 @@ def test_a_study_is_shown_in_display_units_and_kept_in_the_others(shown):
     np.testing.assert_allclose(np.ravel([m["scale"] for m in what_if["models"]]), [20.0, 0.4])
     ends = [(own["unit"], own["scale"] * own["upper"]) for own in what_if["intervals"]]
     assert ends == [("mm", pytest.approx(30.0))]
-    assert [(own["unit"], own["scale"] * own["size"]) for own in what_if["scatters"]] == [
+    assert [(own["unit"], own["scale"] * own["size"]) for own in what_if["sizes"]] == [
         ("kN", pytest.approx(0.1))
     ]
 

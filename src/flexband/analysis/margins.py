@@ -131,7 +131,6 @@ def _sigmas_of(requirement: Requirement) -> float:
 
 
 def _about(requirement: Requirement, labels: xr.DataArray, sigmas: float) -> dict[str, Any]:
-    """Return what a result says of a requirement itself."""
     criterion, number = requirement.criterion, chosen_output("", requirement.output, labels)[1]
     of_output = labels if number is None else labels.isel(output=number)
     shares = isinstance(criterion, Probability | ShareOfParts)

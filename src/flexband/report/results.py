@@ -124,7 +124,6 @@ def write_figures(
 
 
 def _picture(figure: Figure) -> str:
-    """Return a figure as the address of an image in a page."""
     image = BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # characters that fonts do not have are boxes

@@ -76,7 +76,6 @@ def remarks(study: Study, result: StudyResult) -> list[str]:
 
 
 def _inputs(study: Study, result: StudyResult) -> dict[str, Any]:
-    """Return the inputs of a study, fields with their domains."""
     surrogate = result.surrogate
     if surrogate is None:
         return dict(study.inputs)

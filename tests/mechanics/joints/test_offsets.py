@@ -73,6 +73,8 @@ def test_offsets_that_are_stated_to_be_constant_carry_requirements_with_these_wo
     assert ". out below 10: kept" in words
     plan = fb.analysis.allocate(surrogate, limits[0], {"pin0": 1.0})
     assert plan.attrs["verdict"].endswith("For constant offsets of pins and guides")
+    share = fb.production_yield(surrogate, limits, {}).attrs["verdict"]
+    assert share.endswith("For constant offsets of pins and guides")
     some = fb.expand(response, inputs | {"pin1": fb.Play(1e-3)}, fb.methods.RegressionPCCI(1))
     with pytest.raises(InputError, match="rate are for constant offsets"):
         fb.analysis.check_limits(some, limits)

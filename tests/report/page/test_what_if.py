@@ -42,7 +42,7 @@ def test_inputs_that_can_be_narrowed_and_why_others_cannot(surrogate):
     assert not why
     assert json.loads(json.dumps(data, allow_nan=False))["sigmas"] == 2.0
     assert [one["name"] for one in data["intervals"]] == ["e.mean", "f"]
-    assert [one["name"] for one in data["scatters"]] == ["a", "b", "c", "h"]
+    assert [one["name"] for one in data["sizes"]] == ["a", "b", "c", "h"]
     assert data["remarks"] == [
         "d keeps its scatter: it is a Triangular.",
         "e keeps its scatter: it is a Normal with intervals as parameters.",
@@ -60,11 +60,11 @@ def test_half_the_scatter_is_what_the_python_of_the_panel_says(surrogate):
         "c": fb.Uniform(1.25, 1.75),
         "h": dataclasses.replace(INPUTS["h"], std=0.05),
     }
-    for one in data["scatters"]:
+    for one in data["sizes"]:
         text = one["python"].format(*(a + b * 0.5 for a, b in one["ends"]))
         names = {"fb": fb, "dataclasses": dataclasses, "surrogate": surrogate}
         assert eval(text, names) == expected[one["name"]]
-    fixed = {one["name"]: one["fixed"] for one in data["scatters"]}
+    fixed = {one["name"]: one["fixed"] for one in data["sizes"]}
     median = float(INPUTS["b"].value(np.zeros((1, 1)))[0])
     assert fixed == pytest.approx({"a": 2.0, "b": median, "c": 1.5, "h": None})
 

@@ -19,8 +19,8 @@ from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
 from flexband.analysis.requirements.corridors import (
     check_instantaneous,
-    for_constant_offsets,
     joint,
+    offsets_in_words,
 )
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
@@ -151,4 +151,5 @@ def allocate(
             first = search(worst, WatchedPlaces.none(m))
             confirmation = confirmed(surrogate, worst, first, runs_of, search)
     result = result_of(surrogate, limit_corridors, worst, confirmation)
-    return for_constant_offsets(result, limit_corridors, surrogate.diagnostics.attrs)
+    words = offsets_in_words(limit_corridors, surrogate.diagnostics.attrs)
+    return result.assign_attrs(verdict=". ".join([result.attrs["verdict"], *words]))

@@ -227,7 +227,6 @@ def _margins(
     worst: WorstCaseBounds,
     confirmation: Confirmed,
 ) -> Variables:
-    """Return the margin of each limit over time, and the least one."""
     labels, steps = narrow.labels, spacing(narrow.labels)
     impacts = bool(narrow.diagnostics.attrs.get("impacts"))
     error = expected_error(narrow, worst.sigmas)

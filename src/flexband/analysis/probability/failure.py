@@ -19,7 +19,7 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, in_words
-from flexband.analysis.requirements.corridors import check_instantaneous, joint
+from flexband.analysis.requirements.corridors import check_instantaneous, joint, offsets_in_words
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.requirements.scatter import Scatter, scattering
 from flexband.analysis.results import check_free, doubts_of, missed_tolerance
@@ -179,8 +179,10 @@ def failure_probability(
         kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
-    source, _ = error_of_runs(next(iter(surrogates.values())))
+    label, case = next(iter(surrogates.items()))
+    source, _ = error_of_runs(case)
     doubts = [] if source else ["The surrogate's error is not estimated"]
+    doubts += offsets_in_words(corridors_of[label], case.diagnostics.attrs)
     for label, case in surrogates.items():
         where = f" with {label}" if label else ""
         reasons = doubts_of(case, corrected=known[label] is not None)

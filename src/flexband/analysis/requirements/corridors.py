@@ -71,14 +71,12 @@ def has_constant_offsets(corridor: Corridor, attrs: Mapping[Hashable, Any]) -> b
     return corridor.output in np.atleast_1d(attrs.get("constant_offsets", []))
 
 
-def for_constant_offsets(
-    result: xr.Dataset, named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
-) -> xr.Dataset:
-    """Return a result whose verdict says so where bounds are for constant offsets."""
-    if not any(has_constant_offsets(corridor, attrs) for corridor in named_corridors.values()):
-        return result
-    verdict = f"{result.attrs['verdict']}. {FOR_CONSTANT_OFFSETS.capitalize()}"
-    return result.assign_attrs(verdict=verdict)
+def offsets_in_words(
+    named_corridors: Mapping[str, Corridor], attrs: Mapping[Hashable, Any]
+) -> list[str]:
+    """Return the sentence of a verdict on bounds that are for constant offsets, if any are."""
+    constant = any(has_constant_offsets(corridor, attrs) for corridor in named_corridors.values())
+    return [FOR_CONSTANT_OFFSETS.capitalize()] * constant
 
 
 def checked_bound(name: str, bound: Bound) -> Bound:

@@ -158,7 +158,6 @@ def scattering(scatter: Scatter | None, space: Space) -> ScatteringTolerances | 
 def _within(
     name: str, given: Distribution | Capability | Correlated, tolerances: Mapping[str, Interval]
 ) -> Distribution | Correlated:
-    """Return a distribution in place of a capability."""
     kinds = Distribution | Capability | Correlated
     check_instance(f"scatter[{name!r}]", given, kinds, "fb.Uniform(0.9, 1.1)")
     if not isinstance(given, Capability):

@@ -114,7 +114,6 @@ class SvgAxes:
         return np.round(([0.0, 1.0] + shares * [1.0, -1.0]) * self.size, 2)
 
     def _path(self, points: np.ndarray) -> str:
-        """Return a line through points as SVG has it."""
         pieces = np.split(points, np.flatnonzero(np.isnan(points[:, 0])))
         runs = (self._in_points(piece[~np.isnan(piece[:, 0])]) for piece in pieces)
         return "".join("M" + " ".join(f"{x:g} {y:g}" for x, y in run) for run in runs if len(run))

@@ -62,7 +62,6 @@ def _near(canvas: Canvas, ink: np.ndarray, line: np.ndarray) -> int:
 
 
 def _refined(line: np.ndarray) -> np.ndarray:
-    """Return 100 equidistant points along a line."""
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     even = np.linspace(0.0, way[-1], 100)
     return np.stack([np.interp(even, way, axis) for axis in line.T], axis=1)

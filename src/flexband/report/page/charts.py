@@ -131,7 +131,6 @@ def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
 
 
 def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[JsonRecord]:
-    """Return the limits of an output: name, side, and curve."""
     curves = []
     for k in range(limits.sizes["limit"]):
         limit = limits.isel(limit=k)

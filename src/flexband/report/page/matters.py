@@ -89,7 +89,6 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
 
 
 def _largest(share: xr.DataArray) -> tuple[str, float]:
-    """Return the input that matters most, and its share."""
     largest = share.max([dim for dim in share.dims if dim != "name"])
     best = int(np.argmax(largest.values))
     return str(share["name"].values[best]), float(largest[best])

@@ -57,6 +57,5 @@ def _script(name: str) -> Markup:
 
 @cache
 def _plotly() -> Markup:
-    """Return the library of the charts, as its package has it."""
     file = resources.files("plotly").joinpath("package_data/plotly.min.js")
     return Markup(file.read_text(encoding="utf-8").replace("</script", "<\\/script"))

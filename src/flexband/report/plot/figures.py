@@ -138,7 +138,6 @@ def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) ->
 
 
 def _closest(limits: xr.Dataset, axes: Axes, unit: str = "") -> None:
-    """Draw the surroundings of the least margin."""
     plot.margins(limits, closest=True, ax=axes)
     title_above(axes, f"The least margin from close by, {least_in_words(limits, unit)}")
 

@@ -76,7 +76,6 @@ def _place(verdict: RequirementVerdict) -> str:
 
 
 def _share_text(verdict: RequirementVerdict) -> str:
-    """Return which share leaves the bounds, and which may."""
     value, low, high = verdict.share
     parts = verdict.criterion == ShareOfParts.__name__
     allowed = f"at most {_share(verdict.at_most, parts=parts)} allowed"

@@ -14,7 +14,8 @@ flexband.WhatIf = class {
 
   /**
    * Take a part of the inputs.
-   * @param parts.centers, parts.radii of all η of the surrogate, whose box is [−1, 1]^m.
+   * @param parts.centers, parts.radii of all η of the surrogate, whose box is [−1, 1]^m; of the
+   *   pairs in a disc around the box both radii are the same.
    * @param parts.scales s of every ξ.
    */
   take(parts) {
@@ -30,6 +31,9 @@ flexband.WhatIf = class {
     }
     this.parts = parts;
     this.free = [...parts.radii.keys()].filter((a) => parts.radii[a] > 0);
+    this.discs = this.data.discs.map((a) => this.free.indexOf(a));
+    this.ends = new Float64Array(this.free.length).fill(1);
+    for (const k of this.discs) this.ends.set([Math.SQRT2, Infinity], k);
     this.scans = models.map((model, k) => this._scan(model, this.moments[k].polynomials));
   }
 
@@ -56,11 +60,23 @@ flexband.WhatIf = class {
     return { points, basis, neighbours: neighbours.map((own) => Int32Array.from(own)) };
   }
 
-  /** Return η at x ∈ [−1, 1] of the variables that are not fixed. */
+  /** Return η at x of the variables that are not fixed; x of a disc are its radius and angle. */
   _eta(x) {
-    const { centers, radii } = this.parts, eta = Float64Array.from(centers);
-    this.free.forEach((a, k) => { eta[a] += radii[a] * x[k]; });
+    const { centers, radii } = this.parts, eta = Float64Array.from(centers), y = [...x];
+    for (const k of this.discs) {
+      y.splice(k, 2, x[k] * Math.cos(x[k + 1]), x[k] * Math.sin(x[k + 1]));
+    }
+    this.free.forEach((a, k) => { eta[a] += radii[a] * y[k]; });
     return eta;
+  }
+
+  /** Fill the gradient in x from that in η. */
+  _fillGradient(x, slope, gradient) {
+    this.free.forEach((a, k) => { gradient[k] = this.parts.radii[a] * slope[a]; });
+    for (const k of this.discs) {
+      const cos = Math.cos(x[k + 1]), sin = Math.sin(x[k + 1]), [u, v] = gradient.slice(k, k + 2);
+      gradient.set([u * cos + v * sin, x[k] * (v * cos - u * sin)], k);
+    }
   }
 
   /**
@@ -100,7 +116,7 @@ flexband.WhatIf = class {
 
   /** Return the lowest (sign 1) or highest (−1) μ + cσ of each wanted [c, sign]. */
   _extremes(moments, scan, o, wanted) {
-    const { free, parts } = this, P = scan.points.length;
+    const { parts } = this, P = scan.points.length;
     const mean = new Float64Array(P), std = new Float64Array(P), height = new Float64Array(P);
     moments.scan(o, scan.basis, mean, std);
     const rows = new Float64Array((1 + parts.centers.length) * moments.polynomials.count);
@@ -109,29 +125,29 @@ flexband.WhatIf = class {
       const value = (x, gradient) => {
         moments.polynomials.fill(this._eta(x), rows, 0, true);
         const own = moments.value(o, rows, c, slope);
-        free.forEach((a, v) => { gradient[v] = sign * parts.radii[a] * slope[a]; });
+        this._fillGradient(x, slope.map((along) => sign * along), gradient);
         return sign * own;
       };
       for (let p = 0; p < P; p++) height[p] = sign * (mean[p] + c * std[p]);
       let least = Infinity;
       for (const p of this._starts(height, scan.neighbours)) {
-        const found = flexband.descend(value, Float64Array.from(scan.points[p]));
+        const found = flexband.descend(value, Float64Array.from(scan.points[p]), this.ends);
         least = Math.min(least, height[p], found);
       }
       return sign * least;
     });
   }
 
-  /** Return the lowest points that are not above their neighbours. */
+  /**
+   * Return the lowest points that are not above their neighbours. Discs have few points along their
+   * rims: other low points that are not beside each other are added.
+   */
   _starts(height, neighbours) {
     const most = this.free.length > 3 ? 12 : 6, found = [];
-    for (let p = 0; p < height.length; p++) {
-      if (found.length === most && height[p] >= height[found[most - 1]]) continue;
-      if (neighbours[p].every((q) => height[p] <= height[q])) {
-        found.push(p);
-        found.sort((a, b) => height[a] - height[b]);
-        found.length = Math.min(found.length, most);
-      }
+    for (const p of [...height.keys()].sort((a, b) => height[a] - height[b])) {
+      if (found.length === most) break;
+      const apart = this.discs.length && !neighbours[p].some((q) => found.includes(q));
+      if (apart || neighbours[p].every((q) => height[p] <= height[q])) found.push(p);
     }
     return found;
   }

@@ -12,7 +12,7 @@ flexband.WhatIfInputs = class {
 
   reset() {
     this.intervals = this.data.intervals.map(() => [0, flexband.WhatIfInputs.STEPS]);
-    this.scales = this.data.scatters.map(() => 1);
+    this.scales = this.data.sizes.map(() => 1);
   }
 
   get changed() {
@@ -52,23 +52,23 @@ flexband.WhatIfInputs = class {
     });
   }
 
-  /** Return what is known of the scatter of a random input: its std, say, or its variation. */
-  scatter(k) {
-    const { of, size } = this.data.scatters[k], own = size * this.scales[k];
+  /** Return the size of an input: its std, say, its variation or its radius. */
+  size(k) {
+    const { of, size } = this.data.sizes[k], own = size * this.scales[k];
     return of === "coefficient of variation" ? Math.sqrt(Math.expm1(own ** 2)) : own;
   }
 
   /** Return the part of the inputs in standard variables; other variables keep all of theirs. */
   parts() {
-    const { intervals, scatters, interval_dimension: m, random_dimension: n } = this.data;
+    const { intervals, sizes, interval_dimension: m, random_dimension: n } = this.data;
     const centers = Array(m).fill(0), radii = Array(m).fill(1), scales = Array(n).fill(1);
     intervals.forEach(({ lower, upper, variable }, k) => {
       const [low, high] = this.ends(k).map((x) => (2 * x - lower - upper) / (upper - lower));
       centers[variable] = (low + high) / 2;
       radii[variable] = (high - low) / 2;
     });
-    scatters.forEach(({ variables }, k) => {
-      for (const v of variables) scales[v] = this.scales[k];
+    sizes.forEach(({ variables, random }, k) => {
+      for (const v of variables) (random ? scales : radii)[v] = this.scales[k];
     });
     return { centers, radii, scales };
   }
@@ -79,7 +79,7 @@ flexband.WhatIfInputs = class {
       const [low, high] = this.ends(k).map(String);
       return this._narrower(k) ? [[name, `fb.Interval(${low}, ${high})`]] : [];
     });
-    this.data.scatters.forEach(({ name, python, ends, fixed }, k) => {
+    this.data.sizes.forEach(({ name, python, ends, fixed }, k) => {
       const s = this.scales[k];
       const write = (own, [a, b], e) =>
         own.replace(`{${e}}`, String(Number((a + b * s).toPrecision(15))));
@@ -101,11 +101,11 @@ flexband.WhatIfInputs = class {
 
   /** Return the changes in short: "crank_length 0.197 … 0.203, youngs_modulus 50 %". */
   label() {
-    const { intervals, scatters } = this.data;
+    const { intervals, sizes } = this.data;
     const own = intervals.flatMap(({ name, scale }, k) =>
       this._narrower(k) ? [`${name} ${this.ends(k).map((x) => Number((x * scale).toPrecision(12))).join(" … ")}`] : []);
-    own.push(...scatters.flatMap(({ name }, k) =>
-      this.scales[k] === 1 ? [] : [`scatter of ${name} × ${this.scales[k]}`]));
+    own.push(...sizes.flatMap(({ name, word }, k) =>
+      this.scales[k] === 1 ? [] : [`${word} of ${name} × ${this.scales[k]}`]));
     return own.join(", ");
   }
 };

@@ -53,20 +53,20 @@ flexband.starters.push(function (everything) {
       track, marks);
   }
 
-  /** Return the control of the scatter of a random input. */
-  function scatter({ name, of, unit, least, scale }, k) {
+  /** Return the control of a size: the scatter of a random input, or the radius of a play. */
+  function size({ name, word, of, unit, least, scale }, k) {
     const value = element("output");
-    const thumb = slider(`scatter of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
+    const thumb = slider(`${word} of ${name}, per cent of the study's`, 100 * least, 100, (to) => {
       inputs.scales[k] = to / 100;
     });
     update.push(() => {
       const part = Math.round(100 * inputs.scales[k]);
       thumb.value = part;
-      value.textContent = `${of} ${shown(scale * inputs.scatter(k))}${unit && ` ${unit}`}, ${part} % of the study's scatter`;
+      value.textContent = `${of} ${shown(scale * inputs.size(k))}${unit && ` ${unit}`}, ${part} % of the study's ${word}`;
       thumb.setAttribute("aria-valuetext", value.textContent);
     });
     const marks = element("div", { className: "what-if-marks screen-only" },
-      element("span", { textContent: least ? `${100 * least} %` : "no scatter" }),
+      element("span", { textContent: least ? `${100 * least} %` : `no ${word}` }),
       element("span", { textContent: "100 %▕" }));
     return element("div", { className: "what-if-input", role: "group", "aria-label": name },
       element("div", { className: "what-if-name" }, element("strong", { textContent: name }), value),
@@ -107,7 +107,7 @@ flexband.starters.push(function (everything) {
       `${limits ? "Margins of limits follow below; contributions" : "Limits, contributions"} and numbers ` +
       "elsewhere on this page remain those of the study." }),
     element("div", { className: "what-if-inputs" },
-      ...data.intervals.map(interval), ...data.scatters.map(scatter)),
+      ...data.intervals.map(interval), ...data.sizes.map(size)),
     element("p", { className: "what-if-buttons screen-only" },
       ...(data.intervals.length ? [keep] : []), reset),
     element("div", { className: "what-if-scroll" }, table, ...(limits ? [limits.table] : [])),

@@ -1,4 +1,4 @@
-"""Inputs that can be narrowed in the page: intervals, and the scatter of random inputs."""
+"""Inputs that can be narrowed in the page: intervals, plays, and the scatter of random inputs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from flexband.uncertainty.inputs.distributions.normal import LogNormal, Normal
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
+from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
 
 RELATIVE = "coefficient of variation"
@@ -20,6 +21,8 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     """Return the intervals that can be narrowed, and why others cannot."""
     intervals, remarks, columns = [], [], space.columns(random=False)
     for name, input_ in space.of_kind(random=False).items():
+        if name in space.plays:
+            continue
         if not isinstance(input_, Interval):
             remarks.append(f"{name} keeps its limits: it is {_kind(input_)}.")
         elif input_.lower < input_.upper:
@@ -28,14 +31,15 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
     return intervals, remarks
 
 
-def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
-    """Return the random inputs whose scatter can be scaled, and why others cannot.
+def sizes_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
+    """Return the plays and the random inputs whose sizes can be scaled, and why others cannot.
 
     Python finds the inputs of the surrogate at `inputs`; `resolved` is whether the page can compute
     all moments for less scatter.
     """
-    scatters, remarks, columns = [], [], space.columns(random=True)
-    for name, input_ in space.of_kind(random=True).items():
+    sizes, remarks = [], []
+    columns = space.columns(random=False) | space.columns(random=True)
+    for name, input_ in (space.plays | space.of_kind(random=True)).items():
         scatter = _scatter(input_, f"{inputs}[{name!r}]")
         if name in space.correlated:
             remarks.append(f"{name} keeps its scatter: it is correlated with other inputs.")
@@ -45,8 +49,10 @@ def scatters_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[Json
             remarks.append(f"{name} keeps its scatter: a vibration has too many random inputs.")
         else:
             variables = list(range(columns[name], columns[name] + input_.dimension))
-            scatters.append({"name": name, "variables": variables, **scatter})
-    return scatters, remarks
+            word = "scatter" if input_.random else scatter["of"]
+            shared = {"name": name, "word": word, "variables": variables, "random": input_.random}
+            sizes.append(shared | scatter)
+    return sizes, remarks
 
 
 def _kind(input_: Input) -> str:
@@ -62,15 +68,15 @@ def _kind(input_: Input) -> str:
 
 
 def _scatter(input_: Input, old: str) -> JsonRecord | None:
-    """Return how the scatter of an input, in Python `old`, is scaled, or None if it cannot be.
+    """Return how an input, in Python `old`, is scaled, or None if it cannot be.
 
     It is `of`, what is scaled, and its `size`, of a LogNormal that of the logarithm; the `least`
     scale; `python`, in which {0} and {1} stand for the `ends` a + b s at the scale s, and `fixed`
     for s = 0.
     """
-    # Least scatter of a field, which cannot be replaced by a number, in parts of that of
-    # the study
-    min_field = 0.01
+    # Least size of a play and scatter of a field, which cannot be replaced by a number, in parts
+    # of those of the study
+    min_size = 0.01
     if input_.intervals:
         return None
     ends, least = [], 0.0
@@ -85,8 +91,11 @@ def _scatter(input_: Input, old: str) -> JsonRecord | None:
             of, size, fixed = "half width", (input_.upper - input_.lower) / 2, input_.lower
             fixed, python = fixed + size, "fb.Uniform({0}, {1})"
             ends = [(fixed, -size), (fixed, size)]
+        case FreePair():
+            of, size, fixed, least = input_.size_name, input_.size, None, min_size
+            python = f"dataclasses.replace({old}, {of}={{0}})"
         case RandomField(distribution="normal", std=float() | int() as std):
-            of, size, fixed, least = "std", float(std), None, min_field
+            of, size, fixed, least = "std", float(std), None, min_size
             python = f"dataclasses.replace({old}, std={{0}})"
         case _:
             return None

@@ -8,11 +8,13 @@ would have too many points, by the smooth moments themselves, and the scatter ca
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from flexband.report.page.arrays import JsonRecord, packed
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -36,7 +38,17 @@ def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     assert isinstance(expansion, DirectExpansion)
     values = expansion.values
     rows = values.coefficients.reshape(len(values.index), len(scale), -1) / scale[:, None]
-    return tree | _terms(values, rows) | _scan(*scan(values.interval_orders)) | {"kind": "direct"}
+    points, beside = scan(values.interval_orders)
+    points = _polar(in_discs(points, values.discs), values.discs)
+    return tree | _terms(values, rows) | _scan(points, beside) | {"kind": "direct"}
+
+
+def _polar(points: np.ndarray, discs: Sequence[int]) -> np.ndarray:
+    """Return points (points, m) with the radius and the angle of each pair in a disc."""
+    for first in discs:
+        x, y = points[:, first : first + 2].T.copy()
+        points[:, first : first + 2] = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=1)
+    return points
 
 
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord
-from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, scatters_of
+from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, sizes_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -45,8 +45,6 @@ def what_if(
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
     every = list(surrogates_of(surrogate).values())
     space = every[0].space
-    if space.discs:
-        return None, ["A Play has no slider. Narrow the inputs in Python: surrogate.narrowed."]
     expansions = [expansion for alternative in every for expansion in alternative.expansions]
     if every[0].time is None:
         return None, ["Other inputs need new runs here, since the outputs are no series in time."]
@@ -66,16 +64,17 @@ def what_if(
     )
     intervals, remarks = intervals_of(space)
     given = "surrogate." + ("space.inputs" if isinstance(surrogate, Surrogate) else "given")
-    scatters, why = scatters_of(space, given, resolved=resolved)
-    if not intervals and not scatters:
+    sizes, why = sizes_of(space, given, resolved=resolved)
+    if not intervals and not sizes:
         return None, remarks + why
-    for input_ in intervals + scatters:
+    for input_ in intervals + sizes:
         name, relative = input_["name"], input_.get("of") == RELATIVE
         input_["unit"] = "" if relative else display.input_units().get(name, "")
         input_["scale"] = 1.0 if relative else display.scale(name)
     panel = {
         "intervals": intervals,
-        "scatters": scatters,
+        "sizes": sizes,
+        "discs": list(space.discs),
         "remarks": remarks + why,
         "interval_dimension": space.interval_dimension,
         "random_dimension": space.random_dimension,

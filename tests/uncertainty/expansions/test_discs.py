@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
+import flexband as fb
 from flexband.uncertainty.adaptive.held_out import generic_points
 from flexband.uncertainty.expansions.bounds.discs import RADIUS, in_discs
 from flexband.uncertainty.expansions.bounds.extremes import extremes
@@ -58,6 +60,51 @@ def test_bounds_of_random_polynomials_are_not_below_a_dense_scan(m, order, discs
     np.testing.assert_allclose(np.einsum("bss->bs", reached), bounds.values, rtol=1e-10, atol=1e-12)
     for k in discs:
         assert np.hypot(at[:, k], at[:, k + 1]).max() <= RADIUS * (1 + 1e-12)
+
+
+def least(polynomial, discs, start):
+    """Return the minimum near a place, in the radius and the angle of each disc, by SciPy."""
+    x, bounds = start.copy(), [(-1.0, 1.0)] * len(start)
+    for k in discs:
+        x[k], x[k + 1] = np.hypot(*start[k : k + 2]), np.arctan2(start[k + 1], start[k])
+        bounds[k : k + 2] = (0.0, RADIUS), (None, None)
+
+    def value(x):
+        eta = x.copy()
+        for k in discs:
+            eta[k : k + 2] = x[k] * np.cos(x[k + 1]), x[k] * np.sin(x[k + 1])
+        return polynomial(eta[None])[0]
+
+    return minimize(value, x, bounds=bounds).fun
+
+
+@pytest.mark.parametrize("seed", [107, 114, 117])
+def test_minima_beside_lower_points_of_the_scan_are_found(seed):
+    """Of the first 40 seeds from 100 on, six had a bound that was too narrow by up to 0.4 %."""
+    rng = np.random.default_rng(seed)
+    weights, squares = rng.normal(size=(6, 11)), rng.normal(size=(6, 6, 11))
+
+    def response(crank, length, load, pin):
+        x = np.stack([crank[0] / 0.2, crank[1] / 0.4, length, load, *pin / 0.1])
+        return x.T @ weights + 0.3 * np.einsum("in,jn,ijt->nt", x, x, squares)
+
+    plays = {"crank": fb.Play(0.2), "length": fb.Interval(-1.0, 1.0)}
+    plays |= {"load": fb.Normal(0.0, 0.3), "pin": fb.Play(0.1)}
+    rng = np.random.default_rng(seed)
+    crank, pin = rng.uniform(0.1, 1, 2)
+    length = fb.Interval(*np.sort(rng.uniform(-1, 1, 2)))
+    narrowed = fb.expand(response, plays, fb.PCCI(2, 2)).narrowed(
+        crank=fb.Play(0.2 * crank), pin=fb.Play(0.1 * pin), length=length
+    )
+    (expansion,) = narrowed.expansions
+    mean, points = narrowed.bands()["mean"].values, scanned(5, (0, 3), 5000)
+    of_points, width = expansion.moments(points)[0].reshape(len(points), -1), np.ptp(mean, axis=0)
+    for k, sign in enumerate((1.0, -1.0)):
+        for t in range(11):
+            start = points[np.argmin(sign * of_points[:, t])]
+            best = least(lambda eta: sign * expansion.moments(eta)[0].reshape(-1, 11)[:, t],  # noqa: B023
+                         (0, 3), start)  # fmt: skip
+            assert sign * mean[k, t] <= best + 1e-7 * width[t]
 
 
 def test_an_optimum_inside_a_disc_is_found():

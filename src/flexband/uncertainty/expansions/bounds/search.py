@@ -57,6 +57,8 @@ def starts(terms, scan, coefficients, targets, resolved, bound, which):
                 height[p] = sign * (mean[p] + c * std[p])
             part = OPTIONS.max_start_height if resolved else 1.0
             lowest(height, neighbours, part, bound[k, n], which[k, n])
+            if np.any(terms.partner >= 0):
+                _lowest_apart(height, neighbours, bound[k, n], which[k, n])
             _bound(height, neighbours, resolved, bound[k, n], which[k, n])
 
 
@@ -117,6 +119,24 @@ def lowest(height, neighbours, part, best, which):
                 best[k], which[k] = best[k - 1], which[k - 1]
                 k -= 1
             best[k], which[k] = value, p
+
+
+@compiled
+def _lowest_apart(height, neighbours, best, which):
+    """Fill what `lowest` does with the lowest values, of points that are not next to each other.
+
+    Along the rim of a disc a scan has few points, of which a minimum may be next to a lower one.
+    """
+    free = np.full(len(height), True)
+    for k in range(len(best)):
+        least = np.inf
+        for p in range(len(height)):
+            if free[p] and height[p] < least:
+                which[k], least = p, height[p]
+        best[k] = least
+        free[which[k]] = False
+        for q in range(neighbours.shape[1]):
+            free[neighbours[which[k], q]] = False
 
 
 @compiled

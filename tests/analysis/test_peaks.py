@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexband.analysis.peaks import drops
+from flexband.analysis.peaks import drops, lowest_between
 
 TIMES = np.linspace(0.0, 1.0, 11)
 
@@ -21,6 +21,14 @@ def test_a_corner_is_deeper_than_a_parabola():
     depth = drops(curve, np.diff(TIMES), impacts=True).max()
     np.testing.assert_allclose(depth, 0.05, rtol=1e-12)
     assert drops(curve, np.diff(TIMES)).max() < 0.3 * depth
+
+
+def test_what_half_of_the_points_does_not_tell_may_be_missed_between_all():
+    """A spike at one time may be as deep again between two; a corner is known from each second."""
+    spike = np.where(np.arange(11) == 4, -1.0, 0.0)
+    np.testing.assert_allclose(lowest_between(spike, np.diff(TIMES)), -2.0, atol=1e-12)
+    corner = np.abs(TIMES - 0.45)
+    np.testing.assert_allclose(lowest_between(corner, np.diff(TIMES)), 0.0, atol=1e-12)
 
 
 @given(st.floats(0.2, 0.8), st.floats(0.1, 5.0))

@@ -47,6 +47,24 @@ def drops(values: np.ndarray, steps: np.ndarray | None, *, impacts: bool = False
     return depths
 
 
+def lowest_between(values: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how low curves with impacts, (…, times), may be between their points, (…).
+
+    Every second point should tell of the others: what corners and parabolas between these miss of
+    the least value, those between all points may miss of what is there.
+    """
+    least = values.min(axis=-1)
+    lowest = (values - drops(values, steps, impacts=True)).min(axis=-1)
+    times, missed = np.concatenate([[0.0], np.cumsum(np.abs(steps))]), np.zeros(least.shape)
+    for first in (0, 1):
+        half = values[..., first::2]
+        depth = drops(half, np.diff(times[first::2]), impacts=True)
+        estimate = (half - depth).min(axis=-1, initial=np.inf)
+        known = np.isfinite(estimate)
+        missed[known] = np.maximum(missed, estimate - np.where(known, least, 0.0))[known]
+    return lowest - missed
+
+
 def _corners(values: np.ndarray, rise: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Return how deep corners are below the point before them, (…, times − 3), from the second."""
     before, after, step = rise[..., :-2], rise[..., 2:], steps[1:-1]

@@ -12,7 +12,7 @@ import xarray as xr
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.peaks import drops, spacing
+from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
@@ -140,8 +140,10 @@ def margins_of(
         of_number = requirement.output in names
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
         inside = requirement.corridor(values, case).margin(values.values, values.values)
-        between = inside - drops(inside, spacing(values), impacts=True)
-        three = inside + unsure, inside, between - unsure
+        steps, lowest = spacing(values), inside - unsure
+        if steps is not None:
+            lowest = lowest_between(lowest, steps)
+        three = inside + unsure, inside, lowest
         margins.append([each.reshape(len(values), -1).min(axis=1) for each in three])
     return np.reshape(margins, (len(margins), 3, len(numbers))).swapaxes(0, 1)
 

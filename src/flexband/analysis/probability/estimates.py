@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import gammaincinv, ndtri
 
-from flexband.analysis.peaks import drops
+from flexband.analysis.peaks import drops, lowest_between
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.states import LimitedOutputs, LimitState, least_of
 from flexband.analysis.probability.subset import Rare, SubsetOptions, rare
@@ -274,9 +274,10 @@ class _Sums:
             if self.state.steps is not None:
                 for part_sides, part in zip(sides, parts, strict=True):
                     kept, steps = part_sides[inside].min(axis=1), part.steps(self.state.steps)
-                    drop = drops(kept, steps, impacts=self.state.impacts)
-                    surely = 0.0 if self.state.impacts else drop
-                    lowered = [(kept - depth).min(axis=(1, 2)) for depth in (surely, drop)]
+                    if self.state.impacts and steps is not None:
+                        lowered = [kept.min(axis=(1, 2)), lowest_between(kept, steps).min(axis=1)]
+                    else:
+                        lowered = [(kept - drops(kept, steps)).min(axis=(1, 2))] * 2
                     least_between = np.minimum(lowered, part.least_between(part_sides[inside]))
                     between[:, inside] = np.minimum(between[:, inside], least_between)
             out = np.concatenate(

@@ -47,22 +47,26 @@ def drops(values: np.ndarray, steps: np.ndarray | None, *, impacts: bool = False
     return depths
 
 
-def lowest_between(values: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return how low curves with impacts, (…, times), may be between their points, (…).
+def lowest_between(margins: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how low margins of curves with impacts, (curves, …, times), may be between times.
 
-    Every second point should tell of the others: what corners and parabolas between these miss of
-    the least value, those between all points may miss of what is there.
+    Every second time should tell of the others: what corners and parabolas between these miss of
+    the least margin, those between all times may miss of what is there. If most of the curves that
+    leave their bounds do so as no second time tells, any may leave them; the shape is (curves, …).
     """
-    least = values.min(axis=-1)
-    lowest = (values - drops(values, steps, impacts=True)).min(axis=-1)
+    least = margins.min(axis=-1)
+    lowest = (margins - drops(margins, steps, impacts=True)).min(axis=-1)
     times, missed = np.concatenate([[0.0], np.cumsum(np.abs(steps))]), np.zeros(least.shape)
     for first in (0, 1):
-        half = values[..., first::2]
+        half = margins[..., first::2]
         depth = drops(half, np.diff(times[first::2]), impacts=True)
         estimate = (half - depth).min(axis=-1, initial=np.inf)
         known = np.isfinite(estimate)
         missed[known] = np.maximum(missed, estimate - np.where(known, least, 0.0))[known]
-    return lowest - missed
+    out = least < 0
+    unforeseen = np.count_nonzero(out & (least + missed > 0), axis=0)
+    hidden = 2 * unforeseen > np.count_nonzero(out, axis=0)
+    return np.where(hidden, -np.inf, lowest - missed)
 
 
 def _corners(values: np.ndarray, rise: np.ndarray, steps: np.ndarray) -> np.ndarray:

@@ -177,8 +177,9 @@ class DynamicResponse(SensorResponse):
         return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
 
     def impacts(self, **values: Argument) -> bool:
-        """Return whether the mechanism has contacts."""
-        return bool(self.built(values).contact_laws)
+        """Return whether its motion or forces may turn at once, by contacts or friction."""
+        mechanism = self.built(values)
+        return bool(mechanism.contact_laws or mechanism.frictions)
 
     @property
     def identity(self) -> tuple[object, ...]:

@@ -134,14 +134,14 @@ def with_runs(
             run = made.values.values[0]
             margin, count = corridor.margin(run, run), count + 1
             at = np.unravel_index(int(np.argmin(margin)), margin.shape)
-            error = np.broadcast_to(error_of_runs(case), margin.shape)[at]
+            error = np.broadcast_to(discretization_error(case), margin.shape)[at]
             if margin[at] + error < 0:
                 run_margins[k] = margin[at]
     made = margins.assign(run_margin=("limit", run_margins))
     return made.assign_attrs(runs=count), count
 
 
-def error_of_runs(surrogate: Surrogate) -> np.ndarray | float:
+def discretization_error(surrogate: Surrogate) -> np.ndarray | float:
     """Return the error of a run's step and elements, of the shape of a run; 0 if it is not known.
 
     Past the horizon a run is one of many that are as likely, and this error is not one of shares.

@@ -21,7 +21,7 @@ from flexband.error_text import error_text
 from flexband.errors import warn
 from flexband.files import try_write
 from flexband.progress import counted, listener
-from flexband.study.nominal import around_nominal, error_of_runs, with_recorded, with_runs
+from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
 from flexband.study.results.answers import answer_file
 from flexband.study.results.limits import LimitCheck, check_limits_in
@@ -39,10 +39,9 @@ def sampled_parts(
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
     and the horizon of predictability is within the run or a share of the parts is required. The
-    runs of `predictability_horizon` and of
-    `sample_parts` are recorded with the others; both results are in one dataset, with a dim
-    "choice" of the combinations of options if there are choices. None otherwise; failed runs cause
-    a warning.
+    runs of `predictability_horizon` and of `sample_parts` are recorded with the others; both
+    results are in one dataset, with a dim "choice" of the combinations of options if there are
+    choices. None otherwise; failed runs cause a warning.
 
     Parameters
     ----------
@@ -92,7 +91,7 @@ def _sampled(
         for label, space in spaces.items():
             parts, count = Parts.of(space, study.scatter), options.count(requirements)
             samples = run("samples of the parts", label, count)
-            error = error_of_runs(cases[label]) if predictable else 0.0
+            error = discretization_error(cases[label]) if predictable else 0.0
             case = distribution(samples, parts, requirements, None, 0, options, label, error)
             horizon = horizons[label]
             case = case.assign(horizon.variables).assign_attrs({**horizon.attrs, **case.attrs})

@@ -272,10 +272,11 @@ class _Sums:
             between = np.stack([least, least])
             inside = least >= 0
             if self.state.steps is not None:
-                for part_sides, part in zip(sides, parts, strict=True):
-                    kept, steps = part_sides[inside].min(axis=1), part.steps(self.state.steps)
+                for part_sides, margin, part in zip(sides, margins, parts, strict=True):
+                    kept, steps = margin[inside], part.steps(self.state.steps)
                     if self.state.impacts and steps is not None:
-                        lowered = [kept.min(axis=(1, 2)), lowest_between(kept, steps).min(axis=1)]
+                        lowest = lowest_between(margin, steps)[inside].min(axis=1)
+                        lowered = [kept.min(axis=(1, 2)), lowest]
                     else:
                         lowered = [(kept - drops(kept, steps)).min(axis=(1, 2))] * 2
                     least_between = np.minimum(lowered, part.least_between(part_sides[inside]))

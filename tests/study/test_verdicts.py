@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
+import flexband as fb
 from flexband.analysis.requirements.least_margin import LimitVerdict
 from flexband.cli import app
 from flexband.study.results.verdicts import Reason, Verdict, _by_margin
@@ -125,3 +126,20 @@ def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
     assert "FAIL" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     table = CliRunner().invoke(app, ["yield", str(tmp_path / "out"), "--trust"]).output
     assert re.search(r"most \(nominal ± 1\)\s+.\s+7\d[.\d]* % ", table)
+
+
+def test_a_recorded_run_beyond_a_limit_of_intervals_decides(tmp_path):
+    """A narrow peak that one run meets: bands between which it is averaged out keep the limit."""
+    inputs = {"x": fb.Interval(0.0, 1.0)}
+    fb.Study(lambda x: 1.0 * x, inputs, fb.AdaptivePCCI()).run_in(tmp_path / "smooth")
+    met = fb.execution.open_runs(tmp_path / "smooth")["inputs"].sel(input="x").values
+    place = met[np.argmin(np.abs(met - 0.4))]
+
+    def peaked(x):
+        return np.sin(x) + 2.0 * np.exp(-0.5 * ((x - place) / 1e-3) ** 2)
+
+    limit = fb.Limit(below=2.2)
+    study = fb.Study(peaked, inputs, fb.AdaptivePCCI(max_runs=40), requirements=[limit])
+    (verdict,) = study.run_in(tmp_path / "peaked").verdicts
+    assert (verdict.verdict, verdict.reason) == (Verdict.FAIL, Reason.RUN)
+    assert verdict.margin == pytest.approx(2.2 - 2.0 - np.sin(place), abs=1e-9)

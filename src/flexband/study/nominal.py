@@ -109,7 +109,8 @@ def with_runs(
     however wrong the surrogate is. It is NaN where no run was made. The number of runs is returned
     as well. `options` are those of the runs, such as store and executor.
     """
-    run_margins, count = np.full(len(requirements), np.nan), 0
+    unknown = xr.full_like(margins["least_margin"], np.nan)
+    run_margins, count = margins.get("run_margin", unknown).values.copy(), 0
     cases = surrogates_of(surrogate)
     undecided = margins["verdict"].values.astype(str) == "undecided"
     suspects = np.flatnonzero(undecided & (margins["margin_between"].values < 0))
@@ -160,8 +161,9 @@ def with_recorded(
 
     It is `run_value`, the bound `run_bound`, its distance from it `recorded_margin`, below zero
     beyond, and `run_extreme` "largest", "smallest" or, at a curve, "most critical";
-    ``attrs["runs_recorded"]`` counts the runs. With choices, whose bounds may differ, nothing is
-    added.
+    ``attrs["runs_recorded"]`` counts the runs. If all inputs are intervals, a run that leaves the
+    bounds by more than the error of the discretization has a `run_margin`, as `with_runs` tells it.
+    With choices, whose bounds may differ, nothing is added.
     """
     if len(surrogates_of(surrogate)) > 1:
         return margins
@@ -177,4 +179,9 @@ def with_recorded(
         rows.append((value, ends[side][place[1:]], margin[place], extreme))
     names = "run_value", "run_bound", "recorded_margin", "run_extreme"
     columns = {k: ("limit", list(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
-    return margins.assign(columns).assign_attrs(runs_recorded=len(runs))
+    margins = margins.assign(columns).assign_attrs(runs_recorded=len(runs))
+    (case,) = surrogates_of(surrogate).values()
+    if case.space.random_dimension or "corrected" in case.diagnostics.attrs:
+        return margins
+    beyond = margins["recorded_margin"] + float(np.max(discretization_error(case))) < 0
+    return margins.assign(run_margin=margins["recorded_margin"].where(beyond))

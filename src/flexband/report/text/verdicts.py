@@ -49,7 +49,7 @@ def reason_text(verdict: RequirementVerdict) -> str:
     of_random = f", {verdict.sigmas:g}σ" * bool(verdict.sigmas)
     where = f"{place} (worst tolerances{of_random})"
     if verdict.reason is Reason.RUN:
-        return f"exceeded by {size}{place} in a run with the worst tolerances"
+        return f"exceeded by {size}{place} in a run within the tolerances"
     if verdict.verdict is not Verdict.UNDECIDED:
         return f"{beyond} {size}{where}"
     error = with_unit(f"± {number(verdict.error, 2)}", verdict.unit)

@@ -10,6 +10,7 @@ import flexband as fb
 from flexband.report.page.template import ASSETS
 from flexband.report.page.what_if.panel import SCRIPTS, what_if
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
+from tests.polynomials import drawn_polynomial
 
 T = np.linspace(0.0, 1.0, 41)
 WAVE_TIMES = np.linspace(0.0, 1.0, 200)
@@ -175,18 +176,6 @@ PLAYS = {
     "load": fb.Normal(0.0, 0.3),
     "pin": fb.Play(fb.Interval(0.05, 0.1), within="rim"),
 }
-
-
-def drawn_polynomial(seed):
-    """Return a response to two plays, an interval and a normal variable."""
-    rng = np.random.default_rng(seed)
-    weights, squares = rng.normal(size=(6, 11)), rng.normal(size=(6, 6, 11))
-
-    def response(crank, length, load, pin):
-        x = np.stack([crank[0] / 0.2, crank[1] / 0.4, length, load, *pin / 0.1])
-        return x.T @ weights + 0.3 * np.einsum("in,jn,ijt->nt", x, x, squares)
-
-    return response
 
 
 @pytest.mark.parametrize("seed", range(2))

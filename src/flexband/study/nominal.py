@@ -161,13 +161,13 @@ def with_recorded(
 
     It is `run_value`, the bound `run_bound`, its distance from it `recorded_margin`, below zero
     beyond, and `run_extreme` "largest", "smallest" or, at a curve, "most critical";
-    ``attrs["runs_recorded"]`` counts the runs. If all inputs are intervals, a run that leaves the
-    bounds by more than the error of the discretization has a `run_margin`, as `with_runs` tells it.
-    With choices, whose bounds may differ, nothing is added.
+    ``attrs["runs_recorded"]`` counts the runs. If all inputs are intervals, there is a `run_margin`
+    as in `with_runs`. With choices, whose bounds may differ, nothing is added.
     """
     if len(surrogates_of(surrogate)) > 1:
         return margins
-    runs, rows = open_runs(folder)["outputs"].dropna("run"), []
+    (case,) = surrogates_of(surrogate).values()
+    runs, rows, decisive = open_runs(folder)["outputs"].dropna("run"), [], []
     for requirement in requirements:
         corridor = requirement.corridor(runs)
         margin = corridor.margin(runs.values, runs.values)
@@ -177,11 +177,11 @@ def with_recorded(
         curve = np.unique(ends[side][np.isfinite(ends[side])]).size > 1
         extreme = "most critical" if curve else ("largest", "smallest")[side]
         rows.append((value, ends[side][place[1:]], margin[place], extreme))
+        error = np.broadcast_to(discretization_error(case), margin.shape[1:])[place[1:]]
+        decisive.append(margin[place] if margin[place] + error < 0 else np.nan)
     names = "run_value", "run_bound", "recorded_margin", "run_extreme"
     columns = {k: ("limit", list(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
     margins = margins.assign(columns).assign_attrs(runs_recorded=len(runs))
-    (case,) = surrogates_of(surrogate).values()
     if case.space.random_dimension or "corrected" in case.diagnostics.attrs:
         return margins
-    beyond = margins["recorded_margin"] + float(np.max(discretization_error(case))) < 0
-    return margins.assign(run_margin=margins["recorded_margin"].where(beyond))
+    return margins.assign(run_margin=("limit", decisive))

@@ -4,8 +4,9 @@ Each seed draws a mechanism of `contact_mechanisms`, two to four uncertain input
 near what the outputs reach. The reference are runs on a grid of the inputs: bands follow by the
 trapezoidal rule, which is exact for smooth functions of normal inputs, and shares of parts from
 independent samples. The same is done with every second point in each direction; what the two
-references judge differently is not sure, and is not counted. They have the same steps as the study,
-so that errors of steps are not judged.
+references judge differently is not sure, and is not counted. All choose their steps by the same
+tolerance, so that errors of steps are not judged. Requirements are judged between the output times,
+too: by runs at four times as many.
 
 Judged are expected errors, verdicts on requirements, and bands before the horizon of
 predictability.
@@ -47,7 +48,9 @@ from benchmarks.honesty.rates import (
 from benchmarks.honesty.references import grid
 from flexband.uncertainty.surrogates.diagnostics import unseen
 
-TIMES = 40
+TIMES, FINER = 40, 4
+"""Number of steps between output times, and into how many parts references divide these."""
+
 TOLERANCE = 0.01
 RANDOM_NODES, INTERVAL_NODES = (37, 19, 13), (33, 17, 9)
 """Numbers of points from −4.5 to 4.5 standard deviations, and from end to end of an interval."""
@@ -65,7 +68,11 @@ PARTS = 600
 
 @dataclass(frozen=True)
 class Reference:
-    """True runs on a grid, (interval points, random points, outputs, times), and their weights."""
+    """True runs on a grid, and their weights.
+
+    Runs have the shape (interval points, random points, outputs, times), with `FINER` as many times
+    as outputs have.
+    """
 
     runs: np.ndarray
     weights: np.ndarray
@@ -78,9 +85,9 @@ class Reference:
         )
         return mean, mean - sigmas * deviation, mean + sigmas * deviation
 
-    def bands(self, sigmas: float = 1.0) -> Bands:
+    def bands(self, sigmas: float = 1.0, every: int = FINER) -> Bands:
         """Return interval mean and interval error bar, (2, outputs, times) each."""
-        mean, low, high = self.moments(sigmas)
+        mean, low, high = (moments[..., ::every] for moments in self.moments(sigmas))
         return np.stack([mean.min(axis=0), mean.max(axis=0)]), np.stack(
             [low.min(axis=0), high.max(axis=0)]
         )
@@ -120,7 +127,7 @@ class Drawn:
             given = self.inputs[name]
             middle, half = (given.upper + given.lower) / 2, (given.upper - given.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
-        made = self.response(**values)
+        made = self.finer(**values)
         runs = made.values.reshape(*[b] * len(intervals), *[a] * len(normal), *made.shape[1:])
         both = []
         for step in (1, 2):
@@ -131,7 +138,12 @@ class Drawn:
             both.append(Reference(part.reshape(shape), weights))
         return both, made["unit"].reset_coords(drop=True)
 
-    def parts(self, rng: np.random.Generator, finer: int = 4) -> np.ndarray:
+    @property
+    def finer(self) -> Any:
+        """The response at more times."""
+        return replace(self.response, output_step=self.response.output_step / FINER)
+
+    def parts(self, rng: np.random.Generator) -> np.ndarray:
         """Return runs of independent parts with uniform tolerances, at more times than others."""
         values = {
             name: rng.normal(given.mean, given.std, PARTS)
@@ -139,8 +151,7 @@ class Drawn:
             else rng.uniform(given.lower, given.upper, PARTS)
             for name, given in self.inputs.items()
         }
-        response = replace(self.response, output_step=self.response.output_step / finer)
-        return response(**values).values
+        return self.finer(**values).values
 
 
 def draw(seed: int, longer: float = 1.0) -> tuple[Drawn, np.random.Generator]:
@@ -205,17 +216,20 @@ def requirements(
     """Return requirements near what outputs reach, and whether each reference has them met."""
     made, met = [], []
     ends = [reference.bands(SIGMAS)[1] for reference in references]
+    between = [reference.bands(SIGMAS, every=1)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
     for o in rng.permutation(varying)[:2]:
         side, margin = rng.choice(["below", "above"]), width[o] * 10 ** rng.uniform(-2, 0)
         margin *= rng.choice([-1.0, 1.0])
-        of_side = [bar[1, o].max() if side == "below" else -bar[0, o].min() for bar in ends]
-        bound = of_side[0] + margin
+        reached, *of_side = (
+            bar[1, o].max() if side == "below" else -bar[0, o].min() for bar in [ends[0], *between]
+        )
+        bound = reached + margin
         signed = bound if side == "below" else -bound
         made.append(fb.Requirement(f"worst {o}", str(outputs[o]), **{str(side): float(signed)}))
         met.append([bool(value <= bound) for value in of_side])
     runs = drawn.parts(rng)
-    at_outputs = runs[..., :: (runs.shape[-1] - 1) // TIMES]
+    at_outputs = runs[..., ::FINER]
     every_random = all(given.random for given in drawn.inputs.values())
     criterion_of = fb.analysis.Probability if every_random else fb.analysis.ShareOfParts
     for o in rng.permutation(varying)[:2]:
@@ -263,7 +277,8 @@ def _judged(
     begun = time.process_time()
     result = study.run_in(folder)
     if not any(given.random for given in drawn.inputs.values()):
-        met = _refuted(limits, met, fb.execution.open_runs(folder)["outputs"].dropna("run"))
+        for store in {path.parent for path in Path(folder).rglob("runs.zarr")}:
+            met = _refuted(limits, met, fb.execution.open_runs(store)["outputs"].dropna("run"))
     about: dict[str, Any] = {
         "cpu": time.process_time() - begun,
         "doubts": [str(doubt.kind) for doubt in result.doubts],
@@ -302,7 +317,7 @@ def _refuted(
 def _share(reference: Reference, o: int, found: xr.Dataset) -> dict[str, float]:
     """Return the share of parts whose count differs from the bands at any time, and the stated."""
     count = found["error_bar"].isel(output=o, bound=0).values
-    differ = (np.abs(reference.runs[:, :, o] - count) > 0.5).any(axis=-1)
+    differ = (np.abs(reference.runs[:, :, o, ::FINER] - count) > 0.5).any(axis=-1)
     stated = unseen(found.attrs["runs_fitted"] + found.attrs["runs_checked"])
     return {"true": float((differ * reference.weights).sum(axis=1).mean()), "stated": stated}
 

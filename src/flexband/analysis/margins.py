@@ -67,8 +67,9 @@ def check_limits(
     may be less between the times, by parabolas, and by what the outputs do there in the runs in
     which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
     more than its errors everywhere, "not kept" if it is below zero by more than the expected error
-    somewhere, at a time or, in all these runs, between two, else "undecided"; `tolerance_missed`
-    tells whether the expansion of the output is less accurate than its method was to make it.
+    somewhere, at a time or, in all these runs, between two, else "undecided"; `run_required`
+    tells whether it takes a run to refute the limit, since the expansion of the output is less
+    accurate than its method was to make it, or impacts may turn a motion without random inputs.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
     "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
     `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
@@ -190,7 +191,12 @@ class _Checked:
         corridor = requirement.corridor(self.labels, label)
         check_instantaneous({str(requirement): corridor}, bands.attrs)
         result = _checked(corridor, bands, self.labels, error)
-        return result.assign(constant_offsets=has_constant_offsets(corridor, bands.attrs))
+        random = any(case.space.random_dimension for case in self.cases.values())
+        return result.assign(
+            constant_offsets=has_constant_offsets(corridor, bands.attrs),
+            run_required=_misses_tolerance(bands, self.labels, corridor)
+            or (not random and bool(bands.attrs.get("impacts"))),
+        )
 
 
 def _bands(
@@ -266,7 +272,6 @@ def _checked(
         "least_margin_error": error[at],
         "margin_between": between[lowest],
         "grid_error": margin[at] - between[lowest],
-        "tolerance_missed": _misses_tolerance(bands, labels, corridor),
         "side": ("above", "below")[side],
         "verdict": verdict.value,
     }
@@ -338,7 +343,7 @@ LONG_NAMES = {
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
-    "tolerance_missed": "whether the expansion of the output misses its tolerance",
+    "run_required": "whether it takes a run to refute the limit",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

@@ -4,9 +4,9 @@ Each seed draws a mechanism of `contact_mechanisms`, two to four uncertain input
 near what the outputs reach. The reference are runs on a grid of the inputs: bands follow by the
 trapezoidal rule, which is exact for smooth functions of normal inputs, and shares of parts from
 independent samples. The same is done with every second point in each direction; what the two
-references judge differently is not sure, and is not counted. All choose their steps by the same
-tolerance, so that errors of steps are not judged. Requirements are judged between the output times,
-too: by runs at four times as many.
+references judge differently is not sure, and is not counted. They have the same steps as the study,
+so that errors of steps are not judged. Requirements are judged between the output times, too: by
+runs at four times as many.
 
 Judged are expected errors, verdicts on requirements, and bands before the horizon of
 predictability.
@@ -68,26 +68,21 @@ PARTS = 600
 
 @dataclass(frozen=True)
 class Reference:
-    """True runs on a grid, and their weights.
+    """True runs on a grid, (interval points, random points, outputs, times), and their weights.
 
-    Runs have the shape (interval points, random points, outputs, times), with `FINER` as many times
-    as outputs have.
+    The same is at `more` times.
     """
 
     runs: np.ndarray
+    more: np.ndarray
     weights: np.ndarray
 
-    def moments(self, sigmas: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return μ, μ − kσ and μ + kσ at all interval points."""
-        mean = np.einsum("r,erot->eot", self.weights, self.runs)
-        deviation = np.sqrt(
-            np.einsum("r,erot->eot", self.weights, (self.runs - mean[:, None]) ** 2)
-        )
-        return mean, mean - sigmas * deviation, mean + sigmas * deviation
-
-    def bands(self, sigmas: float = 1.0, every: int = FINER) -> Bands:
+    def bands(self, sigmas: float = 1.0, *, between: bool = False) -> Bands:
         """Return interval mean and interval error bar, (2, outputs, times) each."""
-        mean, low, high = (moments[..., ::every] for moments in self.moments(sigmas))
+        runs = self.more if between else self.runs
+        mean = np.einsum("r,erot->eot", self.weights, runs)
+        deviation = np.sqrt(np.einsum("r,erot->eot", self.weights, (runs - mean[:, None]) ** 2))
+        low, high = mean - sigmas * deviation, mean + sigmas * deviation
         return np.stack([mean.min(axis=0), mean.max(axis=0)]), np.stack(
             [low.min(axis=0), high.max(axis=0)]
         )
@@ -127,15 +122,18 @@ class Drawn:
             given = self.inputs[name]
             middle, half = (given.upper + given.lower) / 2, (given.upper - given.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
-        made = self.finer(**values)
-        runs = made.values.reshape(*[b] * len(intervals), *[a] * len(normal), *made.shape[1:])
-        both = []
+        made, more = (response(**values) for response in (self.response, self.finer))
+        points, both = (*[b] * len(intervals), *[a] * len(normal)), []
         for step in (1, 2):
-            part = runs[(slice(None, None, step),) * (len(intervals) + len(normal))]
             one = np.exp(-0.5 * x[::step] ** 2)
             weights = grid(*[one / one.sum()] * len(normal)).prod(axis=1) if normal else np.ones(1)
-            shape = (-1, len(weights), *runs.shape[-2:])
-            both.append(Reference(part.reshape(shape), weights))
+            runs = [
+                each.values.reshape(*points, *each.shape[1:])[
+                    (slice(None, None, step),) * len(points)
+                ].reshape(-1, len(weights), *each.shape[1:])
+                for each in (made, more)
+            ]
+            both.append(Reference(*runs, weights))
         return both, made["unit"].reset_coords(drop=True)
 
     @property
@@ -216,7 +214,7 @@ def requirements(
     """Return requirements near what outputs reach, and whether each reference has them met."""
     made, met = [], []
     ends = [reference.bands(SIGMAS)[1] for reference in references]
-    between = [reference.bands(SIGMAS, every=1)[1] for reference in references]
+    between = [reference.bands(SIGMAS, between=True)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
     for o in rng.permutation(varying)[:2]:
         side, margin = rng.choice(["below", "above"]), width[o] * 10 ** rng.uniform(-2, 0)
@@ -317,7 +315,7 @@ def _refuted(
 def _share(reference: Reference, o: int, found: xr.Dataset) -> dict[str, float]:
     """Return the share of parts whose count differs from the bands at any time, and the stated."""
     count = found["error_bar"].isel(output=o, bound=0).values
-    differ = (np.abs(reference.runs[:, :, o, ::FINER] - count) > 0.5).any(axis=-1)
+    differ = (np.abs(reference.runs[:, :, o] - count) > 0.5).any(axis=-1)
     stated = unseen(found.attrs["runs_fitted"] + found.attrs["runs_checked"])
     return {"true": float((differ * reference.weights).sum(axis=1).mean()), "stated": stated}
 

@@ -5,13 +5,14 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.report.page.charts import chart_data
 from flexband.report.study_report import answer_of, remarks
 from flexband.report.text.parts import (
     horizon_line,
     parts_table,
     sampling_line,
 )
-from flexband.report.text.tables import predictable_part
+from flexband.report.text.tables import before_horizon, predictable_part
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Reason, Verdict
 from flexband.study.run import RunOptions
@@ -69,6 +70,9 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert answer_of(study, result)[0] == line
     assert not remarks(study, result)
     assert predictable_part(result.bands, parts) is None
+    held = before_horizon(result.bands, "time", parts)["mean"].dropna("time")
+    assert held["time"].values == pytest.approx(TIME[parts["horizon_low"].item() >= TIME])
+    assert chart_data(before_horizon(result.bands, "time", parts))["outputs"][0]["name"] == "y"
     assert [row[:2] for row in parts_table(parts)[1]] == [["largest y", "m"], ["smallest y", "m"]]
     again = study_of(Colliding(), requirements=limits, scatter={"x": uniform}).run_in(tmp_path)
     assert again.reused

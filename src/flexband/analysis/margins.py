@@ -69,7 +69,8 @@ def check_limits(
     more than its errors everywhere, "not kept" if it is below zero by more than the expected error
     somewhere, at a time or, in all these runs, between two, else "undecided"; `run_required`
     tells whether it takes a run to refute the limit, since the expansion of the output is less
-    accurate than its method was to make it, or impacts may turn a motion without random inputs.
+    accurate than its method was to make it, or impacts turn the motion, and there are no random
+    inputs or another output misses that accuracy.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
     "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
     `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
@@ -191,11 +192,12 @@ class _Checked:
         corridor = requirement.corridor(self.labels, label)
         check_instantaneous({str(requirement): corridor}, bands.attrs)
         result = _checked(corridor, bands, self.labels, error)
+        missed = _missed_tolerance(bands, self.labels)
         random = any(case.space.random_dimension for case in self.cases.values())
+        turning = bool(bands.attrs.get("impacts")) and (not random or bool(missed.any()))
         return result.assign(
             constant_offsets=has_constant_offsets(corridor, bands.attrs),
-            run_required=_misses_tolerance(bands, self.labels, corridor)
-            or (not random and bool(bands.attrs.get("impacts"))),
+            run_required=turning or bool(_of_output(missed, self.labels, corridor).any()),
         )
 
 
@@ -290,13 +292,14 @@ def _checked(
     return xr.Dataset(data, coords)
 
 
-def _misses_tolerance(bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor) -> bool:
-    """Return whether the expansion of an output is expected to miss the tolerance of the method."""
+def _missed_tolerance(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
+    """Return whose expansions are expected to miss the tolerance of the method, of the outputs."""
     if "error_bar_expansion_error" not in bands or "tolerance" not in bands.attrs:
-        return False
-    relative = relative_errors(bands, "expansion_error", bands["error_bar"])
-    of_outputs = xr.DataArray(relative, dims=axes_of(labels).dims)
-    return bool(np.max(_of_output(of_outputs, labels, corridor)) > bands.attrs["tolerance"])
+        relative = np.zeros(axes_of(labels).shape)
+    else:
+        relative = relative_errors(bands, "expansion_error", bands["error_bar"])
+    missed = relative > bands.attrs.get("tolerance", np.inf)
+    return xr.DataArray(missed, dims=axes_of(labels).dims)
 
 
 def _between(

@@ -141,6 +141,94 @@ def test_slot_catches_a_falling_mass():
     np.testing.assert_allclose(motion.sel(output=["F_X", "F_Y"])[:, -1], held, rtol=1e-6)
 
 
+def test_gear_engages_between_two_turning_rotors():
+    """The impulse P on the teeth changes J₁ω₁ by r₁ P, J₂ω₂ by r₂ P, until r₁ω₁ + r₂ω₂ = 0."""
+    (J1, J2), (w1, w2), (r1, r2) = (0.4, 0.1), (3.0, -7.0), (0.3, 0.1)
+    mechanism = fb.Mechanism(
+        bodies={
+            "a": fb.RigidBody(mass=1.0, inertia=J1, rate=w1),
+            "b": fb.RigidBody(mass=1.0, inertia=J2, rate=w2, position=(0.4, 0.0)),
+        },
+        joints={
+            "axle": fb.Revolute("a", (0.0, 0.0)),
+            "shaft": fb.Revolute("b", (0.4, 0.0)),
+            "mesh": Switched(fb.Gear("a", "b", r1, r2), lambda t: (t > 0.123) & (t < 0.4)),
+        },
+        loads={"M": fb.Moment("a", 0.9)},
+        sensors={"a": fb.AngularVelocity("a"), "b": fb.AngularVelocity("b"),
+                 "M": fb.ReactionMoment("mesh"), "F": fb.Reaction("mesh"),
+                 "lost": fb.sensors.SwitchingLoss("mesh")},
+    )  # fmt: skip
+    w1 += 0.9 / J1 * 0.123
+    slip = r1 * w1 + r2 * w2
+    impulse = -slip / (r1**2 / J1 + r2**2 / J2)
+    motion = fb.simulate(mechanism, duration=0.5, step=0.01)
+    at = {name: motion.sel(output=name) for name in motion.output.values}
+    t = np.clip(motion.time.values - 0.123, 0.0, 0.4 - 0.123)
+    on = (motion.time.values > 0.125) & (motion.time.values < 0.395)
+    rate = 0.9 / (J1 + J2 * (r1 / r2) ** 2)  # of the first rotor while they are engaged
+    first = w1 + r1 * impulse / J1 + rate * t
+    np.testing.assert_allclose(at["a"][on], first[on], rtol=1e-5)
+    np.testing.assert_allclose(at["b"][on], -r1 / r2 * first[on], rtol=1e-5)
+    np.testing.assert_allclose(at["b"][-5:], -r1 / r2 * first[-1], rtol=1e-5)  # released
+    np.testing.assert_allclose(at["M"][on], J1 * rate - 0.9, rtol=1e-5)
+    np.testing.assert_allclose(at["F_Y"][on], (J1 * rate - 0.9) / r1, rtol=1e-5)
+    np.testing.assert_allclose(at["F_Y"][-5:], 0.0, atol=1e-9)
+    assert at["lost"][-1] == pytest.approx(-0.5 * impulse * slip, rel=1e-5)
+
+
+def test_motor_between_two_bodies_engages():
+    """From then on the second rotor turns at 2 rad/s more; the angle goes on from where it is."""
+    drive = fb.PrescribedRotation("b", "a", lambda t: 2.0 * t)
+    motion = rotors(Switched(drive, lambda t: t > 0.123))
+    t, at = motion.time.values, {name: motion.sel(output=name) for name in motion.output.values}
+    speed = (0.4 * 3.0 - 0.1 * 7.0 - 0.1 * 2.0) / 0.5
+    np.testing.assert_allclose(at["wa"], np.where(t > 0.123, speed, 3.0), atol=1e-6)
+    np.testing.assert_allclose(at["wb"], np.where(t > 0.123, speed + 2.0, -7.0), atol=1e-6)
+    turned = -10.0 * np.minimum(t, 0.123) + 2.0 * np.maximum(t - 0.123, 0.0)
+    np.testing.assert_allclose(at["b"] - at["a"], turned, atol=2e-5)
+    assert at["lost"][-1] == pytest.approx(0.5 * 0.4 * 0.1 / 0.5 * 12.0**2, rel=1e-5)
+
+
+def test_cylinder_and_linear_drive_engage():
+    """Two masses on a rail: the distance grows by 0.5 m/s from then on, the momentum remains."""
+    for drive in (
+        Switched(
+            fb.Distance("b", "a", lambda t: 1.0 + 0.5 * (t - 0.2)), lambda t: t > 0.2, "given"
+        ),
+        Switched(fb.PrescribedTravel("b", "a", lambda t: 0.5 * t), lambda t: t > 0.2),
+    ):
+        mechanism = fb.Mechanism(
+            bodies={"a": fb.RigidBody(mass=3.0, inertia=1.0), "b": fb.PointMass(mass=1.0,
+                    position=(1.0, 0.0))},
+            joints={"a": fb.Prismatic("a", (0.0, 0.0)), "b": fb.Slot("b", (0.0, 0.0)),
+                    "drive": drive},
+            sensors={"a": fb.Velocity("a"), "b": fb.Position("b"), "F": fb.Reaction("drive")},
+        )  # fmt: skip
+        motion = fb.simulate(mechanism, duration=0.4, step=0.1)
+        after = np.maximum(motion.time.values - 0.2, 0.0)
+        np.testing.assert_allclose(motion.sel(output="a_X")[-1], -0.125, rtol=1e-6)
+        np.testing.assert_allclose(motion.sel(output="b_X"), 1.0 + 0.375 * after, atol=1e-6)
+        np.testing.assert_allclose(motion.sel(output="F_X")[-1], 0.0, atol=1e-6)
+
+
+def test_offset_is_where_a_pin_is_held():
+    """A mass on an arm of 0.5 m is held at the pin, not at its centre, and swings about it."""
+    pin = fb.Revolute("m", (0.5, 0.0), offset=(0.5, 0.0))
+    for where in ("present", "given"):
+        mechanism = fb.Mechanism(
+            bodies={"m": fb.RigidBody(mass=2.0, inertia=0.3, velocity=(0.0, 1.0))},
+            joints={"pin": Switched(pin, lambda t: t > -1.0, where)},
+            sensors={"m": fb.Position("m"), "w": fb.AngularVelocity("m"),
+                     "lost": fb.sensors.SwitchingLoss("pin")},
+        )  # fmt: skip
+        motion = fb.simulate(mechanism, duration=0.2, step=0.01)
+        rate = -2.0 * 0.5 / (0.3 + 2.0 * 0.5**2)
+        np.testing.assert_allclose(motion.sel(output="w")[-1], rate, rtol=1e-6)
+        np.testing.assert_allclose(np.hypot(motion.sel(output="m_X") - 0.5,
+                                            motion.sel(output="m_Y")), 0.5, rtol=1e-6)  # fmt: skip
+
+
 def reaches(t, x, v, p, force, mode, gap):
     """Say when a point is below a height."""
     gap[0] = x[0, 1] - p[0]
@@ -218,12 +306,14 @@ def test_drawing_has_the_joint_in_a_ring():
 @pytest.mark.parametrize(
     ("build", "text"),
     [
-        (lambda: Switched(fb.Gear("a", "b", 1.0, 1.0), lambda t: 1.0), "one of Revolute"),
+        (lambda: Switched("pin", lambda t: 1.0), "joint must be a joint"),
+        (lambda: Switched(fb.Gear("a", "b", 1.0, 1.0), lambda t: 1.0, "given"), "states no place"),
+        (lambda: rotors(Switched(fb.Gear("a", "b", 1.0, 1.0, 0.9), lambda t: 1.0)), "losses"),
+        (lambda: rotors(Switched(fb.Slot("a", "b", friction=0.1), lambda t: 1.0)), "friction"),
+        (lambda: rotors(Switched(Switched(fb.Weld("b", "a"), np.cos), np.cos)), "cannot switch"),
         (lambda: Switched(fb.Revolute("a", "b"), 1.0), "active must be a function of time"),
         (lambda: Switched(fb.Revolute("a", "b"), ("law",)), "names of a load and its event"),
-        (lambda: Switched(fb.Distance("a", "b", np.cos), lambda t: t > 1), "a fixed length"),
-        (lambda: Switched(fb.Revolute("a", "b", offset=(0.0, 0.1)), lambda t: 1.0), "no offset"),
-        (lambda: Switched(fb.Slot("a", "b", offset=np.ones(2)), lambda t: t > 1), "no offset"),
+        (lambda: Switched(fb.Distance("a", "b", np.cos), lambda t: t > 1), "cylinder needs where"),
         (lambda: Switched(fb.Revolute("a", "b"), lambda t: t > 1, "there"), "where"),
         (lambda: rotors(Switched(fb.Weld("b", "a"), ("load", "event"))), "load with events"),
     ],

@@ -27,6 +27,7 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.contact.friction import Activity, FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName, body_and_point
 from flexband.mechanics.joints.placement import placed
 from flexband.mechanics.kernels.forms import (
@@ -34,7 +35,6 @@ from flexband.mechanics.kernels.forms import (
     Frame,
     GeneralizedForce,
     Polar,
-    TimeFunction,
     Vector,
     add,
     at_point,
@@ -48,7 +48,6 @@ from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,
-    FrictionEntry,
     LawEntry,
     Load,
     MomentEntry,
@@ -369,7 +368,7 @@ class Mechanism:
             normals.append(normal)
         return normals
 
-    def _activity(self, active: TimeFunction | tuple[str, str]) -> Form:
+    def _activity(self, active: Activity) -> Form:
         """Return what is positive where a joint that switches is active."""
         if not isinstance(active, tuple):
             return Form.function(active) - 0.5

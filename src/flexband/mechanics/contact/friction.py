@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_positive, check_same_samples
+from flexband.errors import (
+    InputError,
+    check_function,
+    check_non_negative,
+    check_positive,
+    check_same_samples,
+    returned,
+    shown,
+)
 from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 
@@ -73,6 +82,39 @@ def as_coulomb(name: str, friction: Friction) -> Coulomb:
     return Coulomb(kinetic=check_non_negative(name, friction))
 
 
+Activity = TimeFunction | tuple[str, str]
+"""A function of time that is more than 0.5, or an event of a load, while something is active."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A function of time that is true or false, as one of numbers."""
+
+    function: TimeFunction
+
+    def __call__(self, time: float) -> np.ndarray:
+        return np.asarray(self.function(time), dtype=float)
+
+
+def as_activity(name: str, active: Activity) -> Activity:
+    """Return what is active when, truths as numbers; raise `InputError` if it does not say so."""
+    if isinstance(active, tuple):
+        check_law_output(name, active, "event")
+        return active
+    check_function(name, active, " of time")
+    returned(Numbers(active), 0.0, name)
+    return Numbers(active) if np.asarray(active(0.0)).dtype == bool else active
+
+
+def check_law_output(name: str, value: object, kind: str) -> None:
+    """Raise `InputError` if a value is not the names of a load and of its state or event."""
+    if not isinstance(value, tuple) or len(value) != 2 or {*map(type, value)} != {str}:
+        raise InputError(
+            f"{name} must be a function of time, or the names of a load and its {kind}; "
+            f"got {shown(value)}"
+        )
+
+
 class FrictionEntry(NamedTuple):
     """What sticks or slides, see `kernels.friction`.
 
@@ -99,7 +141,7 @@ class FrictionEntry(NamedTuple):
     factor: Callable[[np.ndarray], np.ndarray] = np.asarray
     angular: bool = False
     one_way: bool = False
-    active: TimeFunction | tuple[str, str] | None = None
+    active: Activity | None = None
 
     @property
     def whole_travel(self) -> Form:

@@ -11,13 +11,15 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_function
 from flexband.mechanics.joints.joint import (
     Couple,
-    Joint,
+    Held,
+    HoldingJoint,
     PairJoint,
     PointName,
     Resolve,
     along,
     check_axis,
     couple,
+    held_turn,
 )
 from flexband.mechanics.kernels.forms import (
     Composed,
@@ -26,9 +28,9 @@ from flexband.mechanics.kernels.forms import (
     Vector,
     cross,
     dot,
+    fixed,
     length,
     moves,
-    scale,
     subtract,
 )
 
@@ -102,6 +104,9 @@ class PrescribedRotation(PairJoint):
         """Return the cosine of the angle from the prescribed direction to the first normal."""
         return [dot(*self._directions(frame))]
 
+    def held(self, frame: Resolve) -> list[Held]:
+        return [held_turn(frame(self.first), frame(self.second), Form.function(self.angle))]
+
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ, times the lengths of both normals."""
         ends = [frame(point) for point in self.points]
@@ -109,7 +114,7 @@ class PrescribedRotation(PairJoint):
 
 
 @frozen()
-class PrescribedTravel(PairJoint):
+class PrescribedTravel(PairJoint, HoldingJoint):
     """A drive: the position of a point along a line.
 
     Parameters
@@ -135,23 +140,17 @@ class PrescribedTravel(PairJoint):
         check_function("PrescribedTravel travel", self.travel, " of time")
         check_axis("PrescribedTravel axis", self.axis)
 
-    def _axis(self, frame: Resolve) -> Vector:
-        return along(frame(self.second), self.axis)
-
-    def constraints(self, frame: Resolve) -> list[Form]:
+    def held(self, frame: Resolve) -> list[Held]:
         """Return n · (r_first − r_second) less the travel times |n|, with n along the axis."""
-        axis, travel = self._axis(frame), Form.function(self.travel)
-        apart = subtract(frame(self.first).position, frame(self.second).position)
-        size = Form.constant(1.0) if frame(self.second).rigid else length(axis)
-        return [dot(axis, apart) - travel * size]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n."""
-        return scale(-multipliers[0], self._axis(frame))
+        second, travel = frame(self.second), Form.function(self.travel)
+        axis = along(second, self.axis)
+        size = Form.constant(1.0) if second.rigid else length(axis)
+        apart = subtract(frame(self.first).position, second.position)
+        return [Held(dot(axis, apart) - travel * size, axis)]
 
 
 @frozen()
-class PrescribedPath(Joint):
+class PrescribedPath(HoldingJoint):
     """A drive: the position of a point in global axes.
 
     Parameters
@@ -173,11 +172,9 @@ class PrescribedPath(Joint):
         check_function("PrescribedPath x", self.x, " of time")
         check_function("PrescribedPath y", self.y, " of time")
 
-    def constraints(self, frame: Resolve) -> list[Form]:
+    def held(self, frame: Resolve) -> list[Held]:
         """Return r − (x, y)."""
         path = Form.function(self.x), Form.function(self.y)
-        return list(subtract(frame(self.first).position, path))
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ."""
-        return -multipliers[0], -multipliers[1]
+        rows = subtract(frame(self.first).position, path)
+        axes = fixed((1.0, 0.0)), fixed((0.0, 1.0))
+        return [Held(row, axis) for row, axis in zip(rows, axes, strict=True)]

@@ -6,8 +6,6 @@ together at any angle.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,6 +14,8 @@ from flexband.errors import InputError, check_finite, check_positive
 from flexband.mechanics.contact.friction import Coulomb, FrictionEntry
 from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.joints.joint import (
+    Held,
+    HoldingJoint,
     PairJoint,
     PointName,
     Resolve,
@@ -23,11 +23,11 @@ from flexband.mechanics.joints.joint import (
     check_axis,
     straight,
 )
-from flexband.mechanics.kernels.forms import Form, Vector, angle, dot, scale, subtract
+from flexband.mechanics.kernels.forms import Form, angle, dot, scale, subtract
 
 
 @frozen()
-class Gear(PairJoint):
+class Gear(PairJoint, HoldingJoint):
     """Two gears in mesh: they roll on each other without slipping.
 
     With the angles θ₁ and θ₂ of the gears and θ of the line of centres, the change of
@@ -94,11 +94,13 @@ class Gear(PairJoint):
         first = np.asarray(self.first_radius, dtype=float)
         return first, np.asarray(self.second_radius, dtype=float)
 
-    def constraints(self, frame: Resolve) -> list[Form]:
-        """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ."""
+    def held(self, frame: Resolve) -> list[Held]:
+        """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ; the force is along the tangent of the circles."""
         (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
-        centres = subtract(second.position, first.position)
-        return [angle(first.normal) * r1 + angle(second.normal) * r2 - angle(centres) * (r1 + r2)]
+        x, y = centres = subtract(second.position, first.position)
+        turns = angle(first.normal) * r1 + angle(second.normal) * r2
+        tangent = scale(1 / (r1 + r2), (-y, x))
+        return [Held(turns - angle(centres) * (r1 + r2), tangent, moment=r1)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         """Return the loss of the mesh, on the mean of both travels along the pitch line."""
@@ -107,19 +109,9 @@ class Gear(PairJoint):
         centres = angle(subtract(second.position, first.position)) * (r1 - r2)
         return mesh_loss(self.efficiency, turn - centres)
 
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ along the tangent, the line of centres turned by 90°."""
-        r1, r2 = self.radii
-        centres = subtract(frame(self.second).position, frame(self.first).position)
-        return scale(multipliers[0] * (-1 / (r1 + r2)), (-centres[1], centres[0]))
-
-    def moment(self, multipliers: Sequence[Form]) -> Form:
-        """Return −λ r₁ about the first gear's centre."""
-        return -multipliers[0] * self.radii[0]
-
 
 @frozen()
-class Rack(PairJoint):
+class Rack(PairJoint, HoldingJoint):
     """A pinion on a rack: it rolls along a line of another body without slipping.
 
     With the travel x of the pinion along the axis and its angle θ, both relative to the rack,
@@ -162,23 +154,15 @@ class Rack(PairJoint):
         travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
         return travel, turn * np.asarray(self.radius, dtype=float)
 
-    def constraints(self, frame: Resolve) -> list[Form]:
-        """Return x + r θ."""
+    def held(self, frame: Resolve) -> list[Held]:
+        """Return x + r θ; the force is along the axis."""
         travel, turn = self._travels(frame)
-        return [travel + turn]
+        return [Held(travel + turn, along(frame(self.second), self.axis), moment=self.radius)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         """Return the loss of the mesh, on the mean of x and −r θ."""
         travel, turn = self._travels(frame)
         return mesh_loss(self.efficiency, travel - turn)
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ along the axis."""
-        return scale(-multipliers[0], along(frame(self.second), self.axis))
-
-    def moment(self, multipliers: Sequence[Form]) -> Form:
-        """Return −λ r about the pinion's centre."""
-        return -multipliers[0] * np.asarray(self.radius, dtype=float)
 
 
 def check_efficiency(name: str, efficiency: ArrayLike) -> None:

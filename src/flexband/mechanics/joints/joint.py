@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from functools import reduce
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,16 @@ from flexband.errors import InputError, check_finite, check_numbers, shown
 from flexband.mechanics.bodies.body import Point
 from flexband.mechanics.contact.contact_law import PairContact
 from flexband.mechanics.contact.friction import FrictionEntry
-from flexband.mechanics.kernels.forms import Form, Frame, Vector
+from flexband.mechanics.kernels.forms import (
+    Form,
+    Frame,
+    Vector,
+    add,
+    angle,
+    dot,
+    scale,
+    subtract,
+)
 
 PointName = str | Point
 """A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""
@@ -40,6 +50,23 @@ def body_and_point(point: PointName) -> tuple[str, str]:
     return body, name or "center"
 
 
+class Held(NamedTuple):
+    """What a joint holds: a travel s that keeps its value, with the multiplier λ.
+
+    Attributes
+    ----------
+    travel : s [m] or [rad], 0 at the place that the joint states.
+    force : a vector, −λ times which is the force on the first body at its point, or None.
+    moment : a number, −λ times which is the moment on the first body, or None.
+    angular : whether s is an angle.
+    """
+
+    travel: Form
+    force: Vector | None = None
+    moment: ArrayLike | None = None
+    angular: bool = False
+
+
 class Joint(ABC):
     """A constraint between points. The first point is on the body that reactions act on.
 
@@ -60,6 +87,10 @@ class Joint(ABC):
     @abstractmethod
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the rows of Φ."""
+
+    def held(self, frame: Resolve) -> list[Held]:
+        """Return what the joint holds from any place on, as a `Switched` one; none if it cannot."""
+        return []
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return forms that must stay positive: they select a branch if Φ = 0 has two."""
@@ -108,6 +139,46 @@ class PairJoint(Joint):
     @property
     def points(self) -> Sequence[PointName]:
         return [self.first, self.second]
+
+
+class HoldingJoint(Joint):
+    """A joint whose constraints, force and moment follow from what it holds."""
+
+    @abstractmethod
+    def held(self, frame: Resolve) -> list[Held]: ...
+
+    def constraints(self, frame: Resolve) -> list[Form]:
+        """Return the travels."""
+        return [row.travel for row in self.held(frame)]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
+        """Return the sum of the forces of the rows, zero without multipliers."""
+        rows = self.held(frame)
+        forces = [
+            scale(-multiplier, row.force)
+            for row, multiplier in zip(rows, multipliers, strict=False)
+            if row.force is not None
+        ]
+        none = (Form({}), Form({})) if any(row.force for row in rows) else None
+        return reduce(add, forces) if forces else none
+
+    def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
+        rows = self.held(frame)
+        pairs = zip(rows, multipliers or [Form({})] * len(rows), strict=False)
+        return [(-m * np.asarray(row.moment), []) for row, m in pairs if row.moment is not None]
+
+
+def held_place(first: Frame, second: Frame) -> list[Held]:
+    """Return what holds the first point at its place in the axes of the second body."""
+    apart = subtract(first.position, second.position)
+    axes = second.normal, second.direction(0.0, 1.0)
+    return [Held(dot(axis, apart), axis) for axis in axes]
+
+
+def held_turn(first: Frame, second: Frame, turn: Form | np.ndarray) -> Held:
+    """Return what holds the angle between two sections at `turn` [rad]."""
+    between = angle(first.normal) - angle(second.normal)
+    return Held(between - turn, moment=1.0, angular=True)
 
 
 def along(line: Frame, axis: tuple[float, float]) -> Vector:

@@ -30,6 +30,8 @@ from flexband.mechanics.contact.geometry.travel import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,
+    Held,
+    HoldingJoint,
     Offset,
     PairJoint,
     PointName,
@@ -38,6 +40,8 @@ from flexband.mechanics.joints.joint import (
     check_axis,
     checked_offset,
     couple,
+    held_place,
+    held_turn,
     straight,
 )
 from flexband.mechanics.kernels.forms import (
@@ -75,17 +79,12 @@ class LineJoint(PairJoint):
     axis: tuple[float, float]
     friction: Friction | None
 
-    def _normal(self, line: Frame) -> Vector:
-        return along(line, (-self.axis[1], self.axis[0]))
-
-    def constraints(self, frame: Resolve) -> list[Form]:
-        """Return n · (r_first − r_second), with n across the line."""
+    def _across(self, frame: Resolve, offset: ArrayLike) -> Held:
+        """Return n · (r_first − r_second) less an offset [m], with n across the line."""
         line = straight(type(self).__name__, frame(self.second))
-        return [dot(self._normal(line), subtract(frame(self.first).position, line.position))]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n."""
-        return scale(-multipliers[0], self._normal(frame(self.second)))
+        normal = along(line, (-self.axis[1], self.axis[0]))
+        apart = dot(normal, subtract(frame(self.first).position, line.position))
+        return Held(apart - np.asarray(offset, dtype=float), normal)
 
     def _travel(self, frame: Resolve) -> Travel:
         x, y = self.axis
@@ -93,7 +92,7 @@ class LineJoint(PairJoint):
 
     def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
-        force = LineJoint.force(self, frame, multipliers)
+        force = scale(-multipliers[0], self._across(frame, 0.0).force)
         if self.friction is None:
             return force
         return add(force, scale(-multipliers[-1], along(frame(self.second), self.axis)))
@@ -164,8 +163,13 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        pin = frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
-        return list(subtract(pin.position, frame(self.second).position))
+        return list(subtract(self._pin(frame).position, frame(self.second).position))
+
+    def _pin(self, frame: Resolve) -> Frame:
+        return frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
+
+    def held(self, frame: Resolve) -> list[Held]:
+        return held_place(self._pin(frame), frame(self.second))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ."""
@@ -234,6 +238,11 @@ class Weld(AlignedJoint):
         first, second = frame(self.first), frame(self.second)
         rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
+
+    def held(self, frame: Resolve) -> list[Held]:
+        """Return the place and the angle between the sections; `axis` is of no effect."""
+        first, second = frame(self.first), frame(self.second)
+        return [*held_place(first, second), held_turn(first, second, np.asarray(self.angle))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ of the positions."""
@@ -356,12 +365,18 @@ class Prismatic(LineJoint, AlignedJoint):
         """
         if self.clearance is not None:
             return []
-        (across,) = super().constraints(frame)
-        return [across - np.asarray(self.offset[0], dtype=float), cross(*self._normals(frame))]
+        return [self._across(frame, self.offset[0]).travel, cross(*self._normals(frame))]
+
+    def held(self, frame: Resolve) -> list[Held]:
+        turn = held_turn(frame(self.first), frame(self.second), self._turn)
+        return [self._across(frame, self.offset[0]), turn]
+
+    @property
+    def _turn(self) -> np.ndarray:
+        return np.asarray(self.angle) + np.asarray(self.offset[1])
 
     def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        turn = np.asarray(self.angle) + np.asarray(self.offset[1])
-        return turned(frame(self.second).normal, turn), frame(self.first).normal
+        return turned(frame(self.second).normal, self._turn), frame(self.first).normal
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
@@ -378,7 +393,7 @@ class Prismatic(LineJoint, AlignedJoint):
 
 
 @frozen()
-class Slot(LineJoint):
+class Slot(LineJoint, HoldingJoint):
     """A pin in a straight slot: the first point stays on a line, its body may rotate.
 
     Parameters
@@ -415,10 +430,9 @@ class Slot(LineJoint):
         along = self._travel(frame)
         return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
-    def constraints(self, frame: Resolve) -> list[Form]:
+    def held(self, frame: Resolve) -> list[Held]:
         """Return n · (r_first − r_second) less the offset."""
-        (across,) = super().constraints(frame)
-        return [across - np.asarray(self.offset, dtype=float)]
+        return [self._across(frame, self.offset)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line."""
@@ -426,7 +440,7 @@ class Slot(LineJoint):
 
 
 @frozen()
-class Distance(PairJoint):
+class Distance(PairJoint, HoldingJoint):
     """A rigid rod without mass between two points, or a cylinder whose stroke is prescribed.
 
     Parameters
@@ -458,15 +472,11 @@ class Distance(PairJoint):
         """Return d = r_first − r_second."""
         return [subtract(frame(self.first).position, frame(self.second).position)]
 
-    def constraints(self, frame: Resolve) -> list[Form]:
+    def held(self, frame: Resolve) -> list[Held]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        return [dot(apart, apart) * self._length(_half_inverse) - self._length(_half)]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ d/ℓ."""
-        (apart,) = self.rods(frame)
-        return scale(-multipliers[0] * self._length(_inverse), apart)
+        travel = dot(apart, apart) * self._length(_half_inverse) - self._length(_half)
+        return [Held(travel, scale(self._length(_inverse), apart))]
 
 
 def _half(length: np.ndarray) -> np.ndarray:

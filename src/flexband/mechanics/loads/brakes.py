@@ -8,7 +8,14 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_numbers, check_positive
-from flexband.mechanics.contact.friction import Coulomb, Friction, FrictionEntry, Travel, as_coulomb
+from flexband.mechanics.contact.friction import (
+    Coulomb,
+    Friction,
+    FrictionEntry,
+    Travel,
+    as_coulomb,
+    check_law_output,
+)
 from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Vector, angle
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, in_time
@@ -56,7 +63,9 @@ class Brake(PairLoad):
     def __post_init__(self) -> None:
         as_coulomb(f"{type(self).__name__} friction", self.friction)
         check_positive(f"{type(self).__name__} radius [m]", self.radius)
-        if not callable(self.force) and not _names(self.force):
+        if isinstance(self.force, tuple):
+            check_law_output(f"{type(self).__name__} force", self.force, "state")
+        elif not callable(self.force) and not isinstance(self.force, str):
             check_non_negative(f"{type(self).__name__} force [N]", self.force)
 
     def enters(self, model: LoadModel) -> Entries:
@@ -133,9 +142,3 @@ class OneWayClutch(PairLoad):
 def turning_of(model: LoadModel, first: PointName, second: PointName) -> Travel:
     """Return the angle of the first body less that of the second one."""
     return Travel(angle(model.frame(first).normal) - angle(model.frame(second).normal))
-
-
-def _names(force: object) -> bool:
-    """Return whether a force is given by the name of a spring, or of a load and its state."""
-    names = force if isinstance(force, tuple) else (force,)
-    return all(isinstance(name, str) for name in names) and 0 < len(names) < 3

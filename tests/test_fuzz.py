@@ -143,6 +143,7 @@ OWN = {
     ("Switched", "joint"): fb.Revolute("r.tip", (1.0, 0.0)),
     ("Switched", "active"): lambda t: t > 0.05,
     ("FreeStrain", "member"): "c",
+    ("FreeCurvature", "member"): "c",
     ("Bushing", "stiffness"): (1.0, 1.0, 1.0),
     ("Characteristic", "force"): (1.0, 2.0),
     ("Characteristic", "place"): (0.0, 1.0),

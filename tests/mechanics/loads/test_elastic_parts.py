@@ -266,6 +266,54 @@ def test_free_strain_of_a_clamped_and_of_a_free_rod(kind):
 
 
 @pytest.mark.parametrize("kind", ["cable", "beam"])
+def test_free_curvature_of_a_cantilever_and_between_walls(kind):
+    """A circular arc without stress, or the moment −EI κ without deflection, however κ is given."""
+    ways = {
+        "number": {"curvature": np.array([0.4, -0.2])},
+        "position": {"curvature": lambda x: 0.4 + 0.0 * x},
+        "factor": {"curvature": 0.8, "factor": lambda t: 0.5 + t},
+        "history": {"history": lambda x, t: 0.4 + t + 0.0 * x},
+    }
+    for way, given in ways.items():
+        kappa = np.array([0.4, -0.2]) if way == "number" else np.array([0.4])
+        parts = {
+            "bodies": {"rod": member(kind)},
+            "loads": {"sun": fb.loads.FreeCurvature("rod", **given)},
+            "sensors": {"end": fb.Position("rod.end"), "turn": fb.Angle("rod.end"),
+                        "S": fb.SectionForces("rod", "0.3"), "e": fb.Strain("rod", "0.5", y=0.004),
+                        "U": fb.ElasticEnergy(), "y": fb.Position("rod.middle")},
+        }  # fmt: skip
+        free = fb.equilibrium(fb.Mechanism(joints={"a": CLAMPED["a"]}, **parts))
+        np.testing.assert_allclose(np.ravel(free.sel(output="turn")), kappa, rtol=1e-9)
+        arc = np.stack([np.sin(kappa), 1 - np.cos(kappa)]) / kappa
+        place = np.atleast_2d(free.sel(output=["end_X", "end_Y"]).values).T
+        np.testing.assert_allclose(place, arc, atol=(kappa.max() / 4) ** 4 / 2880 * 1.1)
+        np.testing.assert_allclose(free.sel(output=["S_N", "S_M", "e_xx", "U"]), 0.0, atol=1e-7)
+        walls = fb.equilibrium(fb.Mechanism(joints=CLAMPED, **parts))
+        np.testing.assert_allclose(np.ravel(walls.sel(output="S_M")), -5 / 3 * kappa, rtol=1e-9)
+        np.testing.assert_allclose(walls.sel(output=["y_Y", "S_N"]), 0.0, atol=1e-9)
+        energy = np.ravel(walls.sel(output="U"))
+        np.testing.assert_allclose(energy, 0.5 * 5 / 3 * kappa**2, rtol=1e-9)
+
+
+def test_free_curvature_of_a_propped_strip_and_in_time():
+    """The end would rise by ∫κ(L − x) dx; between walls the moment is −EI κ(t)."""
+    parts = {"bodies": {"rod": member("cable")}, "sensors": {"S": fb.SectionForces("rod", "0.5")}}
+    propped = fb.Mechanism(
+        joints={"a": CLAMPED["a"], "prop": fb.Slot("rod.end", (1.0, 0.0))},
+        loads={"sun": fb.loads.FreeCurvature("rod", lambda x: 0.006 * x)},
+        **parts,
+    )
+    force = -3 * 5 / 3 * 1e-3
+    assert fb.equilibrium(propped).sel(output="S_M") == pytest.approx(0.5 * force, rel=1e-5)
+    sun = fb.loads.FreeCurvature("rod", history=lambda x, t: 0.02 * t**2 + 0.0 * x)
+    walls = fb.Mechanism(joints=CLAMPED, loads={"sun": sun}, **parts)
+    motion = fb.simulate(walls, duration=0.1, step=0.01)
+    expected = -5 / 3 * 0.02 * motion.time.values**2
+    np.testing.assert_allclose(motion.sel(output="S_M"), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("kind", ["cable", "beam"])
 def test_heat_softens_a_rod_and_rises_in_time(kind):
     """f = f₀ √(1 + N/Nₑ) between pins; and N follows −EA ε(t) of a slow fire."""
     pins = {"a": fb.Revolute("rod.start", (0.0, 0.0)), "b": fb.Revolute("rod.end", (1.0, 0.0))}
@@ -331,6 +379,8 @@ def test_massless_parts_have_no_weight():
         (lambda: fb.loads.Bushing("a", "b", [[1, 2, 0], [1, 1, 0], [0, 0, 1]]), "symmetric"),
         (lambda: fb.loads.Bushing("a", "b", (1, 1, 1), tables=[None]), "tables must be three"),
         (lambda: fb.loads.FreeStrain("rod", np.nan), "FreeStrain strain"),
+        (lambda: fb.loads.FreeCurvature("rod", np.inf), "FreeCurvature curvature"),
+        (lambda: fb.loads.FreeCurvature("rod", factor=1.0), "FreeCurvature factor"),
         (lambda: member("beam", bending_retardation_time=-1.0), "bending_retardation_time"),
     ],
 )
@@ -351,9 +401,10 @@ def test_drawings_show_tables_bushings_and_heat():
         loads={
             "rubber": fb.loads.Bushing("b", "rod.end", (1.0, 1.0, 1.0)),
             "heat": fb.loads.FreeStrain("rod", 1e-4),
+            "sun": fb.loads.FreeCurvature("rod", 1e-4),
             "motor": fb.TorsionSpring("b", "rod.end", torque=table),
             "jack": fb.Spring("b", (1.6, 0.0), pull=table),
         },
     )
     texts = {text.get_text() for text in fb.draw(mechanism).axes[0].texts}
-    assert {"rubber, motor", "heat", "jack"} <= texts
+    assert {"rubber, motor", "heat, sun", "jack"} <= texts

@@ -21,7 +21,7 @@ from flexband.mechanics.loads.load import FreeStrainEntry
 
 
 class FreeTerm(NamedTuple):
-    """A term c f(t) of an axial strain without stress, in a row of the stiffness."""
+    """A term c f(t) of a strain without stress, in a row of the stiffness."""
 
     row: int
     c: np.ndarray
@@ -33,7 +33,7 @@ class ElementTable:
 
     Parameters
     ----------
-    free : axial strains without stress, of which all members take their own.
+    free : strains without stress, of which all members take their own.
     """
 
     def __init__(self, free: Sequence[FreeStrainEntry] = ()):

@@ -50,6 +50,8 @@ def corrections(
     """Return how the states `z` of these samples at the start, (rows, …), differ from the given.
 
     Loops whose bodies turned by less than `branch_turn` [rad] are not examined for another branch.
+    Members with a free strain or curvature have another shape than the given one, so their turns
+    and moves count as 0.
     """
     z, velocity = z[:, : len(samples)], system.structure.state.velocity
     q, v = z[:velocity], z[velocity:]
@@ -58,6 +60,7 @@ def corrections(
     mechanism = system.mechanism
     shape = len(mechanism.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
+    free = {entry.member for entries in mechanism.entries.values() for entry in entries.strains}
     for b, (name, body) in enumerate(mechanism.bodies.items()):
         first = mechanism.first_coordinates[name]
         n = first + np.array(body.nodes)
@@ -71,6 +74,8 @@ def corrections(
             rate = _cross(given, given_v, first) / _dot(given, given, first)
             now = _cross(q, v, first) / _dot(q, q, first)
             rates[b] = _relative(np.abs(now - rate), np.abs(rate))
+        if name in free:
+            turns[b] = moves[b] = 0.0
     changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
     turned = np.flatnonzero(turns.max(axis=0) > branch_turn)
     if len(turned):

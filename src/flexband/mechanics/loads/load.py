@@ -94,12 +94,13 @@ class LawEntry(NamedTuple):
 
 
 class FreeStrainEntry(NamedTuple):
-    """An axial strain without stress at `AXIAL` places of the elements of a member.
+    """Strains of a member without stress.
 
     Attributes
     ----------
     member : its name.
-    strains : of each element, at each of its places, Σ c f(t).
+    strains : of each element, the first of its `element_strains`, Σ c f(t): the axial strain at the
+        places `AXIAL`, and then the two of bending, see `bodies.assumed_strains.bent`.
     """
 
     member: str

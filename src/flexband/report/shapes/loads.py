@@ -12,7 +12,7 @@ from flexband.mechanics.loads.bushings import Bushing
 from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.contacts import AngularStop, Contact, Stop
 from flexband.mechanics.loads.force_laws import ForceLaw, ViscousFriction
-from flexband.mechanics.loads.free_strain import FreeStrain
+from flexband.mechanics.loads.free_strain import FreeCurvature, FreeStrain
 from flexband.mechanics.loads.load import InTime, Load
 from flexband.mechanics.loads.loads import DistributedLoad, Force, Gravity, Moment
 from flexband.mechanics.loads.springs import Spring, TorsionSpring
@@ -84,8 +84,9 @@ def _(load: Bushing, sketch: Sketch, name: str) -> None:
     sketch.name(name, at(place), color="load")
 
 
-@add_load.register
-def _(load: FreeStrain, sketch: Sketch, name: str) -> None:
+@add_load.register(FreeStrain)
+@add_load.register(FreeCurvature)
+def _(load: FreeStrain | FreeCurvature, sketch: Sketch, name: str) -> None:
     """Add a dashed line along the member."""
     axis = at(*sketch.points([f"{load.member}.{place}" for place in np.linspace(0, 1, 13)]))
     sketch.line(axis, color="load", width=2.0, dash=(2, 3), layer=8.0, part=f"load {name!r}")

@@ -40,6 +40,21 @@ def test_joint_and_sensor(page):
     np.testing.assert_allclose(motion.sel(output="d"), 3.0 + 0.5 * t**2, atol=1e-9)
 
 
+def test_joint_that_says_what_it_holds(page):
+    """Atwood's machine; a rope that is taut from 0.1 s on makes up for the time before."""
+    pulley = page.Pulley("a", "b")
+    for joint in (pulley, fb.contact.Switched(pulley, lambda t: t > 0.1)):
+        model = fb.Mechanism(
+            bodies={"a": fb.PointMass(mass=2.0), "b": fb.PointMass(mass=3.0, position=(1.0, 0.0))},
+            joints={"rope": joint},
+            loads={"gravity": fb.Gravity()},
+            sensors={"a": fb.Velocity("a"), "F": fb.Reaction("rope")},
+        )
+        end = fb.simulate(model, duration=0.3, step=0.05)[:, -1]
+        np.testing.assert_allclose(end.sel(output="F_Y"), 2 * 6 / 5 * 9.81, rtol=1e-6)
+        np.testing.assert_allclose(end.sel(output="a_Y"), 9.81 / 5 * 0.3, rtol=1e-6)
+
+
 def test_load(page):
     """A mass on a bushing oscillates with ω² = k/m, and its energy stays the same."""
     model = fb.Mechanism(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pendulums import GRAVITY, bar, chain
+from pendulums import GRAVITY, bar, chain, crank_pins
 from rebuilt import at_end, rebuilt
 
 import flexband as fb
@@ -63,8 +63,7 @@ def laval_rotor(radius_of_gyration):
 def scissors(length, pin):
     """Return three pairs of crossed bars; `pin` joins two points."""
     size = 3
-    body = {"mass": 1.0, "inertia": 1.0}
-    bodies = {"D": fb.RigidBody(**body, angle=np.pi / 4)}
+    bodies = {"D": fb.RigidBody(mass=1.0, inertia=1.0, angle=np.pi / 4)}
     loads = {
         "gravity": fb.Gravity(y=-0.981),
         "D": bushing("D", (0.0, 0.0), 1e4, 1e2),
@@ -73,14 +72,9 @@ def scissors(length, pin):
     joints = {"H0": fb.PrescribedRotation("H0", lambda t: 0.0 * t)}
     pins = [("H0", (0.0, 0.0)), ("V0", (0.0, 0.0))]
     for k in range(size):
-        place = {
-            "position": (k * length, k * length),
-            "points": {"a": (-length, 0.0), "b": (length, 0.0)},
-        }
-        bodies |= {
-            f"H{k}": fb.RigidBody(**body, **place),
-            f"V{k}": fb.RigidBody(**body, **place, angle=np.pi / 2),
-        }
+        for name, angle in ((f"H{k}", 0.0), (f"V{k}", np.pi / 2)):
+            place = (k * length, k * length)
+            bodies[name] = bar(2 * length, 1.0, 1.0, position=place, angle=angle)
         if k:
             joints[f"D{k}"] = fb.Slot(f"V{k}", "D")
             pins += [(f"H{k}", f"V{k}"), (f"H{k}.a", f"V{k - 1}.b"), (f"V{k}.a", f"H{k - 1}.b")]
@@ -123,7 +117,7 @@ def scissors_on_springs(length):
     value=0.1,
 )
 def slider_crank_on_a_frame(torque):
-    def x(frame, bodies, joints, loads):
+    def x(frame, bodies, loads):
         slider = fb.RigidBody(mass=0.4, inertia=4e-4, position=(0.4, 0.0))
         model = fb.Mechanism(
             bodies={
@@ -132,12 +126,7 @@ def slider_crank_on_a_frame(torque):
                 "slider": slider,
             }
             | bodies,
-            joints={
-                "A": fb.Revolute("crank.a", frame),
-                "B": fb.Revolute("rod.a", "crank.b"),
-                "C": fb.Revolute("slider", "rod.b"),
-                "guide": fb.Prismatic("slider", frame),
-            },
+            joints=crank_pins(frame) | {"guide": fb.Prismatic("slider", frame)},
             loads={"torque": fb.Moment("crank", torque)} | loads,
             sensors={"x": fb.Position("slider")},
         )
@@ -147,8 +136,8 @@ def slider_crank_on_a_frame(torque):
         "mounts": bushing("frame", (0.0, 0.0), 5e3, 50.0),
         "turn": fb.TorsionSpring("frame", stiffness=5e3, damping=50.0),
     }
-    return x((0.0, 0.0), {}, {}, {}) + x(
-        "frame", {"frame": fb.RigidBody(mass=2.0, inertia=1.0)}, {}, mounts
+    return x((0.0, 0.0), {}, {}) + x(
+        "frame", {"frame": fb.RigidBody(mass=2.0, inertia=1.0)}, mounts
     )
 
 

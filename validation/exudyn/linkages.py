@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pendulums import GRAVITY, bar
+from pendulums import GRAVITY, bar, crank_pins
 from rebuilt import at_end, rebuilt
 
 import flexband as fb
@@ -23,12 +23,7 @@ def slider_crank(torque):
             "rod": bar(1.0, 4.0, position=(1.0, 0.0)),
             "slider": fb.PointMass(mass=1.0, position=(1.5, 0.0)),
         },
-        joints={
-            "A": fb.Revolute("crank.a", (0.0, 0.0)),
-            "B": fb.Revolute("rod.a", "crank.b"),
-            "C": fb.Revolute("slider", "rod.b"),
-            "guide": fb.Slot("slider", (0.0, 0.0)),
-        },
+        joints=crank_pins() | {"guide": fb.Slot("slider", (0.0, 0.0))},
         loads={"torque": fb.Moment("crank", torque)},
         sensors={"x": fb.Position("slider")},
     )
@@ -71,12 +66,7 @@ def ladder(speed):
 def crank_with_two_sliders(stiffness):
     start = 0.6 * np.cos(np.pi / 6)
     crank, rod = (
-        fb.RigidBody(
-            mass=mass,
-            inertia=mass / 12 * length**2 * 1e-10,
-            points={"a": (-length / 2, 0.0), "b": (length / 2, 0.0)},
-            angle=angle,
-        )
+        bar(length, mass, mass / 12 * length**2 * 1e-10, angle=angle)
         for mass, length, angle in ((0.36, 0.3, np.pi / 2), (0.15, 0.6, -np.pi / 6))
     )
     return fb.Mechanism(
@@ -86,13 +76,7 @@ def crank_with_two_sliders(stiffness):
             "3": fb.PointMass(mass=0.1, position=(start, 0.0)),
             "4": fb.PointMass(mass=0.7, position=(start + 0.2, 0.0)),
         },
-        joints={
-            "A": fb.Revolute("crank.a", (0.0, 0.0)),
-            "B": fb.Revolute("rod.a", "crank.b"),
-            "C": fb.Revolute("3", "rod.b"),
-            "3": fb.Slot("3", (0.0, 0.0)),
-            "4": fb.Slot("4", (0.0, 0.0)),
-        },
+        joints=crank_pins(slider="3") | {k: fb.Slot(k, (0.0, 0.0)) for k in "34"},
         loads={"torque": fb.Moment("crank", 1.0), "spring": fb.Spring("4", "3", stiffness, 0.2)},
         sensors={"x": fb.Position("4")},
     )

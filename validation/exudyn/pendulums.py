@@ -10,6 +10,11 @@ import flexband as fb
 GRAVITY = {"gravity": fb.Gravity()}
 
 
+def position(model, duration, step, output):
+    motion = fb.simulate(model, duration=duration, step=step)
+    return motion.sel(output=output).values[..., -1]
+
+
 @rebuilt(
     "TestModels/MiniExamples/ObjectMassPoint2D.py",
     "x after 1 s [m]",
@@ -22,7 +27,7 @@ def free_point(speed):
         bodies={"m": fb.PointMass(mass=1.0, position=(1.5, 1.0), velocity=(speed, 0.0))},
         sensors={"x": fb.Position("m")},
     )
-    return fb.simulate(model, duration=1.0, step=0.1).sel(output="x_X").values[..., -1]
+    return position(model, 1.0, 0.1, "x_X")
 
 
 @rebuilt("Examples/myFirstExample.py", "x after 1 s [m]", exudyn=5e-5, tolerance=1e-12, value=0.001)
@@ -32,7 +37,7 @@ def pushed_point(force):
         loads={"F": fb.Force("m", force)},
         sensors={"x": fb.Position("m")},
     )
-    return fb.simulate(model, duration=1.0, step=0.01).sel(output="x_X").values[..., -1]
+    return position(model, 1.0, 0.01, "x_X")
 
 
 @rebuilt(
@@ -59,11 +64,6 @@ def point_pendulum(length, mass, start):
         loads=GRAVITY,
         sensors={"r": fb.Position("m")},
     )
-
-
-def position(model, duration, step, output):
-    motion = fb.simulate(model, duration=duration, step=step)
-    return motion.sel(output=output).values[..., -1]
 
 
 @rebuilt(
@@ -99,21 +99,39 @@ def pendulum_from_the_left(length):
     return position(point_pendulum(length, 1.0, (-length, 0.0)), 2.0, 1e-4, "r_X")
 
 
+def bar(length, mass, inertia=None, **start):
+    """Return a bar between the points a and b; its inertia is that of a thin one if not given."""
+    return fb.RigidBody(
+        mass=mass,
+        inertia=mass * length**2 / 12 if inertia is None else inertia,
+        points={"a": (-length / 2, 0.0), "b": (length / 2, 0.0)},
+        **start,
+    )
+
+
+def crank_pins(frame=(0.0, 0.0), slider="slider"):
+    """Return the pins of a slider–crank whose bars are a crank and a rod."""
+    pins = {"A": ("crank.a", frame), "B": ("rod.a", "crank.b"), "C": (slider, "rod.b")}
+    return {name: fb.Revolute(*points) for name, points in pins.items()}
+
+
 def chain(links, length):
     """Return unit bodies, of unit inertia, that hang side by side from (−½, 0)."""
-    half = length / 2
     bodies = {
-        f"{k}": fb.RigidBody(
-            mass=1.0,
-            inertia=1.0,
-            position=((2 * k + 1) * half - 0.5, 0.0),
-            points={"a": (-half, 0.0), "b": (half, 0.0)},
-        )
+        f"{k}": bar(length, 1.0, 1.0, position=((k + 0.5) * length - 0.5, 0.0))
         for k in range(links)
     }
     joints = {"0": fb.Revolute("0.a", (-0.5, 0.0))}
     joints |= {f"{k}": fb.Revolute(f"{k}.a", f"{k - 1}.b") for k in range(1, links)}
     return bodies, joints
+
+
+def hanging_chain(links, length, duration):
+    """Return the angle of the lowest body of a chain at the end [rad]."""
+    bodies, joints = chain(links, length)
+    sensors = {"angle": fb.Angle(f"{links - 1}")}
+    model = fb.Mechanism(bodies=bodies, joints=joints, loads=GRAVITY, sensors=sensors)
+    return at_end(model, duration, 1e-4)
 
 
 @rebuilt(
@@ -124,11 +142,7 @@ def chain(links, length):
     value=1.0,
 )
 def double_pendulum(length):
-    bodies, joints = chain(2, length)
-    model = fb.Mechanism(
-        bodies=bodies, joints=joints, loads=GRAVITY, sensors={"angle": fb.Angle("1")}
-    )
-    return at_end(model, 2.0, 1e-4)
+    return hanging_chain(2, length, 2.0)
 
 
 @rebuilt(
@@ -139,20 +153,7 @@ def double_pendulum(length):
     value=1.0,
 )
 def pendulum_of_four(length):
-    bodies, joints = chain(4, length)
-    model = fb.Mechanism(
-        bodies=bodies, joints=joints, loads=GRAVITY, sensors={"angle": fb.Angle("3")}
-    )
-    return at_end(model, 1.0, 1e-4)
-
-
-def bar(length, mass, **start):
-    return fb.RigidBody(
-        mass=mass,
-        inertia=mass * length**2 / 12,
-        points={"a": (-length / 2, 0.0), "b": (length / 2, 0.0)},
-        **start,
-    )
+    return hanging_chain(4, length, 1.0)
 
 
 @rebuilt(

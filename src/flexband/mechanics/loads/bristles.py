@@ -84,20 +84,16 @@ class LuGre(PairLoad):
         """Return the law."""
         numbers = self.kinetic, self.static, self.stribeck_speed
         numbers += self.stiffness, self.damping, self.viscous
-        direction = math.atan2(self.axis[1], self.axis[0])
-        law = ForceLaw(self.points, bristles, (*numbers, direction), states={"z": 0.0})
+        axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
+        law = ForceLaw(self.points, bristles, (*numbers, *axis), states={"z": 0.0}, within=[(0, 1)])
         return law.enters(model)
 
 
 def bristles(t, x, v, s, p, force, rate):
     """Fill in the forces of a `LuGre` and the rate of its deflection."""
-    kinetic, static, speed, stiffness, damping, viscous, direction = p
-    tx, ty = math.cos(x[1, 2] + direction), math.sin(x[1, 2] + direction)
-    dx, dy = x[0, 0] - x[1, 0], x[0, 1] - x[1, 1]
-    u = tx * (v[0, 0] - v[1, 0] + v[1, 2] * dy) + ty * (v[0, 1] - v[1, 1] - v[1, 2] * dx)
+    kinetic, static, speed, stiffness, damping, viscous, ax, ay = p
+    u = ax * v[2, 0] + ay * v[2, 1]
     level = kinetic + (static - kinetic) * math.exp(-((u / speed) ** 2))
     rate[0] = u - stiffness * abs(u) / level * s[0]
     F = stiffness * s[0] + damping * rate[0] + viscous * u
-    force[0, 0], force[0, 1] = -F * tx, -F * ty
-    force[1, 0], force[1, 1] = F * tx, F * ty
-    force[1, 2] = F * (dx * ty - dy * tx)
+    force[2, 0], force[2, 1] = -ax * F, -ay * F

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
+from flexband.compilation.machine_code import compiled
 from flexband.errors import InputError, check_finite, check_function
 
 
@@ -79,6 +80,28 @@ class Characteristic:
         coefficients = _of_ramps(_of_ramps(force, places).swapaxes(0, 1), speeds).swapaxes(0, 1)
         rows = [*places, *speeds, *coefficients.reshape(-1, force.shape[-1])]
         return rows, len(places), len(speeds)
+
+    @property
+    def parameters(self) -> list:
+        """The parameters from which a force law reads the table, see `read_table`."""
+        rows, places, speeds = self.rows
+        return [places, speeds, self.factor, *(np.squeeze(row) for row in rows)]
+
+
+@compiled
+def read_table(p, at, x, v):
+    """Return the force at x and v of a table whose `parameters` start at p[at], and their end."""
+    places, speeds, factor = int(p[at]), int(p[at + 1]), p[at + 2]
+    first, second, force = at + 3, at + 3 + places, 0.0
+    coefficient = second + speeds
+    for k in range(places):
+        a = 1.0 if k == 0 else x - p[first + k - 1]
+        a = max(a, 0.0) if k > 1 else a
+        for m in range(speeds):
+            b = 1.0 if m == 0 else v - p[second + m - 1]
+            b = max(b, 0.0) if m > 1 else b
+            force += factor * p[coefficient + k * speeds + m] * a * b
+    return force, coefficient + places * speeds
 
 
 def _increasing(name: str, given: ArrayLike) -> np.ndarray:

@@ -51,7 +51,7 @@ class LawShape(NamedTuple):
     parameters: int
     states: int = 0
     events: int = 0
-    between: tuple[tuple[int, int], ...] = ()
+    lines: tuple[tuple[int, int, int], ...] = ()
     contact: bool = False
 
 
@@ -147,7 +147,7 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         code = cfunc("void(intp)", error_model="numpy")(law)
         return CompiledLaw(cast(int, code.address), (code, *kept))
     dispatcher, done = _checked(law, {}), []
-    pairs = np.array(shape.between, dtype=np.int64).reshape(-1, 2)
+    pairs = np.array(shape.lines, dtype=np.int64).reshape(-1, 3)
     report = _reporter(dispatcher, shape, pairs, done)
     code = cfunc(f"int64(float64{8 * ', CPointer(float64)'})", error_model="numpy")(
         _one_sample(dispatcher, shape)
@@ -166,7 +166,7 @@ def _reporter(
     dispatcher: Dispatcher, shape: LawShape, pairs: np.ndarray, done: list[CompiledLaw]
 ) -> Any:
     """Return a C function that notes why the law, which will be `done`, failed in a lane."""
-    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.between)
+    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.lines)
 
     @Report
     def report(address: int, lane: int, outcome: int) -> None:
@@ -228,7 +228,7 @@ def every_lane(lanes, at, pairs, law, report):
 def _one_sample(dispatcher: Dispatcher, shape: LawShape) -> Callable:
     """Return a function of the arrays of a law that Numba can compile as a C function."""
     parameters, states, events = shape[1:4]
-    size = shape.points + len(shape.between), AXES
+    size = shape.points + len(shape.lines), AXES
     stateful, switched = states > 0 and not events, events > 0 and not states
     plain = not (states or events)
 

@@ -51,6 +51,8 @@ class ForceLaw:
         and `v` for each: (ℓ, 0, φ), the distance of the two points and the angle of the first less
         that of the second, with turns counted. In `force` the row is (F, 0, M): F pushes the points
         apart, M turns the first body, and the second one the other way.
+    within : more such pairs. The row of x is (x, y, φ), the place of the first point in the axes of
+        the second body; forces and M along these act on the first body, and back on the second.
     events : names of gaps, functions of what the law reads whose zeros are events, such as the
         place of a switch. The law takes two arguments more, ``law(…, mode, gap)``, shape (events,).
         It fills `gap`, and takes its sign from `mode`, 1.0 or -1.0, which is held while a step is
@@ -61,8 +63,8 @@ class ForceLaw:
     ------
     InputError
         If there is no point, a parameter is neither finite nor a function of time, a state at the
-        start is neither finite nor "steady", `between` has a number that is not of a point, or the
-        law does not compile, returns a value or calls itself.
+        start is neither finite nor "steady", a number in `between` or `within` is not of a point,
+        or the law does not compile, returns a value or calls itself.
     """
 
     points: Sequence[PointName]
@@ -71,6 +73,7 @@ class ForceLaw:
     states: Mapping[str, ArrayLike] = field(default_factory=dict)
     between: Sequence[tuple[int, int]] = ()
     events: Sequence[str] = ()
+    within: Sequence[tuple[int, int]] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.points, list | tuple) or not self.points:
@@ -84,7 +87,8 @@ class ForceLaw:
             in_time(f"ForceLaw parameter {k}", value)
         check_function("ForceLaw law", self.law)
         _check_states(self.states)
-        check_lines(self.between, len(self.points))
+        check_lines("between", self.between, len(self.points))
+        check_lines("within", self.within, len(self.points))
         _check_events(self.events)
         compiled_law(self.law, self._entry([None] * len(self.points)).shape)
 
@@ -93,7 +97,8 @@ class ForceLaw:
         return Entries(laws=[self._entry([model.frame(point) for point in self.points])])
 
     def _entry(self, frames: Sequence[Any]) -> LawEntry:
-        return LawEntry(frames, self.law, self.parameters, self.states, self.between, self.events)
+        lines = [(i, j, kind) for kind in (0, 1) for i, j in (self.between, self.within)[kind]]
+        return LawEntry(frames, self.law, self.parameters, self.states, lines, self.events)
 
 
 def _check_states(states: object) -> None:

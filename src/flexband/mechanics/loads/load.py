@@ -70,7 +70,8 @@ class LawEntry(NamedTuple):
     law : the user's function, see `compiled_laws`.
     parameters : numbers, arrays of shape (n,), or functions of the time [s].
     states : its first-order states at the start by name, or "steady" where their rates vanish.
-    between : pairs of numbers of points, the ends of lines that it reads and acts on.
+    lines : that it reads and acts on: two numbers of points, and 0 for the line between them or 1
+        for the place of the first one in the axes of the second one's body.
     events : the names of its gaps, whose zeros are events.
     gap_kind : what these are of, see `kernels.laws.forces`. Gaps of contacts have forces.
     closed_at_start : whether contacts may be closed at the start.
@@ -80,7 +81,7 @@ class LawEntry(NamedTuple):
     law: Law
     parameters: Sequence[InTime]
     states: Mapping[str, ArrayLike] = MappingProxyType({})
-    between: Sequence[tuple[int, int]] = ()
+    lines: Sequence[tuple[int, int, int]] = ()
     events: Sequence[str] = ()
     gap_kind: int = GAP.event
     closed_at_start: bool = False
@@ -88,9 +89,8 @@ class LawEntry(NamedTuple):
     @property
     def shape(self) -> LawShape:
         """The sizes of what the law takes."""
-        between = tuple((first, second) for first, second in self.between)
         sizes = len(self.points), len(self.parameters), len(self.states), len(self.events)
-        return LawShape(*sizes, between, contact=self.gap_kind != GAP.event)
+        return LawShape(*sizes, tuple(self.lines), contact=self.gap_kind != GAP.event)
 
 
 class FreeStrainEntry(NamedTuple):

@@ -43,16 +43,10 @@ Table = tuple[list[str], list[list[str]]]
 
 
 class Ending:
-    """How this process ends.
+    """How this process ends."""
 
-    Attributes
-    ----------
-    debug : whether errors are raised with their traceback.
-    stopped : what is printed after Ctrl-C or SIGTERM.
-    """
-
-    debug = False
-    stopped = "flexband: stopped"
+    debug = False  # whether errors are raised with their traceback
+    stopped = "flexband: stopped"  # what is printed after Ctrl-C or SIGTERM
 
 
 class UsageError(InputError):

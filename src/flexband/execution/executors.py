@@ -38,18 +38,14 @@ ExecutorLike = Workers | Executor | DaskClient | str | None
 
 @dataclass(frozen=True)
 class FlowOptions:
-    """How many calls are under way at a time.
-
-    Attributes
-    ----------
-    first : tasks under way before any has finished. A task that has waited for less time than it
-        worked shows that workers may be idle, and one more is under way from then on.
-    work : time [s] of work that one submission should hold: calls that are shorter are submitted
-        several at a time, unless workers would be without.
-    """
+    """How many calls are under way at a time."""
 
     first: int = 1000
+    """Tasks under way before any has finished. A task that has waited for less time than it worked
+    shows that workers may be idle, and one more is under way from then on."""
     work: float = 1.0
+    """Time [s] of work that one submission should hold: calls that are shorter are submitted
+    several at a time, unless workers would be without."""
 
 
 class _Submission(NamedTuple):

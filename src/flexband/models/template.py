@@ -23,11 +23,6 @@ class Template:
 
     The format is one of Python's, such as ``.6e``; without one, a number is written with all its
     digits. Other braces and dollars stay as they are; ``$${`` becomes ``${``.
-
-    Raises
-    ------
-    InputError
-        If a placeholder is not of this form.
     """
 
     text: str

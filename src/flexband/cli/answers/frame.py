@@ -46,18 +46,11 @@ Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
 
 
 class SavedResult(NamedTuple):
-    """What a question is asked of.
+    """What a question is asked of."""
 
-    Attributes
-    ----------
-    surrogate : of the study.
-    folder : where it is, and where answers are written.
-    display : in which units numbers are shown.
-    """
-
-    surrogate: AnySurrogate
-    folder: Path
-    display: Display
+    surrogate: AnySurrogate  # of the study
+    folder: Path  # where it is, and where answers are written
+    display: Display  # in which units numbers are shown
 
     def study(self, *, trust: bool) -> Study:
         """Return the study; raise `UsageError` if its file is run only with `trust`."""
@@ -99,25 +92,17 @@ class SavedResult(NamedTuple):
 
 @dataclass(frozen=True)
 class CommandOutput:
-    """What a command answers.
+    """What a command answers."""
 
-    Attributes
-    ----------
-    content : what --json prints.
-    tables : titles and tables that are printed otherwise, before the text.
-    text : lines that follow.
-    name : of the files that are written: NAME.nc and NAME.png.
-    data : content of NAME.nc; None writes none.
-    figure : makes the figure of NAME.png; None for a command that draws none.
-    drawable : whether there is something to draw; otherwise an older picture is deleted.
-    """
-
-    content: Mapping[str, object]
+    content: Mapping[str, object]  # what --json prints
+    # titles and tables that are printed otherwise, before the text
     tables: Sequence[tuple[str, Table]] = ()
-    text: str = ""
-    name: str = ""
-    data: xr.Dataset | None = None
+    text: str = ""  # lines that follow
+    name: str = ""  # of the files that are written: NAME.nc and NAME.png
+    data: xr.Dataset | None = None  # content of NAME.nc; None writes none
+    # makes the figure of NAME.png; None for a command that draws none
     figure: Callable[[], Figure] | None = None
+    # whether there is something to draw; otherwise an older picture is deleted
     drawable: bool = True
 
     def write(self, folder: Path) -> list[Path]:

@@ -13,23 +13,19 @@ from flexband.mechanics.bodies.body import MassEntries
 
 
 class MassOptions(NamedTuple):
-    """Masses and inertias of rigid bodies in place of those that are small.
-
-    Attributes
-    ----------
-    turning : how much more assembly minds turning a rigid body by 1 rad than moving it by the size
-        of all.
-    massless : what counts as none, relative to the whole mechanism.
-    regular, min_regular : what matrices have instead, relative to the smallest that is not zero,
-        and to the whole mechanism at least; see `projection.refine`.
-    min_sharing : redundant constraints share forces by at least this part of the whole mechanism's.
-    """
+    """Masses and inertias of rigid bodies in place of those that are small."""
 
     turning: float = 1e3
+    """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of
+    all."""
     massless: float = 1e-12
+    """What counts as none, relative to the whole mechanism."""
     regular: float = 1e-4
+    """What matrices have instead, relative to the smallest that is not zero …"""
     min_regular: float = 1e-10
+    """… and to the whole mechanism at least; see `projection.refine`."""
     min_sharing: float = 1e-6
+    """Redundant constraints share forces by at least this part of the whole mechanism's."""
 
 
 class Inertia:

@@ -75,12 +75,6 @@ def pack(
     """Return the blocks of all samples, or of those with these numbers, for a run over `times` [s].
 
     With the tolerance of steps that are chosen freely, functions of time are polynomials.
-
-    Raises
-    ------
-    InputError
-        If a function of time returns values that are not finite or not one number per sample, or
-        one that prescribes a motion jumps.
     """
     terms, first = system.structure.terms, system.structure.state.multiplier
     entries = zip(terms.f.tolist(), terms.k.tolist(), strict=True)

@@ -51,13 +51,7 @@ class Fixed(Mapping[str, Part]):
 
 
 def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) -> Fixed[Part]:
-    """Return a copy of one of the mappings of a mechanism.
-
-    Raises
-    ------
-    InputError
-        If it is no mapping from names to parts of this kind.
-    """
+    """Return a copy of one of the mappings of a mechanism."""
     check_instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
     copies = {}
     for name, part in parts.items():

@@ -38,42 +38,30 @@ from flexband.mechanics.sensors.motion import Sensor
 
 @dataclass(frozen=True)
 class System:
-    """A mechanism as arrays.
+    """A mechanism as arrays."""
 
-    Attributes
-    ----------
-    structure : sizes and indices, the same for all samples.
-    samples : number of samples, 1 if no parameter is an array.
-    values : the numbers of all samples, arrays of shape (rows, samples or 1). The functions of time
-        are tabulated in `packing`.
-    functions : the functions of time in use, except for the constant one.
-    constraints : the part that each row of Φ belongs to.
-    turning : the part that each of the turning vectors belongs to.
-    outputs, units : name and unit of each output.
-    sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
-    conditions : the joint behind each further row, which must stay positive.
-    laws : the compiled force laws, which must exist as long as the engine calls them, each with the
-        name of its load.
-    law_failures, numbers : number -> load and reason, as the engine finds them, and new numbers.
-    mechanism : what the arrays are of.
-    given : the start [1, q] that the bodies state, shape (rows, samples or 1).
-    first_time : of a motion [s].
-    """
-
-    structure: Structure
-    samples: int
+    structure: Structure  # sizes and indices, the same for all samples
+    samples: int  # number of samples, 1 if no parameter is an array
+    # the numbers of all samples, arrays of shape (rows, samples or 1). The functions of time are
+    # tabulated in `packing`.
     values: Values
-    functions: list[TimeFunction]
-    constraints: list[str]
-    turning: list[str]
+    functions: list[TimeFunction]  # the functions of time in use, except for the constant one
+    constraints: list[str]  # the part that each row of Φ belongs to
+    turning: list[str]  # the part that each of the turning vectors belongs to
+    # name and unit of each output
     outputs: list[str]
     units: list[str]
+    # for each sensor, what computes its outputs from its rows, and which rows are its own
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
-    conditions: list[str]
+    conditions: list[str]  # the joint behind each further row, which must stay positive
+    # the compiled force laws, which must exist as long as the engine calls them, each with the name
+    # of its load
     laws: Sequence[tuple[str, CompiledLaw]]
-    mechanism: Mechanism
-    given: np.ndarray
+    mechanism: Mechanism  # what the arrays are of
+    given: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
     first_time: float = 0.0
+    """Of a motion [s]."""
+    # number -> load and reason, as the engine finds them, and new numbers
     law_failures: dict[int, str] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 
@@ -96,14 +84,7 @@ class System:
 
 
 def assemble(mechanism: Mechanism) -> System:
-    """Return the arrays of a mechanism.
-
-    Raises
-    ------
-    InputError
-        If numbers of samples do not fit each other or a function of position returns values that
-        are not allowed.
-    """
+    """Return the arrays of a mechanism."""
     mechanism.warn_of_elements()
     state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
     velocity: list[ArrayLike] = [0.0]

@@ -25,20 +25,12 @@ Couples = Iterator[tuple[int, int]]
 
 @dataclass(frozen=True)
 class Places:
-    """Where the numbers of a mechanism are.
+    """Where the numbers of a mechanism are."""
 
-    Attributes
-    ----------
-    state : the rows of z.
-    functions : the number of each function of time, 0 for None.
-    slots : (i, j), i ≤ j -> row of the matrix.
-    nowhere : the row of the matrix that all other pairs share.
-    """
-
-    state: State
-    functions: dict[TimeFunction | None, int]
-    slots: dict[tuple[int, int], int]
-    nowhere: int
+    state: State  # the rows of z
+    functions: dict[TimeFunction | None, int]  # the number of each function of time, 0 for None
+    slots: dict[tuple[int, int], int]  # (i, j), i ≤ j -> row of the matrix
+    nowhere: int  # the row of the matrix that all other pairs share
 
     def slot(self, i: int, j: int) -> int:
         """Return the row of the matrix for (i, j)."""

@@ -35,22 +35,13 @@ from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, su
 
 
 class ElementState(NamedTuple):
-    """A place in elements of a member.
+    """A place in elements of a member."""
 
-    Attributes
-    ----------
-    q : coordinates of the elements, shape (element coordinates, …).
-    xi : the place ξ.
-    length : of the elements [m], shape (…).
-    initial : their `element_strains` at the start.
-    section : the `section_stiffness` at ξ.
-    """
-
-    q: np.ndarray
-    xi: float
-    length: np.ndarray
-    initial: np.ndarray
-    section: Sequence[np.ndarray] | np.ndarray
+    q: np.ndarray  # coordinates of the elements, shape (element coordinates, …)
+    xi: float  # the place ξ
+    length: np.ndarray  # of the elements [m], shape (…)
+    initial: np.ndarray  # their `element_strains` at the start
+    section: Sequence[np.ndarray] | np.ndarray  # the `section_stiffness` at ξ
 
 
 @dataclass(frozen=True, kw_only=True)

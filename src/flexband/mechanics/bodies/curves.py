@@ -26,13 +26,7 @@ class Curve(NamedTuple):
 
 
 def measured(path: Path) -> Curve:
-    """Return the length, the start and the curvature of a path.
-
-    Raises
-    ------
-    InputError
-        If the path has no tangent somewhere, or does not consist of points of the plane.
-    """
+    """Return the length, the start and the curvature of a path."""
     count = 2001
     u = np.linspace(0.0, 1.0, count)
     if callable(path):

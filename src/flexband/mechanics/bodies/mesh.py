@@ -13,22 +13,15 @@ import numpy as np
 
 
 class Mesh(NamedTuple):
-    """Nodes of a line.
+    """Nodes of a line."""
 
-    Attributes
-    ----------
-    nodes : their places in units, shape (elements + 1,).
-    doubled : which nodes are doubled, shape (divisions,).
-    even : whether all elements are equal.
-    parts : the number of parts that the line should have.
-    rounding : difference of places that are the same, in units.
-    """
-
-    nodes: np.ndarray
-    doubled: np.ndarray
-    even: bool
+    nodes: np.ndarray  # their places in units, shape (elements + 1,)
+    doubled: np.ndarray  # which nodes are doubled, shape (divisions,)
+    even: bool  # whether all elements are equal
     parts: int = 1
+    """The number of parts that the line should have."""
     rounding: float = 1e-9
+    """Difference of places that are the same, in units."""
 
     def at(self, places: np.ndarray) -> np.ndarray:
         """Return places in elements from the start in units."""

@@ -28,11 +28,6 @@ def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.
     x : positions, shape (positions,) or (n, positions).
     name, value : the property and its name in messages.
     check : a function of the name and the values that raises `InputError`.
-
-    Raises
-    ------
-    InputError
-        If `check` refuses a value, or the shape of the values does not match the positions.
     """
     values = returned(value, x, name) if callable(value) else np.asarray(value, float)[..., None]
     try:

@@ -31,61 +31,44 @@ SINGULAR = 1e-14
 
 
 class BalanceTolerances(NamedTuple):
-    """What counts as balanced.
-
-    Attributes
-    ----------
-    force
-        Force that counts as none, relative to the largest one.
-    lost_force
-        What may be unbalanced along directions whose stiffness counts as none, relative to the
-        largest force.
-    rank
-        Relative size below which a direction of Φ_qᵀ cannot carry a force.
-    iterations
-        In which reactions settle that friction follows, at most.
-    """
+    """What counts as balanced."""
 
     force: float = 1e-9
+    """Force that counts as none, relative to the largest one."""
     lost_force: float = 1e-4
+    """What may be unbalanced along directions whose stiffness counts as none, relative to the
+    largest force."""
     rank: float = 1e-6
+    """Relative size below which a direction of Φ_qᵀ cannot carry a force."""
     iterations: int = 20
+    """In which reactions settle that friction follows, at most."""
 
 
 class RestSearch(NamedTuple):
-    """How an equilibrium is searched for. Lengths are relative to the size of the mechanism.
-
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    max_step
-        Longer steps are shortened. It grows by a fifth with every step that is.
-    rest_step, stuck_step
-        Steps at rest, and without progress.
-    violation
-        Of the constraints, at most.
-    push, max_pushes
-        Displacement out of a place where Newton's method makes no progress; the next ones are ten
-        times as large.
-    growth
-        Of the weight of the stiffness against the inertia, with every step that succeeds.
-    state_step, state_steps, state_change
-        Step of the states of force laws [s], longer than any time constant, the most of them, and
-        the change of a state that rests, relative to its largest value so far.
-    """
+    """How an equilibrium is searched for. Lengths are relative to the size of the mechanism."""
 
     iterations: int = 100
+    """Of Newton's method, at most."""
     max_step: float = 0.1
+    """Longer steps are shortened. It grows by a fifth with every step that is."""
     rest_step: float = 1e-8
+    """Steps at rest."""
     stuck_step: float = 1e-11
+    """Steps without progress."""
     violation: float = 1e-9
+    """Of the constraints, at most."""
     push: float = 1e-4
+    """First displacement out of a place where Newton's method makes no progress."""
     max_pushes: int = 3
+    """Such displacements, each ten times as large as the one before."""
     growth: float = 100.0
+    """Of the weight of the stiffness against the inertia, with every step that succeeds."""
     state_step: float = 1e5
+    """Step of the states of force laws [s], longer than any time constant."""
     state_steps: int = 20
+    """The most of these steps."""
     state_change: float = 1e-9
+    """Change of a state that rests, relative to its largest value so far."""
 
 
 Factors = tuple[np.ndarray, np.ndarray]

@@ -74,15 +74,11 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True)
 class Spin:
-    """A steady rotation of everything at `rate` Ω [rad/s], or none.
-
-    Attributes
-    ----------
-    centre : the coordinates of a mechanism shrunk to the centre of rotation: its position in the
-        rows of positions, zero in those of directions.
-    """
+    """A steady rotation of everything at `rate` Ω [rad/s], or none."""
 
     rate: float
+    # the coordinates of a mechanism shrunk to the centre of rotation: its position in the rows of
+    # positions, zero in those of directions
     centre: np.ndarray
 
     def raised(self, part: float) -> Spin:
@@ -104,13 +100,9 @@ class Spin:
 
 @dataclass(frozen=True)
 class Driven(Spin):
-    """The steady motion of what drives move, while all else rests.
+    """The steady motion of what drives move, while all else rests."""
 
-    Attributes
-    ----------
-    v, a : the velocities and accelerations of the coordinates.
-    """
-
+    # the velocities and accelerations of the coordinates
     v: np.ndarray
     a: np.ndarray
 

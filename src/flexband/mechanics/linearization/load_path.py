@@ -24,26 +24,19 @@ from flexband.mechanics.linearization.linearize import Equations, Spin
 
 
 class SnapThroughSearch(NamedTuple):
-    """How a snap-through is searched for.
-
-    Attributes
-    ----------
-    steps, rounds
-        Into how many steps of the loads the one in which the rest jumps is divided, and how often.
-    max_ratio
-        Of the longest move to the second longest in so many equal steps, if there is no jump. Where
-        the loads end at a limit point, it is 2.4.
-    min_jump
-        Relative to the size of the mechanism; shorter moves are none.
-    softness
-        What is left of the lowest ω² without loads at a snap-through, at most.
-    """
+    """How a snap-through is searched for."""
 
     steps: int = 4
+    """Parts that the step of the loads is divided into in which the rest jumps."""
     rounds: int = 5
+    """Such divisions, one after the other."""
     max_ratio: float = 3.0
+    """Of the longest move to the second longest in so many equal steps, if there is no jump. Where
+    the loads end at a limit point, it is 2.4."""
     min_jump: float = 1e-3
+    """Relative to the size of the mechanism; shorter moves are none."""
     softness: float = 0.25
+    """What is left of the lowest ω² without loads at a snap-through, at most."""
 
 
 def raised(values: Values, part: float | np.ndarray) -> Values:

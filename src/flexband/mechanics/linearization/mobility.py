@@ -17,19 +17,12 @@ from flexband.mechanics.kernels.lanes import WIDTH
 
 
 class Mobility(NamedTuple):
-    """The first sample of a mechanism at its start.
-
-    Attributes
-    ----------
-    z : the states of the first samples, (rows, lanes).
-    redundant : number of constraints that depend on others.
-    joints : those that these belong to.
-    """
+    """The first sample of a mechanism at its start."""
 
     system: System
-    z: np.ndarray
-    redundant: int
-    joints: list[str]
+    z: np.ndarray  # the states of the first samples, (rows, lanes)
+    redundant: int  # number of constraints that depend on others
+    joints: list[str]  # those that these belong to
 
     @staticmethod
     def of(mechanism: Mechanism) -> Mobility:

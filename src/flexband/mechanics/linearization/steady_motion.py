@@ -23,22 +23,18 @@ from flexband.mechanics.linearization.linearize import Driven, Equations, Linear
 
 
 class SteadyChecks(NamedTuple):
-    """How steady motions are told from others.
+    """How steady motions are told from others."""
 
-    Attributes
-    ----------
-    angles : by which a rotation is turned [rad]; none is symmetric under both by chance.
-    shifts : by which drives go on, relative to the size of the mechanism or in rad.
-    step : of the differences of velocities of drives, in the same unit.
-    difference : of the equations, relative, from which on they count as different.
-    max_excess : of the forces, as `Balance` measures it, that counts as no difference.
-    """
-
+    # by which a rotation is turned [rad]; none is symmetric under both by chance
     angles: tuple[float, ...] = (1.0, 2.4)
+    # by which drives go on, relative to the size of the mechanism or in rad
     shifts: tuple[float, ...] = (0.2, 0.37)
     step: float = 1e-3
+    """Of the differences of velocities of drives, in the same unit."""
     difference: float = 1e-5
+    """Of the equations, relative, from which on they count as different."""
     max_excess: float = 1e3
+    """Of the forces, as `Balance` measures it, that counts as no difference."""
 
 
 CHECKS = SteadyChecks()
@@ -80,13 +76,7 @@ def check_steady(
 
 
 def driven(system: System, samples: np.ndarray) -> list[Spin]:
-    """Return the motion at the start of what drives move, of some samples of a block.
-
-    Raises
-    ------
-    InputError
-        If no drive moves.
-    """
+    """Return the motion at the start of what drives move, of some samples of a block."""
     n = system.structure.state.coordinates
     values, motion, _ = _on_way(system, samples, 0.0, AT_START[1])
     paces = np.abs(motion.v * values.inverse_scale[1 : 1 + n]).max(axis=0)[: len(samples)]

@@ -19,22 +19,13 @@ from flexband.mechanics.time_functions.evaluation import Evaluation
 
 
 class ChordMiss(NamedTuple):
-    """What a function does between its values, each column judged alone, shape (steps, n).
+    """What a function does between its values, each column judged alone, shape (steps, n)."""
 
-    Attributes
-    ----------
-    chord : largest distance from the chord of a step.
-    half_chord : the same for half the step.
-    beyond : how far the function exceeds both values.
-    spread : range of the function, shape (n,).
-    largest : of the absolute values, shape (n,).
-    """
-
-    chord: np.ndarray
-    half_chord: np.ndarray
-    beyond: np.ndarray
-    spread: np.ndarray
-    largest: np.ndarray
+    chord: np.ndarray  # largest distance from the chord of a step
+    half_chord: np.ndarray  # the same for half the step
+    beyond: np.ndarray  # how far the function exceeds both values
+    spread: np.ndarray  # range of the function, shape (n,)
+    largest: np.ndarray  # of the absolute values, shape (n,)
 
     @staticmethod
     def of(
@@ -73,33 +64,26 @@ class Averaging:
     """Which steps a load is averaged over, and how.
 
     What is missed of a load between its values is relative to its range over the run.
-
-    Attributes
-    ----------
-    noticed_miss
-        What kinks and jumps are looked for in.
-    min_miss, max_miss
-        What may be averaged, and what no step resolves.
-    resolved_fall
-        What is missed at half the step over what is missed at the step, where the step resolves it.
-        It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half
-        the frequency of the steps.
-    vibrating
-        Part of the steps of a run in which a function misses `min_miss` where it vibrates.
-    points, calls
-        Points per step of averages, with one call for many of them or for each.
-    frequency_points
-        Points per step from which a frequency is taken.
     """
 
     noticed_miss: float = 2e-3
+    """What kinks and jumps are looked for in."""
     min_miss: float = 0.03
+    """What may be averaged."""
     max_miss: float = 0.25
+    """What no step resolves."""
     resolved_fall: float = 0.6
+    """What is missed at half the step over what is missed at the step, where the step resolves it.
+    It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half the
+    frequency of the steps."""
     vibrating: float = 0.2
+    """Part of the steps of a run in which a function misses `min_miss` where it vibrates."""
     points: int = 2048
+    """Points per step of averages, with one call for many of them."""
     calls: int = 256
+    """The same, with a call for each."""
     frequency_points: int = 64
+    """Points per step from which a frequency is taken."""
 
     def noticed(self, missed: ChordMiss) -> np.ndarray:
         """Return where something is missed that may be a kink or a jump."""

@@ -68,52 +68,37 @@ def _distinct(located: Breakpoints, apart: float) -> Breakpoints:
 
 @dataclass(frozen=True)
 class BreakpointSearch:
-    """How kinks and jumps are searched for between the steps of a run.
-
-    Attributes
-    ----------
-    points_per_step
-        Points at which a function is looked at in each step, at most.
-    max_points, max_calls
-        Points of a run, if the function takes many times at once or is called for each.
-    points_at_once
-        The most numbers that a function is asked for in one call.
-    min_change
-        Smallest second difference over two points that is looked at, in parts of the function's
-        scale.
-    prominence
-        Such a difference over the median of its neighbours; it is at most 2 near an inflection.
-    finer_points
-        Points on the four intervals around such a difference, so that both ends of a pulse are
-        seen.
-    max_per_step
-        Such differences per step in a column that is looked at further.
-    curvature_points
-        Points per step at which jumps of second derivatives are looked for: differences over
-        shorter times would be those of rounding.
-    parts, levels
-        An interval is divided into so many parts, the two of the largest difference again, and so
-        on for so many levels.
-    below_order
-        By how much less than its order the power of the spacing is with which a difference falls
-        where a function is not smooth.
-    latest_levels
-        Last levels that rounding does not spoil, from which that power is taken.
-    """
+    """How kinks and jumps are searched for between the steps of a run."""
 
     points_per_step: int = 64
+    """Points at which a function is looked at in each step, at most."""
     max_points: int = 2**18
+    """Points of a run, if the function takes many times at once."""
     max_calls: int = 2**14
-    points_at_once: int = 2**20
+    """The same, if it is called for each."""
+    points_at_once: int = 2**20  # the most numbers that a function is asked for in one call
     min_change: float = 1e-3
+    """Smallest second difference over two points that is looked at, in parts of the function's
+    scale."""
     prominence: float = 4.0
+    """Such a difference over the median of its neighbours; it is at most 2 near an inflection."""
     finer_points: int = 65
+    """Points on the four intervals around such a difference, so that both ends of a pulse are
+    seen."""
     max_per_step: int = 4
+    """Such differences per step in a column that is looked at further."""
     curvature_points: int = 16
+    """Points per step at which jumps of second derivatives are looked for: differences over shorter
+    times would be those of rounding."""
     parts: int = 8
+    """Parts of an interval, of which the two of the largest difference are divided again."""
     levels: int = 26
+    """Such divisions, one after the other."""
     below_order: float = 0.5
+    """By how much less than its order the power of the spacing is with which a difference falls
+    where a function is not smooth."""
     latest_levels: int = 5
+    """Last levels that rounding does not spoil, from which that power is taken."""
 
     def points_in_step(self, at: Evaluation, steps: int) -> int:
         """Return at how many points of each step a function is looked at, an even number."""

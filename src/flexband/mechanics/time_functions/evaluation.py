@@ -94,13 +94,7 @@ class Evaluation:
 
 
 def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
-    """Return a function of time at the times, shape (times, n) or (times, 1).
-
-    Raises
-    ------
-    InputError
-        If it returns values that are not finite or not one number per sample.
-    """
+    """Return a function of time at the times, shape (times, n) or (times, 1)."""
     values = [returned(function, time, name) for time in times.tolist()]
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:

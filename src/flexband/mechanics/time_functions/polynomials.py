@@ -32,25 +32,17 @@ class SmoothFunction(Protocol):
 
 @dataclass(frozen=True)
 class PolynomialFit:
-    """How functions become polynomials.
-
-    Attributes
-    ----------
-    error_part
-        Error of a polynomial, relative to the range of the function in the run, over the tolerance
-        of the steps.
-    motion_part
-        The same of a prescribed motion, whose second derivative matters.
-    rounding
-        Error that counts as none, relative to the largest value.
-    halvings
-        The most of a round.
-    """
+    """How functions become polynomials."""
 
     error_part: float = 1e-2
+    """Error of a polynomial, relative to the range of the function in the run, over the tolerance
+    of the steps."""
     motion_part: float = 1e-5
+    """The same of a prescribed motion, whose second derivative matters."""
     rounding: float = 1e-13
+    """Error that counts as none, relative to the largest value."""
     halvings: int = 12
+    """The most of a round."""
 
     def fitted(
         self, functions: Sequence[SmoothFunction], schedule: Schedule, times: np.ndarray,
@@ -59,11 +51,6 @@ class PolynomialFit:
         """Return the rounds and the polynomials of 1 and the functions in them.
 
         The coefficients have shape (rounds, 1 + functions, `COEFFICIENTS`, n or 1).
-
-        Raises
-        ------
-        InputError
-            If a function is not smooth even in small parts of a step.
         """
         fits: list[tuple[np.ndarray, np.ndarray]] = []
         for halving in range(self.halvings + 1):

@@ -29,21 +29,14 @@ from flexband.prescribed_motion import prescribing
 
 
 class FunctionTables(NamedTuple):
-    """The functions of time of a run: 1 and the functions.
+    """The functions of time of a run: 1 and the functions."""
 
-    Attributes
-    ----------
-    schedule : the rounds of the run.
-    values : of the functions, shape (rounds, 1 + functions, n or 1).
-    rates : f′ and f″ of functions in constraints, shape (rounds, 2, 1 + functions, n or 1). Those
-        of all other functions, which may jump, are not needed and zero.
-    polynomials : in each round, see `PolynomialFit`, or None.
-    """
-
-    schedule: Schedule
-    values: np.ndarray
+    schedule: Schedule  # the rounds of the run
+    values: np.ndarray  # of the functions, shape (rounds, 1 + functions, n or 1)
+    # f′ and f″ of functions in constraints, shape (rounds, 2, 1 + functions, n or 1). Those of all
+    # other functions, which may jump, are not needed and zero.
     rates: np.ndarray
-    polynomials: np.ndarray | None = None
+    polynomials: np.ndarray | None = None  # in each round, see `PolynomialFit`, or None
 
 
 def tabulate(
@@ -63,12 +56,6 @@ def tabulate(
     times : two for a run that only starts; functions are not looked at between them.
     tolerance : of steps that are chosen freely, for which functions are polynomials in each round;
         loads are then neither averaged nor divided.
-
-    Raises
-    ------
-    InputError
-        If a function returns values that are not finite or not one number per sample, or one that
-        prescribes a motion jumps.
     """
     series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}
@@ -249,21 +236,15 @@ class _Motion:
 
 @dataclass(frozen=True, eq=False)
 class _Drive(_TabulatedFunction):
-    """A function in constraints: a prescribed motion, or a function of it such as its sine.
-
-    Attributes
-    ----------
-    reach : how far from each time the values are that its rates are taken from [s].
-    spacing : distance of these values [s].
-    """
+    """A function in constraints: a prescribed motion, or a function of it such as its sine."""
 
     motion: _Motion
     outer: Callable[[np.ndarray], np.ndarray] | None
     fine: np.ndarray
     values: np.ndarray
     rates: np.ndarray
-    reach: np.ndarray
-    spacing: float
+    reach: np.ndarray  # how far from each time the values are that its rates are taken from [s]
+    spacing: float  # distance of these values [s]
     breaks: Breaks | None
 
     @staticmethod

@@ -37,27 +37,19 @@ class Dimension(NamedTuple):
 
 @dataclass
 class Canvas:
-    """A surface with a scale, and the ink on it.
+    """A surface with a scale, and the ink on it."""
 
-    Attributes
-    ----------
-    surface : to draw on.
-    box : two opposite corners of the drawing [m], shape (2, 2).
-    unit : metres per point.
-    position, direction : those that the shapes are placed by, shape (tracks, 2).
-    names, dimensions : whether these are written.
-    ink : points [m] that are covered.
-    labels, measured, notes : what is to be written.
-    """
-
-    surface: Surface
-    box: np.ndarray
-    unit: float
+    surface: Surface  # to draw on
+    box: np.ndarray  # two opposite corners of the drawing [m], shape (2, 2)
+    unit: float  # metres per point
+    # those that the shapes are placed by, shape (tracks, 2)
     position: np.ndarray
     direction: np.ndarray
+    # whether these are written
     names: bool
     dimensions: bool
-    ink: list[np.ndarray] = field(default_factory=list)
+    ink: list[np.ndarray] = field(default_factory=list)  # points [m] that are covered
+    # what is to be written
     labels: list[Label] = field(default_factory=list)
     measured: list[Dimension] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

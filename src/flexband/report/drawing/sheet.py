@@ -26,18 +26,11 @@ BEFORE, AFTER = np.array([54.0, 39.6]), np.array([10.8, 10.8])
 
 
 class Sheet(NamedTuple):
-    """Where a mechanism is drawn.
+    """Where a mechanism is drawn."""
 
-    Attributes
-    ----------
-    box : lower left and upper right corner [m], shape (2, 2).
-    unit : metres per point.
-    space : width and height between the margins [pt].
-    """
-
-    box: np.ndarray
-    unit: float
-    space: np.ndarray
+    box: np.ndarray  # lower left and upper right corner [m], shape (2, 2)
+    unit: float  # metres per point
+    space: np.ndarray  # width and height between the margins [pt]
 
 
 def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:

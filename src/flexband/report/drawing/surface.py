@@ -17,21 +17,15 @@ COLORS = {
 
 
 class Lettering(NamedTuple):
-    """How a text is written, centred at its place.
+    """How a text is written, centred at its place."""
 
-    Attributes
-    ----------
-    color : name of a colour.
-    size : of the letters [pt].
-    angle : of the line [degrees].
-    backed : whether what is behind the text is hidden.
-    """
-
-    color: str = "ink"
+    color: str = "ink"  # name of a colour
     italic: bool = False
     size: float = 9.0
+    """Of the letters [pt]."""
     angle: float = 0.0
-    backed: bool = False
+    """Of the line [degrees]."""
+    backed: bool = False  # whether what is behind the text is hidden
     layer: float = 10.0
 
 

@@ -18,19 +18,12 @@ Attributes = dict[str, str | float]
 
 @dataclass(frozen=True)
 class SvgAxes:
-    """Axes of a picture, a `Surface`: places are in their units, sizes in points.
+    """Axes of a picture, a `Surface`: places are in their units, sizes in points."""
 
-    Attributes
-    ----------
-    box : their lower left and their upper right corner, shape (2, 2).
-    size : width and height [pt].
-    names : of the horizontal and the vertical axis.
-    elements : what has been drawn so far, each with its layer.
-    """
-
-    box: np.ndarray
-    size: np.ndarray
-    names: tuple[str, str]
+    box: np.ndarray  # their lower left and their upper right corner, shape (2, 2)
+    size: np.ndarray  # width and height [pt]
+    names: tuple[str, str]  # of the horizontal and the vertical axis
+    # what has been drawn so far, each with its layer
     elements: list[tuple[float, str]] = field(default_factory=list)
 
     def line(self, points: np.ndarray, style: Line) -> None:

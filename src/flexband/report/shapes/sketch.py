@@ -28,48 +28,34 @@ from flexband.report.shapes.tracks import Tracks
 
 
 class Outline(NamedTuple):
-    """What is drawn of a body in other samples: a line through positions.
+    """What is drawn of a body in other samples: a line through positions."""
 
-    Attributes
-    ----------
-    points : numbers of positions.
-    closed : whether the line returns to the first.
-    radius : of a circle about the first [m], or zero.
-    """
-
-    points: Sequence[int]
-    closed: bool = False
+    points: Sequence[int]  # numbers of positions
+    closed: bool = False  # whether the line returns to the first
     radius: float = 0.0
+    """Of a circle about the first [m], or zero."""
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """Shapes of a mechanism, and the tracks that place them.
+    """Shapes of a mechanism, and the tracks that place them."""
 
-    Attributes
-    ----------
-    scene : the mechanism at its start.
-    tracks : positions and directions that the shapes name by numbers.
-    unit : metres per point, by which the numbers of teeth and coils are chosen.
-    ranges : joint -> lowest and highest place [m] of a slider along its guide during the motion; by
-        default that at the start.
-    gaps : least number of gaps between the points that the axis of a beam is drawn through.
-    lines, marks, names, lengths, fields : the shapes.
-    outlines : of bodies in other samples.
-    guides : joint -> numbers of the positions of a slider and of its guide, and of its direction.
-    """
-
-    scene: Scene
-    tracks: Tracks
-    unit: float
+    scene: Scene  # the mechanism at its start
+    tracks: Tracks  # positions and directions that the shapes name by numbers
+    unit: float  # metres per point, by which the numbers of teeth and coils are chosen
+    # joint -> lowest and highest place [m] of a slider along its guide during the motion; by
+    # default that at the start
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     gaps: int = 24
+    """Least number of gaps between the points that the axis of a beam is drawn through."""
+    # the shapes
     lines: list[Line] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
     names: list[Name] = field(default_factory=list)
     lengths: list[Length] = field(default_factory=list)
     fields: list[FieldArrow] = field(default_factory=list)
-    outlines: list[Outline] = field(default_factory=list)
+    outlines: list[Outline] = field(default_factory=list)  # of bodies in other samples
+    # joint -> numbers of the positions of a slider and of its guide, and of its direction
     guides: dict[str, tuple[int, int, int]] = field(default_factory=dict)
 
     def line(self, *strokes: Stroke, **style: Any) -> None:

@@ -69,20 +69,14 @@ def overwritten(
 
 @dataclass(frozen=True)
 class HybridExpansion:
-    """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products.
+    """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products."""
 
-    Attributes
-    ----------
-    families : the polynomials of each random variable.
-    index : orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the
-        first term is the constant.
-    coefficients : β, shape (terms, series). All outputs and times are series.
-    discs : numbers of the first η of each pair that is in a disc, see `discs`.
-    """
-
-    families: tuple[Family, ...]
+    families: tuple[Family, ...]  # the polynomials of each random variable
+    # orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the first
+    # term is the constant
     index: np.ndarray
-    coefficients: np.ndarray
+    coefficients: np.ndarray  # β, shape (terms, series). All outputs and times are series.
+    # numbers of the first η of each pair that is in a disc, see `discs`
     discs: tuple[int, ...] = ()
 
     @cached_property

@@ -27,43 +27,30 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
 
 class SparseFitOptions(NamedTuple):
-    """How terms are chosen.
-
-    Attributes
-    ----------
-    max_candidates : terms to choose from.
-    max_pure_order : highest order of candidates in one variable.
-    max_term_share : most terms, as a fraction of the runs.
-    round_off : fraction of the energy below which a residual is round-off.
-    min_new_energy : fraction of a candidate's energy that must be orthogonal to the terms taken
-        before it.
-    merit_per_order : factor of a candidate's merit for each order above one: low orders are more
-        likely.
-    choice_weight : weight of the number of choices, log C(K, P), over the runs.
-    """
+    """How terms are chosen."""
 
     max_candidates: int = 6000
+    """Terms to choose from."""
     max_pure_order: int = 3
+    """Highest order of candidates in one variable."""
     max_term_share: float = 0.8
+    """Most terms, as a fraction of the runs."""
     round_off: float = 1e-14
+    """Fraction of the energy below which a residual is round-off."""
     min_new_energy: float = 1e-2
+    """Fraction of a candidate's energy that must be orthogonal to the terms taken before it."""
     merit_per_order: float = 0.5
+    """Factor of a candidate's merit for each order above one: low orders are more likely."""
     choice_weight: float = 3.0
+    """Weight of the number of choices, log C(K, P), over the runs."""
 
 
 class SparseFit(NamedTuple):
-    """A sparse fit.
+    """A sparse fit."""
 
-    Attributes
-    ----------
-    which : numbers of the candidates that were taken, shape (terms,).
-    coefficients : shape (terms, series).
-    correction : √T.
-    """
-
-    which: np.ndarray
-    coefficients: np.ndarray
-    correction: float
+    which: np.ndarray  # numbers of the candidates that were taken, shape (terms,)
+    coefficients: np.ndarray  # shape (terms, series)
+    correction: float  # √T
 
     @property
     def used(self) -> np.ndarray:

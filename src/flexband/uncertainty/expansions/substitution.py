@@ -22,17 +22,12 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values, chebys
 
 @dataclass(frozen=True)
 class Substitution:
-    """What a standard variable is replaced by.
+    """What a standard variable is replaced by."""
 
-    Attributes
-    ----------
-    matrix : gives M_kj, (order + 1, new orders + 1), for the order in the old variable.
-    remains : whether there is a new variable; if not, the old one is fixed.
-    missed : gives the mean square that M misses of each P_k, (order + 1,); None if nothing.
-    """
-
+    # gives M_kj, (order + 1, new orders + 1), for the order in the old variable
     matrix: Callable[[int], np.ndarray]
-    remains: bool = True
+    remains: bool = True  # whether there is a new variable; if not, the old one is fixed
+    # gives the mean square that M misses of each P_k, (order + 1,); None if nothing
     missed: Callable[[int], np.ndarray] | None = None
 
 

@@ -113,20 +113,12 @@ def _variables(space: Space) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class _Runs:
-    """Runs, of which equal values of a variable have equal codes.
+    """Runs, of which equal values of a variable have equal codes."""
 
-    Attributes
-    ----------
-    codes : number of the value of every variable, ξ before η, shape (variables, runs).
-    keys : the codes times random numbers, whose sums tell combinations of values apart.
-    random : which variables are ξ.
-    values : shape (runs, …).
-    """
-
-    codes: np.ndarray
-    keys: np.ndarray
-    random: np.ndarray
-    values: np.ndarray
+    codes: np.ndarray  # number of the value of every variable, ξ before η, shape (variables, runs)
+    keys: np.ndarray  # the codes times random numbers, whose sums tell combinations of values apart
+    random: np.ndarray  # which variables are ξ
+    values: np.ndarray  # shape (runs, …)
 
     @staticmethod
     def of(xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> _Runs:

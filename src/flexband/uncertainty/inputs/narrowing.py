@@ -36,24 +36,17 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class NarrowedInputs:
-    """Inputs within others, and how their standard variables follow from each other.
+    """Inputs within others, and how their standard variables follow from each other."""
 
-    Attributes
-    ----------
-    space : the narrower inputs.
-    substitutions : of the old variables that change, by number, η first.
-    center, radius : where the narrower inputs are in the old variables, three standard deviations
-        to both sides of a mean, shape (m + n,); the radius is ∞ for what does not change.
-    unit : the radius of all of an old variable, shape (m + n,).
-    discs : those of the old variables.
-    """
-
-    space: Space
+    space: Space  # the narrower inputs
+    # of the old variables that change, by number, η first
     substitutions: Mapping[int, Substitution]
+    # where the narrower inputs are in the old variables, three standard deviations to both sides of
+    # a mean, shape (m + n,); the radius is ∞ for what does not change
     center: np.ndarray
     radius: np.ndarray
-    unit: np.ndarray
-    discs: tuple[int, ...]
+    unit: np.ndarray  # the radius of all of an old variable, shape (m + n,)
+    discs: tuple[int, ...]  # those of the old variables
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""

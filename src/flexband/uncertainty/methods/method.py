@@ -28,14 +28,9 @@ HELD = 4
 
 
 class Evaluate(ABC):
-    """The response at points of the standard variables, and what it says about itself.
+    """The response at points of the standard variables, and what it says about itself."""
 
-    Attributes
-    ----------
-    left_out : what of the discretization the user leaves to the method.
-    """
-
-    left_out: list[str]
+    left_out: list[str]  # what of the discretization the user leaves to the method
 
     def __init__(self) -> None:
         self.left_out = []

@@ -103,16 +103,10 @@ def _chosen(values: np.ndarray, best: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SurrogateOfChoices:
-    """The surrogates of all combinations of options, used as one.
+    """The surrogates of all combinations of options, used as one."""
 
-    Attributes
-    ----------
-    given : the inputs, choices included.
-    surrogates : label of the combination -> its surrogate.
-    """
-
-    given: GivenInputs
-    surrogates: Mapping[str, Surrogate]
+    given: GivenInputs  # the inputs, choices included
+    surrogates: Mapping[str, Surrogate]  # label of the combination -> its surrogate
 
     def __repr__(self) -> str:
         return f"<Surrogate of {', '.join(self.given)}; choices {', '.join(self.surrogates)}>"

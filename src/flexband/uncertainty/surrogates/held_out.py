@@ -11,22 +11,16 @@ from flexband.uncertainty.surrogates.diagnostics import running, share
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out runs, and what the expansion misses in them.
+    """Held-out runs, and what the expansion misses in them."""
 
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    missed : shape (runs, outputs, times).
-    overshoot : error of the bands that other runs tell, and how far the expansion leaves the range
-        of all runs for rare values of random variables, root mean square, shape (outputs, times).
-    window : half of the number of times over which errors are averaged.
-    """
-
+    # shapes (runs, n) and (runs, m)
     xi: np.ndarray
     eta: np.ndarray
-    missed: np.ndarray
+    missed: np.ndarray  # shape (runs, outputs, times)
+    # error of the bands that other runs tell, and how far the expansion leaves the range of all
+    # runs for rare values of random variables, root mean square, shape (outputs, times)
     overshoot: np.ndarray
-    window: int
+    window: int  # half of the number of times over which errors are averaged
 
     def expected_error(self, intervals: int) -> np.ndarray:
         """Return the error expected of the error bar over so many intervals, (outputs, times)."""

@@ -23,18 +23,13 @@ from flexband.uncertainty.inputs.fields.correlation import (
 
 @dataclass(frozen=True)
 class Series(ABC):
-    """A truncated expansion on a domain.
+    """A truncated expansion on a domain."""
 
-    Attributes
-    ----------
-    correlation, length : ρ as a function of distance over the correlation length.
-    domain : start and end.
-    eigenvalues, eigenvectors : the largest ones of a matrix, and vectors in columns.
-    """
-
+    # ρ as a function of distance over the correlation length
     correlation: Correlation
     length: float
-    domain: tuple[float, float]
+    domain: tuple[float, float]  # start and end
+    # the largest ones of a matrix, and vectors in columns
     eigenvalues: np.ndarray
     eigenvectors: np.ndarray
 

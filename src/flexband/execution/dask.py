@@ -136,10 +136,7 @@ class _Timed:
                 future.cancel()
 
     def workers(self, response: bytes, with_modules: bytes, code: str) -> dict[str, int]:
-        """Return the number of threads of each worker that has loaded a response.
-
-        A worker that is being restarted is waited for if there is no other.
-        """
+        """Return the threads of each worker that has loaded a response; one is waited for."""
         while True:
             threads = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
             key = hash(response)

@@ -157,10 +157,9 @@ def with_executor(
     *,
     options: FlowOptions = FlowOptions(),
 ) -> Performing:
-    """Return what performs tasks by an executor, which may be that of a Dask client.
+    """Return what performs tasks by an executor, once more if their worker dies.
 
-    Tasks whose workers died are performed once more, one after another: an executor cannot tell
-    which of several tasks ended a worker.
+    They are then performed one after another: an executor cannot tell which one ended a worker.
     """
     return lambda response, tasks: _Flow(executor, response, tasks, client, options).perform()
 

@@ -46,10 +46,7 @@ class RunRecorder:
     period, most_waiting, slow = 0.5, 64e6, 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
-        """Open or make the store; find damaged runs, and those of an unfinished session.
-
-        `about` says which intervals and which random inputs the runs to come are for.
-        """
+        """Open or make the store; `about` says which inputs the runs to come are for."""
         self.store, self.owner, self.about = store, owner, dict(about or {})
         folder = Path(store.folder)
         try:

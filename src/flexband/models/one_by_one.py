@@ -75,10 +75,7 @@ class OneByOne(Response):
 
 
 class _Rows:
-    """Values of several samples, one sample at a time.
-
-    How many samples functions of position have is known when one of them is first evaluated.
-    """
+    """Values of several samples by sample; functions of position tell their number when called."""
 
     def __init__(self, values: Mapping[str, Any]):
         self.values = {k: v if callable(v) else np.atleast_1d(v) for k, v in values.items()}

@@ -51,11 +51,7 @@ class Template:
         return list(dict.fromkeys(match["name"] for match in self._placeholders()))
 
     def filled(self, values: Mapping[str, Any]) -> str:
-        """Return the text with the values of all inputs, numbers or texts.
-
-        Warn of a format that rounds a number by more than 0.1 %; raise `InputError` if a value
-        cannot be written in its format.
-        """
+        """Return the text with all values; warn of rounding by more than 0.1 %, refuse misfits."""
 
         def written(match: re.Match[str]) -> str:
             if match["literal"]:

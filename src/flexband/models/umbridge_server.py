@@ -171,10 +171,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(status, answer)
 
     def _check_host(self) -> None:
-        """Refuse requests that a web page of another host makes a browser send to this computer.
-
-        A server that other computers reach has names of which it cannot know.
-        """
+        """Refuse requests that a page of another host makes a browser send to this computer."""
         listening = self.listening
         host = self.headers.get("Host", listening).rpartition(":")
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)

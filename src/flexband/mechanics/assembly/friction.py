@@ -13,12 +13,7 @@ from flexband.mechanics.kernels.forms import TimeFunction
 
 
 class FrictionTable:
-    """What sticks or slides.
-
-    Parameters
-    ----------
-    vectors : the tables of the mechanism's vectors.
-    """
+    """What sticks or slides."""
 
     def __init__(self, mechanism: Mechanism, vectors: VectorTables):
         state = mechanism.state

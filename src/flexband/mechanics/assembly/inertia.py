@@ -49,10 +49,7 @@ class Inertia:
         self.regular_mass = self._regular()
 
     def _inverse_scale(self) -> list[ArrayLike]:
-        """Return 1/size for positions and 1 for directions.
-
-        The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
-        """
+        """Return 1/size for positions, of the nodes' box and the largest gyration, and 1 else."""
         start, nodes, mass = self._mechanism.guess, self._mechanism.node_rows, self._mass
         x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
         none = np.zeros(())

@@ -214,10 +214,7 @@ def _derived(
 
 
 def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
-    """Return the generalized forces on each of [1, q, λ, θ]: what is constant, and all other terms.
-
-    What is constant is that on [1, q].
-    """
+    """Return the generalized forces: what is constant on [1, q], and all other terms."""
     count = 1 + mechanism.state.coordinates
     rows = [Form({})] * mechanism.state.velocity
     for name in mechanism.loads:

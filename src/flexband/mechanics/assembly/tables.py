@@ -152,14 +152,7 @@ class ExtremeTable(ProductTable):
 
 
 class TermTable(_FormTable):
-    """The products of constraints: those of two variables first, then with functions, angles last.
-
-    Parameters
-    ----------
-    rows : the forms, whose multipliers are in the rows of z from `first_multiplier` on.
-    first_angle : the row of z from which on variables are angles.
-    turning : the coordinates that these angles depend on.
-    """
+    """Products of constraints: of two variables, with functions, angles (from `first_angle` on)."""
 
     def __init__(
         self, rows: Sequence[Form], first_multiplier: int, first_angle: int, turning: set[int]

@@ -91,14 +91,7 @@ class VectorTable:
 
 
 class SpringTable:
-    """The springs.
-
-    Parameters
-    ----------
-    springs : the entries, translational springs first.
-    numbers : of the vectors of each spring.
-    groups : the rows of z that each vector depends on.
-    """
+    """The springs, translational ones first; `numbers` are those of their vectors."""
 
     def __init__(
         self,
@@ -141,15 +134,7 @@ class SpringTable:
 
 
 class LawTable:
-    """The force laws.
-
-    Parameters
-    ----------
-    laws : the entries.
-    angle, position : numbers of the vectors of the first point, its normal and its position.
-    groups : the rows of z that each vector depends on.
-    margins : number of frictions, whose margins are gaps as well.
-    """
+    """The force laws; `angle` and `position` number the vectors of the first point of each."""
 
     def __init__(
         self,
@@ -235,12 +220,11 @@ class VectorTables(NamedTuple):
 
     @staticmethod
     def of(mechanism: Mechanism) -> VectorTables:
-        """Return the tables of a mechanism.
+        """Return the tables of a mechanism, vectors with angles first.
 
-        Vectors with angles come first: those of constraints and of friction, of torsion springs, of
-        points of laws and of moments. Those of translational springs, the positions of points of
-        laws, the directions of following forces, those of where friction acts in contacts, and what
-        turns with bodies and rods come after them.
+        These are those of constraints and of friction, of torsion springs, of points of laws and of
+        moments. Translational springs, positions of points of laws, directions of following forces,
+        friction in contacts, and what turns with bodies and rods come after them.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)

@@ -107,10 +107,7 @@ def point(name: str, value: Point) -> tuple[np.ndarray, np.ndarray]:
 
 
 def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:
-    """Add a symmetric block (n, i, j) to the X and to the Y components of vectors.
-
-    `places` holds the indices of their X components.
-    """
+    """Add a symmetric block (n, i, j) to vectors whose X components are at `places`."""
     for a, i in enumerate(places):
         for b, j in enumerate(places[a:], start=a):
             for axis in range(2):

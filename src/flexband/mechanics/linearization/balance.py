@@ -118,10 +118,7 @@ class Balance:
         z[equations.y] = equations.solved_states()
 
     def _with_friction(self, z: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Let friction that slides follow the reactions, which it changes; return the residual.
-
-        That is Newton's method for the reactions, which are left as they are if it fails.
-        """
+        """Let sliding friction follow the reactions by Newton's method; return the residual."""
         equations, size = self.equations, self.equations.size
         for _ in range(self.tolerances.iterations):
             if not equations.follows(z):
@@ -139,8 +136,7 @@ class Balance:
     def following(self, rows: np.ndarray) -> np.ndarray | None:
         """Return R of `Linear.following` with these constraints, the first of which are of joints.
 
-        The changes of reactions are those that balance forces on the directions of the constraints,
-        δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr.
+        δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr balances forces on the directions of the constraints.
         """
         if not self.equations.follows(self.z):
             return None
@@ -151,10 +147,7 @@ class Balance:
         return -(G / self.norms) @ np.linalg.solve(change, across)[:count]
 
     def contraction(self, rows: np.ndarray, M: np.ndarray) -> float:
-        """Return how much larger a change of reactions becomes by the friction that it causes.
-
-        From 1 on, friction does not determine the accelerations: it has none, or several.
-        """
+        """Return the gain of the friction loop; from 1 on, accelerations are none or several."""
         n, count, size = len(M), len(self.rows), self.equations.size
         matrix = np.zeros((n + len(rows),) * 2)
         matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M * size * size[:, None], rows.T, rows
@@ -239,10 +232,7 @@ class Balance:
         return Balance(self.equations, z, self.spin, self.tolerances)
 
     def push(self) -> np.ndarray:
-        """Return the direction, of length one, in which the forces accelerate the mechanism.
-
-        Springs without a direction are left out.
-        """
+        """Return the unit direction in which forces accelerate, without directionless springs."""
         M = reduced(self.linear.M, self.basis)
         forces = self.forces - self.loose
         if not np.abs(forces).max(initial=0.0) > 0:
@@ -272,10 +262,7 @@ class Balance:
 
 
 def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
-    """Return a matrix with rows and columns over the roots of its diagonal, 1 over these, factors.
-
-    The factors are None if the matrix is singular.
-    """
+    """Return a matrix scaled by the roots of its diagonal, 1 over these, and factors or None."""
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
     matrix = matrix * scale * scale[:, None]
     return matrix, scale, _factored(matrix)
@@ -336,11 +323,8 @@ def find_rest(
 ) -> tuple[Balance, bool]:
     """Move to an equilibrium; return the balance there, or where the search ended, and success.
 
-    If the equilibrium near z is not stable, or there is none, the search goes downhill: from
-    `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
-
-    States of force laws take long steps, each to a rest of the mechanism, until they remain, and
-    modes of gaps become the signs of the gaps.
+    If none near z is stable, the search goes downhill from `start`, or from z. States of force laws
+    take long steps, each to a rest, and modes of gaps become the signs of the gaps.
     """
     if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
@@ -391,10 +375,10 @@ def _rest(
 def _searched(
     equations: Equations, z: np.ndarray, spin: Spin, search: RestSearch, *, downhill: bool
 ) -> tuple[Balance, bool]:
-    """Move to an equilibrium, any one or, if `downhill`, one that is stable.
+    """Move to an equilibrium, a stable one if `downhill`.
 
-    Inertia keeps the first steps short and loses weight as the forces become smaller. Downhill it
-    keeps so much weight that the energy decreases.
+    Inertia keeps the first steps short and loses weight as the forces become smaller, downhill only
+    as far as the energy decreases.
     """
     rigidity, pushes, before = float(equations.values.rigidity[0, 0]), 0, np.inf
     weight = rigidity if downhill else 1e3 * rigidity

@@ -51,14 +51,10 @@ def snap_throughs(
     failure: np.ndarray,
     search: SnapThroughSearch = SnapThroughSearch(),
 ) -> None:
-    """Mark the samples of a block that snap through before the loads act in full.
+    """Mark the samples of a block, from `start` (rows, WIDTH), that snap through on the way.
 
-    What has no rest near its start without loads, as a pendulum, does not snap through there.
-
-    Parameters
-    ----------
-    start : the assembled state, shape (rows, WIDTH).
-    failure : see `entries`; the part of the loads that is reached is filled in the last row.
+    What has no rest near its start without loads, as a pendulum, does not snap through there. The
+    part of the loads that is reached is filled in the last row of `failure`.
     """
     if not (values.weight.any() or values.forces.any()):
         return

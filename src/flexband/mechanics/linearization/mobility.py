@@ -43,8 +43,8 @@ class Mobility(NamedTuple):
 def instantaneous(mechanism: Mechanism) -> list[str]:
     """Return the outputs that follow from the parameters at each instant, whatever was before.
 
-    These are positions, angles and lengths of a mechanism whose motion is prescribed, without
-    joints, such as gears, that go on from the start.
+    These are positions, angles and lengths where the motion is prescribed, without gears and the
+    like.
     """
     mobility = Mobility.of(mechanism)
     holds_start = any(joint.holds_start for joint in mechanism.joints.values())

@@ -43,12 +43,7 @@ CHECKS = SteadyChecks()
 def check_steady(
     system: System, sample: int, balance: Balance, modes: Eigenmodes, spin: Spin
 ) -> None:
-    """Raise `InputError` if the equations differ when the motion has gone on.
-
-    Parameters
-    ----------
-    balance, modes : the relative equilibrium of a sample, and its modes.
-    """
+    """Raise `InputError` if the equations of a balance differ when the motion has gone on."""
     refused = f"the mechanism does not rotate steadily at {spin.rate:g} rad/s"
     reasons = "turn with it", "depend on its angle", "depends on its angle"
     if isinstance(spin, Driven):
@@ -90,11 +85,7 @@ def driven(system: System, samples: np.ndarray) -> list[Spin]:
 def _on_way(
     system: System, samples: np.ndarray, time: float, step: float
 ) -> tuple[Values, Driven, np.ndarray]:
-    """Return the numbers of samples at a time, and how drives move there: rows of lanes.
-
-    The last result is z, assembled there with the least velocities. Accelerations are differences
-    of velocities over a `step` [s].
-    """
+    """Return numbers of samples at a time, how drives move, and z, assembled: rows of lanes."""
     packed = pack(system, time + step * np.arange(3), samples)
     values, state = packed(0), system.structure.state
     if not packed.schedule.is_regular:

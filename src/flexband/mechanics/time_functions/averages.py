@@ -61,10 +61,7 @@ class ChordMiss(NamedTuple):
 
 @dataclass(frozen=True)
 class Averaging:
-    """Which steps a load is averaged over, and how.
-
-    What is missed of a load between its values is relative to its range over the run.
-    """
+    """Which steps a load is averaged over; what is missed is relative to the range of the load."""
 
     noticed_miss: float = 2e-3
     """What kinks and jumps are looked for in."""
@@ -104,11 +101,7 @@ class Averaging:
         missed: ChordMiss,
         rough: np.ndarray,
     ) -> np.ndarray:
-        """Return the values with averages at both ends of the steps that are `rough`.
-
-        A warning names the function, and the time where it exceeds its values most, or its
-        frequency if it vibrates.
-        """
+        """Return the values with averages at both ends of the steps that are `rough`, and warn."""
         if not rough.any():
             return values
         peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
@@ -132,12 +125,7 @@ class Averaging:
     def warn_of_vibrations(
         self, at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
     ) -> None:
-        """Warn of a function that the chords of many steps are far from: few steps per period.
-
-        Parameters
-        ----------
-        followed : steps whose function is averaged, or that breakpoints divide, shape (steps, n).
-        """
+        """Warn if the chords of many steps that are not `followed` are far from a function."""
         coarse = np.where(followed, 0.0, missed.chord / missed.spread)
         column = int((coarse > self.min_miss).sum(axis=0).argmax())
         far = coarse[:, column] > self.min_miss

@@ -113,17 +113,11 @@ class BreakpointSearch:
         scale: np.ndarray,
         largest: np.ndarray,
     ) -> Breakpoints:
-        """Return the kinks and jumps of a function in some steps, each column judged alone.
+        """Return the kinks and jumps of a function, or those it states, each column judged alone.
 
-        A column with more of them than the run has steps is left as it is. Breakpoints that the
-        function states, as `breakpoints` [s], are taken instead of being searched.
-
-        Parameters
-        ----------
-        times : equidistant [s].
-        noticed : the steps to look at, a mask of shape (steps, columns).
-        scale : of each column; smaller changes than a part of it are not looked at.
-        largest : value of each column, of which rounding errors are a part.
+        `noticed` masks the steps to look at, (steps, columns); changes below a part of a column's
+        `scale`, or of rounding of its `largest` value, do not count, nor more breakpoints than
+        steps.
         """
         h, per = times[1] - times[0], self.points_in_step(at, len(times) - 1)
         spacing, noise = h / per, ROUNDING * largest
@@ -150,17 +144,10 @@ class BreakpointSearch:
         curvature: np.ndarray,
         largest: np.ndarray,
     ) -> Breakpoints:
-        """Return breakpoints with those at which only the second derivative of a function jumps.
+        """Return breakpoints with those of the second derivative, and with small kinks.
 
-        Kinks that are less than the curvature of a few points, and so not yet located, are added
-        too.
-
-        Parameters
-        ----------
-        times : equidistant [s].
-        curvature : largest second derivative of each column; jumps by less than a part of it are
-            not looked for.
-        largest : value of each column, of which rounding errors are a part.
+        Jumps below a part of a column's largest `curvature` are not looked for, nor those by
+        rounding of its `largest` value.
         """
         steps = len(times) - 1
         per = min(self.curvature_points, self.points_in_step(at, steps))
@@ -210,10 +197,7 @@ class BreakpointSearch:
     def _spikes(
         self, f: np.ndarray, smallest: np.ndarray, order: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return row and place of differences that stand out in rows of values.
-
-        Equal ones side by side, as of a pulse of a few points, are all returned.
-        """
+        """Return row and place of all differences that stand out in rows of values."""
         size = np.abs(np.diff(f, order, axis=1))
         if not size.size:
             return np.zeros(0, dtype=int), np.zeros(0, dtype=int)

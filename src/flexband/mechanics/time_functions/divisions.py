@@ -26,16 +26,8 @@ def divisions(
 ) -> Breakpoints:
     """Return times that divide steps so that a function is nearly linear between them.
 
-    Parameters
-    ----------
-    times : equidistant [s].
-    located : kinks and jumps.
-    averaging : which steps would be averaged instead.
-    points : on each part of a step between breakpoints.
-    remaining_miss : distance of a function from its chords after the division, relative to its
-        range.
-    max_parts : of a step.
-    max_divided : of the steps of a run, of which one that misses little is divided.
+    `points` on each part of a step tell how far it is from its chord, relative to its range;
+    `max_divided` is the part of the steps up to which those that miss little are divided.
     """
     h, last = times[1] - times[0], len(times) - 2
     at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)

@@ -41,15 +41,9 @@ def refuse_jumps(
 ) -> None:
     """Raise `InputError` if a function of time jumps between two of the times.
 
-    A change that is left in an interval after many divisions is a jump: that of a continuous
-    function becomes smaller with the interval. Looked into are intervals in which fourth
-    differences do not become smaller with the distance of the times, and the sharpest ones; a jump
-    makes them larger than itself.
-
-    Parameters
-    ----------
-    name : of what the function prescribes, for the message.
-    values : those of the function at the times [s], shape (times, n), an odd number of times.
+    A change that is left in an interval after many divisions is a jump. Looked into are intervals
+    in which fourth differences do not become smaller with the distance of the times, and the
+    sharpest ones. `values` have shape (times, n), an odd number of times.
     """
     spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
     allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)

@@ -24,10 +24,7 @@ SHORTEST_PART = 1e-4
 
 
 class Breaks(NamedTuple):
-    """The breakpoints of a function with one column or one per sample.
-
-    Its jumps and kinks are impulsive if it prescribes a motion.
-    """
+    """Breakpoints of a function's columns; kinks are impulsive where it prescribes a motion."""
 
     points: Breakpoints
     columns: int
@@ -69,10 +66,7 @@ class Schedule:
         return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
 
     def halved(self, chosen: np.ndarray, times: np.ndarray) -> Schedule:
-        """Return the rounds with some steps in two halves, over the times [s] of the run.
-
-        `chosen` has shape (rounds, n or 1).
-        """
+        """Return the rounds with the chosen steps, (rounds, n or 1), in two halves; times [s]."""
         runs, columns = [], np.arange(chosen.shape[1])
         arrays = [self.lanes(array, columns) for array in self._rows]
         for column in columns:

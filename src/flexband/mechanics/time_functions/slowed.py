@@ -22,10 +22,7 @@ class Slowed:
 
 
 def slowed(functions: Sequence[TimeFunction], duration: float) -> list[TimeFunction]:
-    """Return functions that start at rest and reach their own pace after a duration [s].
-
-    From then on they are the given ones, half the duration later.
-    """
+    """Return functions that start at rest and lag by half the duration [s] in the end."""
     pace = ramp(1.0, duration)
 
     def of(function: TimeFunction) -> TimeFunction:

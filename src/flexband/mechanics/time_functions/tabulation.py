@@ -50,12 +50,9 @@ def tabulate(
 ) -> FunctionTables:
     """Return the rounds of a run over equidistant times [s], and functions of time in them.
 
-    Parameters
-    ----------
-    driven : number of a function that prescribes a motion -> name of what it drives.
-    times : two for a run that only starts; functions are not looked at between them.
-    tolerance : of steps that are chosen freely, for which functions are polynomials in each round;
-        loads are then neither averaged nor divided.
+    `driven` names what functions drive, by number. Functions are not looked at between two times of
+    a run that only starts. With the `tolerance` of steps that are chosen freely they are
+    polynomials, and loads are neither averaged nor divided.
     """
     series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}

@@ -18,10 +18,7 @@ BROWSERS = (
 
 
 def print_pdf(page: Path, *, timeout: float = 120.0) -> Path:
-    """Print a web page into a PDF file beside it; return its path.
-
-    Raise `InputError` if no browser is found, or it prints nothing before the timeout [s].
-    """
+    """Print a web page into a PDF beside it; raise `InputError` if that takes too long [s]."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
         raise InputError(

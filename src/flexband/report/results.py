@@ -41,10 +41,9 @@ def write_comparison_report(
     results: Sequence[Comparison],
     orders: Iterable[tuple[int, int]],
 ) -> Path:
-    """Write figures and report.html on several methods; return the path of the report.
+    """Write figures and report.html on methods, the reference first; return the path.
 
-    Results are those of `compare`, the reference first. The bands of PCCI and improved PCCI are
-    drawn for the orders k and q, together with those of the reference and of adaptive PCCI.
+    PCCI and improved PCCI are drawn for the orders k and q, with the reference and adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
@@ -105,10 +104,7 @@ def write_figures(
     drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
 ) -> Path:
-    """Write a page with a table, remarks and figures; return its path.
-
-    A figure that cannot be drawn is a remark.
-    """
+    """Write a page with a table, remarks and figures that can be drawn; return its path."""
     pictures, remarks = [], list(remarks)
     for caption, draw in drawings:
         try:

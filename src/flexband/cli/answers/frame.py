@@ -60,10 +60,7 @@ class SavedResult(NamedTuple):
             return plan_in(self.folder, trust=trust).study()
 
     def limits(self, *, trust: bool) -> list[fb.Requirement]:
-        """Return the limits of the study; print a remark if it cannot be read.
-
-        Raise `UsageError` if its file is run only with `trust`.
-        """
+        """Return the limits of the study; print a remark, or raise `UsageError` without `trust`."""
         from flexband.study.nominal import around_nominal  # noqa: PLC0415
 
         if not (self.folder / FileName.STUDY).is_file():
@@ -80,10 +77,7 @@ class SavedResult(NamedTuple):
     def response_and_store(
         self, purpose: str, *, trust: bool
     ) -> tuple[ResponseFunction, Path | None]:
-        """Return the response of the study, and the folder of its runs if there are any.
-
-        Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
-        """
+        """Return the response of the study and its folder of runs; refuse what is not there."""
         if not (self.folder / FileName.STUDY).is_file():
             raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
         store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
@@ -135,10 +129,7 @@ class CommandOutput:
 def answer_command(
     name: str,
 ) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
-    """Return a decorator that makes a command of a function ``question(result, ...)``.
-
-    The command takes the folder of a study, the options of the function, and --json.
-    """
+    """Return a decorator: ``question(result, ...)`` as a command with its folder and --json."""
 
     def registered(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
         def folder_and_json(
@@ -170,20 +161,14 @@ def answer_command(
 
 
 def one_of(sigmas: float | None, probability: float | None, usual: float) -> float:
-    """Return k of μ ± kσ, which is the usual one if none is given.
-
-    Raise `UsageError` if a probability is given too, which would take its place.
-    """
+    """Return k of μ ± kσ, the usual one by default; refuse one beside a probability."""
     if sigmas is not None and probability is not None:
         raise UsageError("--sigmas and --probability exclude each other; give one of them")
     return usual if sigmas is None else sigmas
 
 
 def saved_result(folder: Path) -> SavedResult:
-    """Return the surrogate of a folder, or of a file.
-
-    A remark says if the result of the study was not reliable.
-    """
+    """Return the surrogate of a folder or file; remark if its result was not reliable."""
     from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.presentation.display import Display  # noqa: PLC0415

@@ -124,11 +124,11 @@ def limits_before_and_after(
     *,
     likely: bool,
 ) -> list[dict[str, Any]]:
-    """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
+    """Return the least margin of each limit by two surrogates, and how likely it is left.
 
-    A probability is that at the worst values of the interval inputs, None where no input scatters;
-    where it is only bounded, it is 0, and `confidence_high` is the bound.
-    Raise `UsageError` if probabilities are asked for, but there are none.
+    A probability is that at the worst interval inputs, None where no input scatters; where it is
+    only bounded, it is 0, with `confidence_high`. Raise `UsageError` if one is asked for, but there
+    is none.
     """
     if likely and not (limits and has_probability(both[0])):
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")

@@ -72,10 +72,7 @@ def _part(share: float) -> str:
 def _tables(
     title: str, names: list[str], parts: dict[str, dict], cell: Callable
 ) -> list[tuple[str, Table]]:
-    """Return what parts tell of the inputs: a table of all, or one of each for several outputs.
-
-    There is a row per name. `parts` has, for every kind of number, those of all inputs by output.
-    """
+    """Return what parts, (kind of number, output, inputs), tell: one table, or one of each kind."""
     outputs = list(next(iter(parts.values())))
     if len(outputs) == 1 and len(parts) > 1:
         columns = {kind: by_output[outputs[0]] for kind, by_output in parts.items()}

@@ -34,10 +34,7 @@ class Sheet(NamedTuple):
 
 
 def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
-    """Return a sheet that holds a mechanism between its extremes, (2, 2) [m], and its symbols.
-
-    Its space, width and height [pt], is by default as large as needed.
-    """
+    """Return a sheet for extremes (2, 2) [m] and symbols, as large as needed or as `space` [pt]."""
     smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
     most = largest - BEFORE - AFTER if space is None else space
     margin = min(60.0, 0.2 * most.min())
@@ -57,10 +54,7 @@ def draw_on(
     names: bool = True,
     dimensions: bool = True,
 ) -> S:
-    """Draw a mechanism at its start on a surface, and return it; other parameters as of `draw`.
-
-    The surface and its sheet depend on `extremes`, as of `sheet_for`.
-    """
+    """Draw a mechanism at its start on a surface of its extremes, and return it; see `draw`."""
     scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
     first = sketch_mechanism(scene, tracks)
     surface, (box, unit, _) = surface_for(extent(first, *tracks.at_start(scene.start)))

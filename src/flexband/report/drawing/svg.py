@@ -71,10 +71,7 @@ class SvgAxes:
         return lettering.size * np.array([ems, 1.0])
 
     def picture(self, x: float, y: float) -> str:
-        """Return all that was drawn, with a frame, in layers from the lowest to the highest.
-
-        The frame's upper left corner is at (x, y) in the picture [pt].
-        """
+        """Return all that was drawn, in layers; the frame's upper left corner is (x, y) [pt]."""
         self._frame()
         drawn = "\n".join(text for _, text in sorted(self.elements, key=lambda drawn: drawn[0]))
         return f'<g transform="translate({x:.2f} {y:.2f})">\n{drawn}\n</g>'

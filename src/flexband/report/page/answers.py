@@ -43,11 +43,7 @@ class Answer(NamedTuple):
 
 
 def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck | None]:
-    """Return the answers in a folder, and whether limits are kept.
-
-    They are in display units. Answers of earlier results, and those that are not as written, are
-    left out, and named.
-    """
+    """Return the valid answers in a folder, in display units, and whether limits are kept."""
     likely = (
         "Below: how likely each limit is left at a time, for the worst values of the interval "
         "inputs"

@@ -32,11 +32,9 @@ def chart_data(
     limits: xr.Dataset | None = None,
     units: Mapping[str, str] | None = None,
 ) -> JsonRecord | None:
-    """Return what charts.js draws, or None if outputs are no functions of one increasing number.
+    """Return what charts.js draws, or None if outputs are no functions of one number.
 
-    `nominal` is the response with every input at its nominal value, dims (output, time);
-    `contributions` and `limits` are results of `contributions` and `check_limits`; `units` are
-    those of inputs, by name.
+    `nominal` has the dims (output, time); `units` are those of inputs, by name.
     """
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if len(free) != 1 or bands.sizes[free[0]] < 2:

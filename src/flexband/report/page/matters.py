@@ -15,10 +15,7 @@ MOST = 4
 
 
 def what_matters(contributions: xr.Dataset, limits: xr.Dataset | None) -> str:
-    """Return which input matters most, for each limit if there are some.
-
-    Contributions are those of uncertain inputs alone; limits are a result of `check_limits`.
-    """
+    """Return which uncertain input matters most, for each of the checked limits if any."""
     if limits is not None and "width" in contributions:
         return _for_limit(contributions, limits)
     share = contributions["mean_share"]

@@ -22,10 +22,7 @@ ASSETS = resources.files("flexband.report.page").joinpath("assets")
 
 
 def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values: Any) -> None:
-    """Write a web page from a template in assets, which appears only once it is complete.
-
-    Every text in `values` is escaped. Scripts read `data`, a tree that JSON can hold.
-    """
+    """Write a web page from a template in assets, complete at once; `data` is for scripts."""
     data = values.pop("data", None)
     if data is not None:
         text = json.dumps(data, allow_nan=False, separators=(",", ":"))

@@ -50,10 +50,7 @@ class Stroke:
     vertices: np.ndarray
 
     def places(self, position: np.ndarray, direction: np.ndarray, unit: float = 0.0) -> np.ndarray:
-        """Return the vertices [m], shape (vertices, 2, ...), with so many metres (unit) per point.
-
-        Positions and directions are those of all numbers, shape (tracks, 2, ...).
-        """
+        """Return vertices [m], (vertices, 2, ...), from tracks (tracks, 2, ...), `unit` m/pt."""
         x, y, right, up = self.vertices.T.reshape((4, -1, *np.ones(position.ndim - 1, dtype=int)))
         vector = np.stack([frame.axis(position, direction) for frame in self.frames])
         length = np.sqrt((vector**2).sum(axis=1, keepdims=True))

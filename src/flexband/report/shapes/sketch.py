@@ -77,10 +77,7 @@ class Sketch:
     def travel(
         self, name: str, part: PairJoint | PairLoad, axis: tuple[float, float]
     ) -> tuple[float, float]:
-        """Return the lowest and the highest place [m] of the first point of a part along an axis.
-
-        It is given in the frame of the second point.
-        """
+        """Return the extreme places [m] of a part's first point on an axis of the second."""
         first, second = part.points
         direction = self.scene.start.vector(along(self.scene.mechanism.frame(second), axis))
         place = float((self.scene.at(first) - self.scene.at(second)) @ direction)
@@ -131,10 +128,7 @@ class Sketch:
     def turning(
         self, frame: LocalFrame, start: float, sweep: float, radius: float, color: str, part: str
     ) -> Stroke:
-        """Add an arrow around a place, from angle `start` to `start + sweep` [rad].
-
-        Returns the middle of the arrow. The radius is in points.
-        """
+        """Add an arrow from angle `start` by `sweep` [rad], radius in points; return its middle."""
         angles = start + sweep * np.linspace(0.0, 1.0, 40)
         arc = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         self.lines.append(arrow([in_points(frame, arc)], color=color, part=part))
@@ -189,10 +183,9 @@ def in_metres(frame: LocalFrame, shape: ArrayLike) -> Stroke:
 def spring(
     frame: LocalFrame, length: float, *, elastic: bool, damped: bool
 ) -> tuple[Stroke, float]:
-    """Return a zigzag, a dashpot, or both side by side; an actuator if it is neither.
+    """Return a zigzag, a dashpot, both or an actuator, and how far [pt] it is to the left.
 
-    The frame is from end to end, in parts of the distance, which at the start is `length` [pt]. How
-    far [pt] the first symbol is to the left of the line is returned as well.
+    The frame is from end to end, in parts of the distance, at the start `length` [pt].
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
     dashpot = [

@@ -23,11 +23,7 @@ RANDOM_SAMPLES = (
 
 
 def verdict_line(verdict: RequirementVerdict) -> str:
-    """Return a verdict in one line, without a full stop.
-
-    FAIL  wiper angle (nominal ± 0.5°): exceeded by 0.107° at 0.53 s (worst tolerances, 3σ); mostly
-    due to pivot_x
-    """
+    """Return a line such as "FAIL  angle (nominal ± 0.5°): exceeded by 0.107°; mostly due to …"."""
     blame = f"; mostly due to {verdict.input}" * bool(
         verdict.input and verdict.verdict is not Verdict.PASS
     )

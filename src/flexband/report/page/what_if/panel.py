@@ -36,10 +36,8 @@ def what_if(
 ) -> tuple[JsonRecord | None, list[str]]:
     """Return the data of the panel, or None, and sentences that tell why there is none.
 
-    The surrogate is None if the method has none; `bands` are its own. Numbers are shown in the
-    units of `display`; coefficients and Python keep the others. A page takes a surrogate of
-    `max_coefficients`, by default some 4 MB. The data are a tree that JSON can hold, with packed
-    arrays.
+    A page takes a surrogate of `max_coefficients`, by default some 4 MB; coefficients and Python
+    keep the units that `display` changes.
     """
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]

@@ -75,8 +75,7 @@ class Interpolation:
 def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
     """Return one expansion of the rows of all parts, whose coefficients take the place of the runs.
 
-    Parts are of different rows, through the first of the same runs each, with terms that are the
-    first of the same terms. Further terms become zero.
+    Parts begin with the same runs and terms; further terms become zero.
     """
     longest = max(parts, key=lambda part: len(part.index))
     values = longest.values

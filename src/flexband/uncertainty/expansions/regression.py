@@ -59,10 +59,9 @@ class SparseFit(NamedTuple):
 
 
 def candidates(dimension: int, *, options: SparseFitOptions = SparseFitOptions()) -> np.ndarray:
-    """Return the orders of the terms to choose from, shape (terms, variables), the constant first.
+    """Return the orders of the terms to choose from, (terms, variables), the constant first.
 
-    All terms up to the total order 3 if these are few enough; otherwise those up to the total order
-    2 and those of order 3 in one variable. If pairs are too many, those of the first variables.
+    These are all up to the total order 3, or 2 and those of order 3 in one variable, or less.
     """
     unit = np.eye(dimension, dtype=int)
     terms = [0 * unit[:1]] + [k * unit for k in range(1, options.max_pure_order + 1)]
@@ -78,10 +77,7 @@ def candidates(dimension: int, *, options: SparseFitOptions = SparseFitOptions()
 def normalized_values(
     index: np.ndarray, xi: np.ndarray, eta: np.ndarray, families: Sequence[Family]
 ) -> np.ndarray:
-    """Return the terms at points of shape (points, n) and (points, m), shape (points, terms).
-
-    They have unit mean square over ξ and η = cos πu.
-    """
+    """Return terms of unit mean square over ξ and η = cos πu at points, shape (points, terms)."""
     orders = index.max(axis=0)
     values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
     random = zip(families, orders[len(values) :], xi.T, strict=True)
@@ -104,13 +100,10 @@ def sparse_fit(
     *,
     options: SparseFitOptions = SparseFitOptions(),
 ) -> SparseFit:
-    """Return the fit of the series by some of the candidates.
+    """Return the best of four fits of weighted series, (runs, series), by candidates.
 
-    The best of four fits is returned: of the candidates of order one, of those in one variable, of
-    all, and of those of order one with the products of the most important variable.
-
-    `values` of the candidates have shape (runs, candidates), the constant first; their orders,
-    `index`, (candidates, variables); the series (runs, series), and their weights (series,).
+    The candidates, (runs, candidates) with orders `index`, are those of order one, those in one
+    variable, all, and those of order one with the products of the most important variable.
     """
     y, orders = weight * series, index.sum(axis=1)
     y -= y.mean(axis=0)  # the constant term is always taken
@@ -142,10 +135,7 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def principal(series: np.ndarray, round_off: float = 1e-14) -> np.ndarray:
-    """Return at most as many series as rows, with the same products between the rows.
-
-    Those of a smaller part of the largest energy than `round_off` are dropped.
-    """
+    """Return at most as many series as rows, with equal products but for `round_off` energy."""
     energy, modes = np.linalg.eigh(series @ series.T)
     keep = energy > round_off * energy[-1]
     return modes[:, keep] * np.sqrt(energy[keep])

@@ -72,10 +72,7 @@ class NarrowedInputs:
 
 
 def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
-    """Return the part of the inputs that narrower ones span.
-
-    Raise `InputError` if a name is none of the inputs, or a new input is not within the old one.
-    """
+    """Return the part of the inputs that narrower ones span; refuse what is outside."""
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
     changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
@@ -110,10 +107,7 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
 
 
 def _between_middles(old_distribution: Distribution, new: Distribution) -> Substitution:
-    """Return ξ of a p-box whose polynomials change with the midpoints of its parameters.
-
-    Equal probabilities have equal variables.
-    """
+    """Return ξ of a p-box at equal probabilities with the midpoints of new parameters."""
     old, middle = old_distribution.midpoint(), new.midpoint()
 
     def old_xi(xi: np.ndarray) -> np.ndarray:

@@ -35,10 +35,7 @@ def axes_of(values: xr.DataArray) -> Axes:
 
 
 def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> Units:
-    """Return the units of the outputs of a response or its bands.
-
-    `dims` are those of the outputs, as `axes_of` has them unless they are given.
-    """
+    """Return the units of outputs of a response or its bands, along `dims` or of `axes_of`."""
     return Units.along(values, axes_of(values).dims if dims is None else dims)
 
 

@@ -20,12 +20,11 @@ PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
 def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return bands over all combinations of options, of which each has bands by its label.
+    """Return bands over all combinations of options, each with bands by its label.
 
     These are the lowest of all lower and the highest of all upper bounds, and the largest of the
-    errors expected; the inputs, choices included, are `given`. `mean_choice` and `error_bar_choice`
-    tell which combination a bound is due to; `mean_by_choice` and `error_bar_by_choice` have the
-    bands of every one, along the dim "choice". ``attrs["choice_runs"]`` counts the runs of each.
+    errors expected. `mean_choice` and `error_bar_choice` tell which combination a bound is due to;
+    `mean_by_choice` and `error_bar_by_choice` have all bands; ``attrs["choice_runs"]`` counts runs.
     Other attributes are those of the combination with the largest expected error.
     """
     names, bands = list(bands_by_label), list(bands_by_label.values())

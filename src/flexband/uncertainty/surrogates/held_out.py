@@ -28,10 +28,7 @@ class HeldOut:
         return running(np.hypot(share(intervals) * missed, self.overshoot), self.window)
 
     def nearest(self, distance: np.ndarray) -> np.ndarray:
-        """Return which runs judge a part of the inputs: those inside, but eight at least.
-
-        `distance` is that of each run from the part, 0 inside, shape (runs,).
-        """
+        """Return which runs judge a part: those at `distance` 0, (runs,), or the nearest eight."""
         # runs that judge a part of the inputs; where fewer are inside, the nearest to it
         # count too
         fewest = 8

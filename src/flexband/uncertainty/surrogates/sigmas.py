@@ -39,10 +39,7 @@ def growth(sigmas: float) -> float:
 
 
 def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
-    """Return the diagnostics of bands with the error bar μ ± kσ, with their `pointwise_error`.
-
-    They follow from those of μ ± σ. The bar has the dims (bound, …).
-    """
+    """Return diagnostics of μ ± kσ from those of μ ± σ, with `pointwise_error` of the bar."""
     bar_diagnostics = _of_sigmas(sigmas, diagnostics, bar)
     if "error_bar_expected_error" not in bar_diagnostics or "pointwise_error" in bar_diagnostics:
         return bar_diagnostics
@@ -84,10 +81,7 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
 
 
 def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarray:
-    """Return which outputs have error bars that are wider than rounding, (outputs,).
-
-    `lower` and `upper` are their ends, (outputs, times).
-    """
+    """Return which outputs have error bars wider than rounding, from ends (outputs, times)."""
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
     return units.varies((upper - lower).max(axis=-1), size)
 
@@ -111,11 +105,7 @@ def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Datas
 
 
 def relative_errors(diagnostics: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
-    """Return the error of mean or error bar, mean over time, in parts of the bar's mean width.
-
-    It is the larger one of ``mean_<name>`` and ``error_bar_<name>`` of each output; 0 of those that
-    are constant. The dims of the bar, (bound, …), contain those of the errors.
-    """
+    """Return the larger error of mean and error bar over the bar's mean width; 0 of constants."""
     axes = axes_of(bar)
     lower, upper = (end.reshape(*axes.shape, axes.times) for end in bar.values)
     width = np.where(bars_vary(bar), (upper - lower).mean(axis=-1), np.inf)

@@ -123,7 +123,7 @@ class VerificationVerdict:
 def verdict(
     checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
 ) -> dict[str, str | float]:
-    """Return the attributes "confirmed", "verdict" in words, and "inferred_share", of good runs.
+    """Return attributes "confirmed", "verdict" and "inferred_share" of good runs.
 
     `sampled` and `held_out` count those of them, and of the runs of the method, that are samples of
     the whole space.

@@ -131,10 +131,7 @@ class ScipyDistribution(Distribution):
 
 
 def as_input(value: Given) -> Given | Distribution:
-    """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
-
-    Raise `InputError` if it is not frozen, discrete, or not one that `scipy.stats` has by name.
-    """
+    """Return a frozen `scipy.stats` distribution as an input, if it can be, and others as is."""
     if not type(value).__module__.startswith("scipy.stats."):
         return value
     from scipy import stats  # noqa: PLC0415

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.page.p_boxes import p_boxes
     from flexband.report.page.page_file import read_given
     from flexband.report.page.study import write_report
-    from flexband.report.pdf import print_pdf
+    from flexband.report.page.template import print_pdf
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
 

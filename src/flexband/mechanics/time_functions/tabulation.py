@@ -10,10 +10,9 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, named, warn
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
-from flexband.mechanics.time_functions.averages import Averaging, ChordMiss
+from flexband.mechanics.time_functions.averages import Averaging, ChordMiss, divisions
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
-from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
 from flexband.mechanics.time_functions.polynomials import PolynomialFit, held

@@ -10,8 +10,7 @@ import numpy as np
 from flexband.errors import AssemblyError, warn
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration, assembled, given
-from flexband.report.drawing.canvas import Canvas
-from flexband.report.drawing.surface import Surface
+from flexband.report.drawing.canvas import Canvas, Surface
 from flexband.report.drawing.words import write
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
 from flexband.report.shapes.scene import Scene

@@ -10,7 +10,7 @@ from unicodedata import east_asian_width
 
 import numpy as np
 
-from flexband.report.drawing.surface import COLORS, Lettering
+from flexband.report.drawing.canvas import COLORS, Lettering
 from flexband.report.shapes.shapes import Line, Mark
 
 Attributes = dict[str, str | float]

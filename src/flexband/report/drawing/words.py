@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.report.drawing.canvas import Canvas, Dimension, Label
-from flexband.report.drawing.surface import Lettering
+from flexband.report.drawing.canvas import Canvas, Dimension, Label, Lettering
 from flexband.report.shapes.shapes import Line
 
 

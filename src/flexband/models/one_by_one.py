@@ -34,25 +34,15 @@ class OneByOne(Response):
     def sample(self, **values: Any) -> Any:
         """Return the result of one sample: a number, an array or a `xarray.DataArray`.
 
-        Parameters
-        ----------
-        values : every input by name: a number or text, or a function of position that returns one
-            value per position.
+        Every input is a number, a text, or a function of position that returns one value per
+        position.
         """
 
     def __call__(self, **values: Any) -> np.ndarray | xr.DataArray:
-        """Return the results of all samples, shape (n, ...), dims (sample, ...).
+        """Return the results of all samples by their inputs, shape (n, ...), dims (sample, ...).
 
-        Parameters
-        ----------
-        values : every input by name: an array of shape (n,), or a function of position that returns
-            shape (n, points).
-
-        Raises
-        ------
-        InputError
-            If a sample returns no real numbers, or not the shape and the labels of the first one;
-            if the values are not equally many.
+        Raise `InputError` if a sample returns no real numbers, or not the shape and the labels of
+        the first one, or if the values are not equally many.
         """
         rows = _Rows(values)
         results: list[np.ndarray | xr.DataArray] = []

@@ -149,8 +149,7 @@ class _Lines(ProgressListener):
 
     def left(self, now: float, done: int, total: int) -> str:
         """Return the time left in words, once it is known from more than the first batch."""
-        # Time [s] after the first batch, which may compile, from which on the time left
-        # is told
+        # Time [s] after the first batch, which may compile, from which on the time left is told
         measured = 5.0
         begin, before = self.measured or (now, done)
         budget = Budget.from_total(total)

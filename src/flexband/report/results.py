@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import warnings
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from io import BytesIO
-from itertools import chain, count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -80,20 +79,12 @@ def write_comparison_report(
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 
-def file_name(name: str, taken: Collection[str] = ()) -> str:
-    """Return a name as that of a file, other than those taken, which are in lower case."""
-    longest_name = 100  # bytes of a file name, without its suffix
-    words = "".join(c if c.isalnum() else " " for c in name).split()
-    start = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
-    numbered = (f"{start}_{k}" for k in count(2))
-    return next(
-        candidate for candidate in chain([start], numbered) if candidate.casefold() not in taken
-    )
-
-
 def data_file(folder: Path, result: Comparison) -> Path:
     """Return the file for the bands of one of several methods."""
-    return folder / f"{file_name(result.method.label.lower())}.nc"
+    longest_name = 100  # bytes of a file name, without its suffix
+    words = "".join(c if c.isalnum() else " " for c in result.method.label.lower()).split()
+    name = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
+    return folder / f"{name}.nc"
 
 
 def write_figures(

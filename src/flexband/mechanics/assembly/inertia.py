@@ -31,11 +31,8 @@ class MassOptions(NamedTuple):
 class Inertia:
     """The mass matrices of a mechanism.
 
-    Attributes
-    ----------
-    inverse_scale : for each row of the guess [1, q], 1/size for positions and 1 for directions,
-        with the size of the whole mechanism.
-    regular_mass : the mass matrix with small masses and inertias of rigid bodies in place of zeros.
+    `inverse_scale` is 1/size of the whole for positions in [1, q], else 1; `regular_mass` has small
+    masses of rigid bodies in place of zeros.
     """
 
     def __init__(self, mechanism: Mechanism, options: MassOptions = MassOptions()):

@@ -440,14 +440,10 @@ class Mechanism:
         return [force for entries in self.entries.values() for force in entries.following]
 
     def forces(self, load: str) -> GeneralizedForce:
-        """Return the generalized forces of a load, apart from those of springs and force laws.
+        """Return the generalized forces of a load, on coordinates and, of moments, on angles.
 
-        They act on the coordinates, and moments on the angles.
-
-        Raises
-        ------
-        InputError
-            If a force of the load acts on anything else.
+        Those of springs and force laws are left out. Raise `InputError` if one acts on anything
+        else.
         """
         entries, state = self.entries[load], self.state
         for j in entries.forces:

@@ -30,17 +30,10 @@ def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
 
 
 class VectorTable:
-    """The vectors, those with angles or lengths first.
+    """The vectors, linear in q, those with `angles` or lengths first.
 
-    Parameters
-    ----------
-    vectors : linear in the coordinates.
-    angles : number of angles and lengths.
-    multipliers : row of z of the multiplier, for each angle or length of a constraint; these come
-        first.
-    lengths : for each of these, whether it is a length.
-    direction : number of the first vector along which a following force acts.
-    turning : number of the first vector that turns with a body or a rod.
+    The first ones belong to constraints whose multipliers are these rows of z, and `lengths` tells
+    which are lengths; those of following forces begin at `direction`, those that turn at `turning`.
     """
 
     functions = ()
@@ -82,12 +75,8 @@ class VectorTable:
         )
 
     def values(self) -> VectorValues:
-        return VectorValues(
-            *(
-                stack([c[axis] for vector in self.vectors for c in vector.values()])
-                for axis in range(2)
-            )
-        )
+        entries = [entry for vector in self.vectors for entry in vector.values()]
+        return VectorValues(*(stack([entry[axis] for entry in entries]) for axis in range(2)))
 
 
 class SpringTable:
@@ -166,6 +155,7 @@ class LawTable:
         return pairs_of(self.groups)
 
     def structure(self, places: Places) -> Laws:
+        gap_kinds = [law.gap_kind for law in self.laws for _ in law.events]
         return Laws(
             address=indices(law.address for law in self.compiled),
             time=places.functions.get(time, 0),
@@ -174,12 +164,7 @@ class LawTable:
             point_start=starts([law.points for law in self.laws]),
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
-            gap_kind=indices(
-                [
-                    *(law.gap_kind for law in self.laws for _ in law.events),
-                    *[GAP.margin] * self.margins,
-                ]
-            ),
+            gap_kind=indices([*gap_kinds, *[GAP.margin] * self.margins]),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -244,9 +229,8 @@ class VectorTables(NamedTuple):
             [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, actions, turning, _ = starts(
-            parts
-        ).tolist()
+        firsts = starts(parts).tolist()
+        _, torsion, normal, _, straight, position, direction, actions, turning, _ = firsts
         vectors = VectorTable(
             [v for part in parts for v in part],
             straight,

@@ -76,18 +76,12 @@ def interpolated(points: Sequence[float], strains: np.ndarray, xi: float) -> np.
 def axial_strain(
     xi: float, axial: np.ndarray, bent: np.ndarray, shear: np.ndarray, pull: ArrayLike
 ) -> np.ndarray:
-    """Return N/EA at ξ, shape (…).
+    """Return N/EA at ξ, shape (…), from axial strains (3, …), bending (2, …) and shear Q/EA.
 
     It is the line through the axial strain at the two Gauss points, and the parabola beside it that
-    N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′².
-
-    Parameters
-    ----------
-    axial : strains at `AXIAL`, shape (3, …), less those at the start.
-    bent : the strains of bending, shape (2, …), with those at the start.
-    shear : Q/EA in the middle.
-    pull : change of N/EA along the element that the line misses, 5 times that of Qγ/EA: where the
-        axis shears by γ, Γ at the ends is that of N − 5 Qγ, in the middle that of N + 5/2 Qγ.
+    N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′². The line misses a
+    `pull`, 5 times that of Qγ/EA: where the axis shears by γ, Γ at the ends is that of N − 5 Qγ, in
+    the middle that of N + 5/2 Qγ.
     """
     first, last = (interpolated(AXIAL, axial, point) for point in GAUSS)
     middle, (angle, change) = 0.5 * (first + last), bent

@@ -64,13 +64,7 @@ class Body(ABC):
 
     @abstractmethod
     def frame(self, name: str, first: int) -> Frame:
-        """Return the frame of a named point, position [m] and axes as forms of z.
-
-        Raises
-        ------
-        InputError
-            If the body has no point of this name.
-        """
+        """Return the frame of a named point, position [m] and axes as forms of z; refuse others."""
 
     def constraints(self, first: int) -> list[Form]:
         """Return the forms of z that the body itself requires to vanish; none by default."""

@@ -147,11 +147,10 @@ class CentreLine(Body):
 
     @abstractmethod
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the strains of elements, or what determines them, shape (strains, …).
+        """Return the strains of elements at q, as in `strains`, or what determines them.
 
-        `q` as in `strains`. The member is free of stress at those of the undeformed elements. They
-        contain the curvature and the error of the Hermite cubics, which follow a curve closely but
-        not exactly.
+        The member is free of stress at those of the undeformed elements, which contain the
+        curvature and the error of the Hermite cubics.
         """
 
     @abstractmethod
@@ -306,13 +305,7 @@ class CentreLine(Body):
         return self if divisions == self.divisions else replace(self, divisions=divisions)
 
     def located(self, name: str) -> float:
-        """Return the position of a named point, in elements from the start.
-
-        Raises
-        ------
-        InputError
-            If the body has no point of this name.
-        """
+        """Return the position of a named point, in elements from the start; refuse others."""
         return self.mesh.located(self._place(name))
 
     def _place(self, name: str) -> float:

@@ -76,15 +76,10 @@ Factors = tuple[np.ndarray, np.ndarray]
 
 
 class Balance:
-    """The forces and the linearization at a state, with multipliers of least norm.
+    """The forces and the linearization at a state z, with multipliers of least norm.
 
-    Attributes
-    ----------
-    z : the state with its multipliers.
-    linear, basis : the linearization, and the allowed directions.
-    forces : what is not balanced along each of the allowed directions [N m].
-    violation : Φ, each row over its largest gradient by a vector of the plane, so that multipliers
-        compare as forces on points, whatever the lever arms.
+    `forces` [N m] are not balanced along the allowed directions `basis`; `violation` is Φ, each row
+    over its largest gradient, so that multipliers compare as forces on points.
     """
 
     def __init__(

@@ -131,17 +131,10 @@ def turning(matrix: np.ndarray) -> np.ndarray:
 class Equations:
     """The equations of motion of one sample, of which the engine computes eight copies.
 
-    Attributes
-    ----------
-    perturbation, of_depth, of_speed
-        Displacement of the central differences of loads, relative to the size of the mechanism, and
-        the same relative to the depth of a contact, and to a Stribeck speed, where that is less.
-    still
-        Sliding speed that counts as none, relative to the largest velocity.
-    min_length
-        Length of a spring, relative to the size of the mechanism, below which it counts as none.
-    damping_weight
-        Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from.
+    Loads are differentiated over a `perturbation` of the size, or `of_depth` of a contact and
+    `of_speed` of a Stribeck speed, if less. Sliding speeds below `still`, relative to the largest
+    velocity, and springs shorter than `min_length` of the size, count as none; `damping_weight`
+    [1/s] is that of the damping against the stiffness.
     """
 
     perturbation = 1e-6

@@ -14,12 +14,8 @@ from flexband.words import number_of
 class Evaluation:
     """A function of time with one column per sample, or one that all samples share.
 
-    Attributes
-    ----------
-    columns : number of columns.
-    at_once : whether the function takes many times, one per row, or one per column as fields do: it
-        returns the values of single times, up to `rounding` of the largest.
-    stated : times of kinks and jumps that the function states itself [s], or None.
+    `at_once` tells whether it takes many times, in rows, or in columns as fields do; `stated` are
+    times of kinks and jumps that it states itself [s], or None.
     """
 
     def __init__(

@@ -32,20 +32,14 @@ class JumpSearch(NamedTuple):
     """The same [m] or [rad]."""
 
 
-def refuse_jumps(
-    name: str,
-    function: TimeFunction,
-    times: np.ndarray,
-    values: np.ndarray,
-    search: JumpSearch = JumpSearch(),
-) -> None:
+def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: np.ndarray) -> None:
     """Raise `InputError` if a function of time jumps between two of the times.
 
     A change that is left in an interval after many divisions is a jump. Looked into are intervals
     in which fourth differences do not become smaller with the distance of the times, and the
     sharpest ones. `values` have shape (times, n), an odd number of times.
     """
-    spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
+    search, spread, largest = JumpSearch(), np.ptp(values, axis=0).max(), np.abs(values).max()
     allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)

@@ -43,8 +43,6 @@ def tabulate(
     driven: Mapping[int, str],
     samples: int,
     times: np.ndarray,
-    search: BreakpointSearch = BreakpointSearch(),
-    averaging: Averaging = Averaging(),
     tolerance: float | None = None,
 ) -> FunctionTables:
     """Return the rounds of a run over equidistant times [s], and functions of time in them.
@@ -60,15 +58,15 @@ def tabulate(
         if function is during_impulse:
             series.append(_Impulses())
         elif f not in driven:
-            chosen = averaging if tolerance is None else None
-            series.append(_Load.of(function, samples, times, search, chosen))
+            averaging = Averaging() if tolerance is None else None
+            series.append(_Load.of(function, samples, times, averaging))
         else:
             user, outer = function, None
             if isinstance(function, Composed):
                 user, outer = function.inner, function.outer
             with prescribing(driven[f]):
                 if user not in motions:
-                    motions[user] = _Motion.of(function, samples, times, search)
+                    motions[user] = _Motion.of(function, samples, times)
                     names.append(driven[f])
                 drive = _Drive.of(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
@@ -156,13 +154,9 @@ class _Load(_TabulatedFunction):
 
     @staticmethod
     def of(
-        function: TimeFunction,
-        samples: int,
-        times: np.ndarray,
-        search: BreakpointSearch,
-        averaging: Averaging | None,
+        function: TimeFunction, samples: int, times: np.ndarray, averaging: Averaging | None
     ) -> _Load:
-        values = table(function, samples, times)
+        values, search = table(function, samples, times), BreakpointSearch()
         if len(times) == 2 and averaging:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
@@ -206,10 +200,8 @@ class _Motion:
     breaks: Breaks | None
 
     @staticmethod
-    def of(
-        function: TimeFunction, samples: int, times: np.ndarray, search: BreakpointSearch
-    ) -> _Motion:
-        fine = _fine(times)
+    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+        fine, search = _fine(times), BreakpointSearch()
         user, text = function, ""
         if isinstance(function, Composed):
             user, text = function.inner, function.name

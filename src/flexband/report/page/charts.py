@@ -68,8 +68,7 @@ def _output(
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
 ) -> JsonRecord:
-    # Width of an error bar, as a part of the nominal range, below which its deviation is
-    # shown
+    # Width of an error bar, as a part of the nominal range, below which its deviation is shown
     narrow = 0.05
     output_bands = select(bands, name)
     bar = series(bands["error_bar"], name)[1]

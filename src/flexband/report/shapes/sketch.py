@@ -188,18 +188,8 @@ def spring(
     The frame is from end to end, in parts of the distance, at the start `length` [pt].
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
-    dashpot = [
-        (-2, 0),
-        (-2, 4),
-        (-2, -4),
-        PEN_UP,
-        (-10, 6),
-        (8, 6),
-        (8, -6),
-        (-10, -6),
-        PEN_UP,
-        (8, 0),
-    ]
+    piston, cylinder = [(-2, 0), (-2, 4), (-2, -4)], [(-10, 6), (8, 6), (8, -6), (-10, -6)]
+    dashpot = [*piston, PEN_UP, *cylinder, PEN_UP, (8, 0)]
     half = min(0.33, 45.0 / length) if length > 0 else 0.33
     parts: list[list[tuple[float, float, float, float]]] = []
     if elastic:

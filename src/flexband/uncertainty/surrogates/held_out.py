@@ -29,8 +29,7 @@ class HeldOut:
 
     def nearest(self, distance: np.ndarray) -> np.ndarray:
         """Return which runs judge a part: those at `distance` 0, (runs,), or the nearest eight."""
-        # runs that judge a part of the inputs; where fewer are inside, the nearest to it
-        # count too
+        # runs that judge a part of the inputs; where fewer are inside, the nearest to it count too
         fewest = 8
         order = np.argsort(distance, kind="stable")
         return np.sort(order[: max(fewest, np.count_nonzero(distance == 0))])

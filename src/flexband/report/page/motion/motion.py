@@ -63,8 +63,7 @@ def motion_data(
 def _of_mechanism(
     response: DynamicResponse | StaticResponse, space: Space, samples: int, course: Course
 ) -> tuple[JsonRecord, list[str]]:
-    # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
-    # for
+    # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are for
     picture = (550.0, 320.0)
     with without_warnings():
         mechanism = response.builder(**space.arguments_at(*_points(space, samples)))

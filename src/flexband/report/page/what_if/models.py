@@ -85,8 +85,7 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
     # at how many times and η it is checked
     tolerance, checked = 3e-7, 10
-    # Most points times η times times at which a page may compute an output for a new
-    # scatter: 3 s
+    # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
     families = terms.over_random()
     if (rule := resolving_rule(*families)) is not None:
@@ -127,8 +126,7 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
 
 def _rounded(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
-    # Coefficients are rounded to multiples of it, in parts of the width of an output's
-    # bands
+    # Coefficients are rounded to multiples of it, in parts of the width of an output's bands
     quantum = 1e-8
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
     return {name: packed(values, quantum) for name, values in parts.items()}

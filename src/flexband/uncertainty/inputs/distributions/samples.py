@@ -76,10 +76,8 @@ class Samples(Distribution):
             raise InputError(f"Samples values must differ; {same}. {NO_SCATTER}")
         object.__setattr__(self, "values", tuple(values.tolist()))
         if self.bandwidth is not None:
-            width = float(
-                check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
-            )
-            object.__setattr__(self, "bandwidth", width)
+            width = check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
+            object.__setattr__(self, "bandwidth", float(width))
         n = len(values)
         if n < few:
             warn(

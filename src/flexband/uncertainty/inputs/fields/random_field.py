@@ -175,8 +175,7 @@ class RandomField(Field):
     @cached_property
     def expansion(self) -> Series:
         """The series of the standardized field, which must have a domain."""
-        # share of the tolerance that is met with all nodes, so that a part of the terms
-        # meets it
+        # share of the tolerance that is met with all nodes, so that a part of the terms meets it
         few_terms = 0.7
         start, end = self.located
         count = self.nodes or max(21, np.ceil(8 * (end - start) / self.correlation_length) + 1)

@@ -83,11 +83,8 @@ def in_plain_numbers(runs: xr.Dataset) -> xr.Dataset:
     dataset = runs.load()
     for name, variable in dataset.variables.items():
         if variable.dtype.kind == "T":
-            dataset[name] = (
-                variable.dims,
-                np.array(variable.values.tolist(), dtype=str),
-                variable.attrs,
-            )
+            texts = np.array(variable.values.tolist(), dtype=str)
+            dataset[name] = variable.dims, texts, variable.attrs
         elif variable.dtype.kind == "M":
             seconds = variable.values.astype("M8[ns]").astype("int64") / 1e9
             dataset[name] = variable.dims, seconds, {"long_name": "seconds since 1970-01-01"}

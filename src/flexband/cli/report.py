@@ -56,11 +56,8 @@ def report(
         read_netcdf(folder / name) if name in given["files"] else None
         for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
-    surrogate = (
-        fb.load_surrogate(folder / FileName.SURROGATE)
-        if FileName.SURROGATE in given["files"]
-        else None
-    )
+    saved = FileName.SURROGATE in given["files"]
+    surrogate = fb.load_surrogate(folder / FileName.SURROGATE) if saved else None
     sigmas = float(data.attrs["sigmas"])
     if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)

@@ -193,11 +193,9 @@ def now_and_left(facts: dict[str, Any]) -> list[str]:
     texts = [f"now: {facts['now']}"] * bool(facts["now"])
     rate, remaining = facts["rate"], facts["left"]
     if rate:
-        speed = (
-            f"{number_of(f'{rate:.3g}', 'run')} per second"
-            if rate >= 1
-            else f"{duration(1 / rate)} per run"
-        )
+        speed = f"{duration(1 / rate)} per run"
+        if rate >= 1:
+            speed = f"{number_of(f'{rate:.3g}', 'run')} per second"
         kind = "at most" if facts["most"] else "about"
         rest = f", {kind} {duration(remaining)} left for the runs" if remaining else ""
         texts.append(f"{speed} on average{rest}")

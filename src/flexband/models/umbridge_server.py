@@ -145,10 +145,8 @@ class _Handler(BaseHTTPRequestHandler):
         size = int(text) if text.isdecimal() and len(text) < 10 else MAX_BYTES + 1
         if size > MAX_BYTES:  # which is not read, so that nothing can follow
             self.close_connection = True
-            kind, message = (
-                "InvalidInput",
-                f"Content-Length must be {MAX_BYTES} or less; got {text}",
-            )
+            kind = "InvalidInput"
+            message = f"Content-Length must be {MAX_BYTES} or less; got {text}"
             self._answer(413, {"error": {"type": kind, "message": shown(message)}})
             return
         self._reply(self.rfile.read(size))

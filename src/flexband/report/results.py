@@ -46,6 +46,7 @@ def write_comparison_report(
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
+    adaptive = AdaptivePCCI(correct=False)
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
@@ -59,12 +60,7 @@ def write_comparison_report(
         drawn.append(Drawing("Response without uncertainty", draw))
     for name in outputs:
         for k, q in dict.fromkeys(orders):
-            compared = (
-                results[0].method,
-                PCCI(k, q),
-                ImprovedPCCI(k, q),
-                AdaptivePCCI(correct=False),
-            )
+            compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)

@@ -148,11 +148,8 @@ def answer_command(
 
         of_frame = inspect.signature(folder_and_json, eval_str=True).parameters
         asked = list(inspect.signature(question, eval_str=True).parameters.values())[1:]
-        parameters = [
-            of_frame["folder"],
-            *(p.replace(kind=p.KEYWORD_ONLY) for p in asked),
-            of_frame["as_json"],
-        ]
+        options = (parameter.replace(kind=parameter.KEYWORD_ONLY) for parameter in asked)
+        parameters = [of_frame["folder"], *options, of_frame["as_json"]]
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         app.command(name)(reported_errors()(command))
         return question

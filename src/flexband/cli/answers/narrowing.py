@@ -78,10 +78,8 @@ def narrow(
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")
     if earlier is not None and earlier.attrs.get("changes") != changed:
-        text = (
-            f"The earlier narrowed.nc is replaced ({earlier.attrs.get('changes', 'other inputs')})"
-        )
-        print_text(text, error=True)
+        others = earlier.attrs.get("changes", "other inputs")
+        print_text(f"The earlier narrowed.nc is replaced ({others})", error=True)
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
     both_shown = [result.display.data(bands) for bands in (before, after)]
@@ -225,9 +223,8 @@ def tolerance(
         row = [f"{output or 'response'}{unit_of(select(factors, output))}"]
         row += [*(number(v, scale=width) for v in (width, least)), least_share]
         if reached:
-            with_unit = (
-                f"{number(size * scale)} {result.display.input_units().get(name, '')}".rstrip()
-            )
+            unit = result.display.input_units().get(name, "")
+            with_unit = f"{number(size * scale)} {unit}".rstrip()
             row += [with_unit, percent_to_tenth(factor)] if output in reached else ["none", ""]
         rows.append(row)
     time = axes_of(labels_of(surrogate)).time
@@ -284,11 +281,8 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         given.add(name)
         owner, _, parameter = name.rpartition(".")
         uncertain_input: Any = inputs.get(owner)
-        names = (
-            [field.name for field in fields(uncertain_input) if field.init]
-            if is_dataclass(uncertain_input)
-            else []
-        )
+        own_fields = fields(uncertain_input) if is_dataclass(uncertain_input) else ()
+        names = [field.name for field in own_fields if field.init]
         if name not in inputs and uncertain_input is not None and names and parameter not in names:
             raise InputError(f"{narrowed_by(owner, uncertain_input, names)}; got {text!r}")
         if name not in inputs and parameter in names:

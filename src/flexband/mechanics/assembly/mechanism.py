@@ -422,12 +422,8 @@ class Mechanism:
     @cached_property
     def contact_laws(self) -> list[tuple[str, LawEntry]]:
         """The laws of contacts as the engine numbers them, each with the name of its part."""
-        return [
-            (name, law)
-            for name, entries in self.entries.items()
-            for law in entries.laws
-            if law.gap_kind != GAP.event
-        ]
+        laws = [(name, law) for name, entries in self.entries.items() for law in entries.laws]
+        return [(name, law) for name, law in laws if law.gap_kind != GAP.event]
 
     @cached_property
     def moments(self) -> list[MomentEntry]:
@@ -561,11 +557,7 @@ class Mechanism:
     def watched(self) -> list[Watched]:
         """The forms whose extremes and integrals sensors want, as the engine numbers them."""
         sensors = [s for s in self.sensors.values() if isinstance(s, OverSteps)]
-        return [
-            Watched(form, kind, sensor.times, sensor)
-            for sensor in sensors
-            for form, kind in sensor.watched(self)
-        ]
+        return [Watched(*form, s.times, s) for s in sensors for form in s.watched(self)]
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
         """Return what the engine makes of the outputs of a sensor over its steps."""

@@ -139,6 +139,7 @@ def assemble(mechanism: Mechanism) -> System:
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
+    of_runs = ("parts", "numbers", "moments", "functions", "rates", "polynomials")
     values = Values(
         start=stack(mechanism.guess),
         velocity=stack(velocity),
@@ -148,14 +149,9 @@ def assemble(mechanism: Mechanism) -> System:
         sharing_mass=stack(list(inertia.sharing_mass().values())),
         metric=stack(inertia.metric()),
         weight=stack(weight),
-        parts=np.empty((0, 1)),
-        numbers=np.empty((0, 1)),
-        moments=np.empty((0, 1)),
         windows=stack([time for w in watched for time in w.times]),
-        functions=np.empty((0, 1)),
-        rates=np.empty((0, 1)),
-        polynomials=np.empty((0, 1)),
         law_states=vectors.laws.starting_states(),
+        **dict.fromkeys(of_runs, np.empty((0, 1))),
         **{name: table.values() for name, table in tables.items()},
     )
     driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]

@@ -76,11 +76,8 @@ def snap_throughs(
         if not jumps.any():
             return
         at = moves.argmax(axis=0)
-        first, last, before = (
-            parts[at, lanes],
-            parts[at + 1, lanes],
-            np.stack(rests)[at, :, lanes].T,
-        )
+        first, last = parts[at, lanes], parts[at + 1, lanes]
+        before = np.stack(rests)[at, :, lanes].T
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raised(values, first), before, int(lane))
         if soft < search.softness * _lowest(system, raised(values, 0.0), unloaded, int(lane)):

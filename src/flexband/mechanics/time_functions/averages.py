@@ -132,10 +132,8 @@ class Averaging:
         far = coarse[:, column] > self.min_miss
         if far.mean() <= self.vibrating:
             return
-        frequency, h = (
-            self._frequency(at, times, int(coarse[:, column].argmax()), column),
-            times[1] - times[0],
-        )
+        frequency = self._frequency(at, times, int(coarse[:, column].argmax()), column)
+        h = times[1] - times[0]
         warn(
             f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
             f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "

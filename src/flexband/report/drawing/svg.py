@@ -136,14 +136,9 @@ def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
     """Return a picture of a size [pt], made of `SvgAxes.picture`, as an image's address."""
     size = f'width="{width:.2f}pt" height="{height:.2f}pt" viewBox="0 0 {width:.2f} {height:.2f}"'
     fonts = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
-    text = "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{fonts}">',
-            '<rect width="100%" height="100%" fill="#ffffff"/>',
-            *parts,
-            "</svg>",
-        ]
-    )
+    start = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{fonts}">'
+    paper = '<rect width="100%" height="100%" fill="#ffffff"/>'
+    text = "\n".join([start, paper, *parts, "</svg>"])
     return f"data:image/svg+xml;base64,{b64encode(text.encode()).decode()}"
 
 

@@ -122,12 +122,8 @@ def _caption(name: str, answer: xr.Dataset) -> str:
         where = "".join(
             f", at {k} {number(c) if c.dtype.kind == 'f' else c.values}" for k, c in at.items()
         )
-        of = (
-            f" of values of {answer['output'].values}"
-            if "output" in answer.coords
-            else " of values"
-        )
-        caption = caption.format(of + where + ",")
+        output = f" of {answer['output'].values}" if "output" in answer.coords else ""
+        caption = caption.format(f" of values{output}{where},")
     made = answer.attrs.get("made")
     return f"{caption}. From {made}." if made else f"{caption}."
 

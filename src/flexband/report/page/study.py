@@ -53,11 +53,9 @@ def write_report(
     )  # fmt: skip
     display = Display(given.get("display_units", {}), given.get("units", {}))
     answers, check = answers_in(folder, display)
-    limits, probability, production = (
-        (None, None, None)
-        if check is None
-        else (check.margins, check.probability, check.production)
-    )
+    limits, probability, production = None, None, None
+    if check is not None:
+        limits, probability, production = check.margins, check.probability, check.production
     raw = bands
     others, fixed = what_if.what_if(surrogate, bands, display)
     bands = display.data(bands)

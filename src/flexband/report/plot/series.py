@@ -57,11 +57,9 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
     """Name the axes after an output, {} in the quantity that is drawn, and what it depends on."""
     output_data = select(data, output)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
-    unit = (
-        str(output_data["unit"].values)
-        if "unit" in output_data.coords
-        else output_data.attrs.get("units", "")
-    )
+    unit = output_data.attrs.get("units", "")
+    if "unit" in output_data.coords:
+        unit = str(output_data["unit"].values)
     named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
     axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
     if last == "bound":

@@ -56,11 +56,8 @@ class NarrowedInputs:
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
         changed = np.isfinite(self.radius) & (self.radius > 0)
-        columns = [
-            k
-            for k in range(old.shape[1])
-            if k not in self.substitutions or self.substitutions[k].remains
-        ]
+        gone = {k for k, substitution in self.substitutions.items() if not substitution.remains}
+        columns = [k for k in range(old.shape[1]) if k not in gone]
         new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
         m = self.space.interval_dimension
         new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, columns]

@@ -60,10 +60,8 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
     if finer in errors:  # of bands: if σ alone moves, it is k times as large
         errors[finer] = before[finer] * max(sigmas, growth(sigmas))
         errors["error_bar_expected_error"] = errors[finer] + errors["error_bar_expansion_error"]
-    bar_diagnostics = diagnostics.drop_vars("relative_expected_error", errors="ignore").assign(
-        errors
-    )
-    bar_diagnostics = with_relative_errors(bar_diagnostics, bar)
+    others = diagnostics.drop_vars("relative_expected_error", errors="ignore")
+    bar_diagnostics = with_relative_errors(others.assign(errors), bar)
     relative = {
         name: float(np.max(relative_errors(bar_diagnostics, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
@@ -71,9 +69,8 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
         and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }
     if "discretization_error" in relative and not narrowed:
-        ratio = relative["discretization_error"] / (
-            bar_diagnostics.attrs["discretization_error"] or 1.0
-        )
+        before_ratio = bar_diagnostics.attrs["discretization_error"] or 1.0
+        ratio = relative["discretization_error"] / before_ratio
         for name in (f"{part}_error" for part in bar_diagnostics.attrs["refined"]):
             if name not in relative:
                 relative[name] = bar_diagnostics.attrs[name] * ratio
@@ -95,10 +92,8 @@ def bars_vary(bar: xr.DataArray) -> np.ndarray:
 
 def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
-    if (
-        not {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
-        or "relative_expected_error" in diagnostics
-    ):
+    estimated = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
+    if not estimated or "relative_expected_error" in diagnostics:
         return diagnostics
     relative = relative_errors(diagnostics, "expected_error", bar)
     return diagnostics.assign(relative_expected_error=(axes_of(bar).dims, relative))

@@ -20,12 +20,8 @@ class OneByOne(Response):
     """A response that is made of the results of single samples.
 
     A subclass is a frozen dataclass that holds nothing but what describes the model, so that it can
-    be sent to other processes.
-
-    Attributes
-    ----------
-    one_by_one : flexband calls the response with one sample at a time: results are recorded, and
-        distributed to processes, sample by sample.
+    be sent to other processes. Results are recorded, and distributed to processes, sample by sample
+    (`one_by_one`).
     """
 
     one_by_one = True

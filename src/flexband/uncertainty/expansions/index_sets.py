@@ -79,19 +79,16 @@ def _is_next(nu: Orders, known: Container[Orders]) -> bool:
 class TermSizes:
     """The sizes of known terms of some parts, and the expected sizes of further terms.
 
-    A term counts as at least as large as any higher term, since an even function has no odd terms.
-    With the rate r_v = max_k (a_k/a_0)^{1/k} of the terms of order k in variable v alone, where a_0
-    is at least one and r_v at most one, the expected size of a term ν is
+    The orders of the known ones, `index`, (terms, variables), are a downward closed set; their
+    `sizes` are relative to the response, (parts, terms). A term counts as at least as large as any
+    higher term, since an even function has no odd terms. With the rate r_v = max_k (a_k/a_0)^{1/k}
+    of the terms of order k in variable v alone, where a_0 is at least one and r_v at most one, the
+    expected size of a term ν is
 
         a_ν = min_v max(a_{ν − e_v} r_v, a_{ν − 2 e_v} r_v²)   over the variables v it contains.
 
     If variables do not interact, this is the product of their decays. Sizes count up to rounding:
     of equal terms those of the lowest total order come first.
-
-    Parameters
-    ----------
-    index : orders of the known terms, a downward closed set, shape (terms, variables).
-    sizes : sizes of the known terms relative to the response, shape (parts, terms).
     """
 
     def __init__(self, index: np.ndarray, sizes: np.ndarray):

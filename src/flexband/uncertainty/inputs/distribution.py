@@ -244,18 +244,7 @@ class Distribution(Input):
 
 @dataclass(frozen=True, repr=False)
 class Spread(Distribution):
-    """A distribution that is given by its mean and its standard deviation or variation.
-
-    Parameters
-    ----------
-    mean, std : mean and standard deviation.
-    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is not positive, or not exactly one of `std` and `cv` is given.
-    """
+    """A distribution that is given by mean and standard deviation, or by cv = std over |mean|."""
 
     mean: float
     std: float | None = None

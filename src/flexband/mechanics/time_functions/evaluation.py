@@ -51,18 +51,16 @@ class Evaluation:
             return np.zeros(0)
         if self.columns == 1:
             return self(times)[:, 0]
-        values = np.empty(len(times))
         if not self._by_sample:
             distinct, inverse = np.unique(times, return_inverse=True)
-            for k, row in enumerate(self._one_by_one(distinct)):
-                values[inverse == k] = row[columns[inverse == k]]
-            return values
+            return self._one_by_one(distinct)[inverse, columns]
+        values = np.empty(len(times))
         order = np.argsort(columns, kind="stable")
         rank = np.empty(len(times), dtype=int)  # of a point among those of its column
         _, first, counts = np.unique(columns[order], return_index=True, return_counts=True)
         rank[order] = np.arange(len(times)) - np.repeat(first, counts)
-        for k in range(rank.max() + 1):
-            chosen = rank == k
+        by_rank = np.argsort(rank, kind="stable")
+        for chosen in np.split(by_rank, np.cumsum(np.bincount(rank))[:-1]):
             row = np.full(self.columns, times[chosen][0])
             row[columns[chosen]] = times[chosen]
             result = np.asarray(self.function(row), dtype=float)  # pyright: ignore

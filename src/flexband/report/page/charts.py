@@ -72,7 +72,7 @@ def _output(
     narrow = 0.05
     output_bands = select(bands, name)
     bar = series(bands["error_bar"], name)[1]
-    width = float(np.max(bar[1] - bar[0], initial=0.0))
+    width = float(np.nanmax(bar[1] - bar[0], initial=0.0))
     quantum = DIGITS * width or None
     chart: JsonRecord = {
         "name": name or "response",
@@ -162,6 +162,7 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
         some = output_bands.isel(
             {free: np.unique(np.linspace(0, output_bands.sizes[free] - 1, max_rows).astype(int))}
         )
+        some = some.dropna(free, subset=["mean"])  # those past the horizon
         error = next((some[k].values for k in ERRORS if k in some), None)
         columns = [some[free].values]
         columns += [row for k in ("mean", "error_bar") for row in some[k].transpose("bound", free)]

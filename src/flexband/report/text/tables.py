@@ -204,8 +204,13 @@ def worst_time(bands: xr.Dataset) -> str:
 
 def averaged(bands: xr.Dataset) -> str:
     """Return over what expected errors are averaged, in words after a comma; or nothing."""
-    time = axes_of(bands["mean"].transpose("bound", ...)).time
+    time = time_of(bands)
     return "" if time is None else f", mean over {time}"
+
+
+def time_of(bands: xr.Dataset) -> str | None:
+    """Return the dim of bands that is time; None without one."""
+    return axes_of(bands["mean"].transpose("bound", ...)).time
 
 
 def checked_in_words(checked: xr.Dataset) -> str:
@@ -228,6 +233,18 @@ def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset 
     if "output" not in every.dims:
         return bands if every.all() else None
     return bands.isel(output=np.flatnonzero(every.values)) if every.any() else None
+
+
+def before_horizon(data: Data, time: str | None, parts: xr.Dataset | None) -> Data:
+    """Return numbers of outputs over time, NaN past the horizon that sampled parts tell."""
+    if parts is None or time not in data.dims:
+        return data
+    if isinstance(data, xr.Dataset):
+        held = {k: before_horizon(values, time, parts) for k, values in data.items()}
+        return data.assign(held)
+    end = parts["horizon_low"]
+    end = end.min("choice") if "choice" in end.dims else end
+    return data.where(data[time] <= end).transpose(*data.dims) if data.dtype == float else data
 
 
 def failures(bands: xr.Dataset) -> list[str]:

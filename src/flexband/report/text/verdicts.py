@@ -54,7 +54,7 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.ERROR: f"but its error is {error}",
         Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
         "output_step",
-        Reason.NO_RUN: "but the accuracy target was missed, and no run leaves the bounds",
+        Reason.NO_RUN: "but no run leaves the bounds, and here the expansion alone does not decide",
         Reason.NO_ERROR: "but the method states no error",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",

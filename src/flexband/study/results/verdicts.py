@@ -38,7 +38,7 @@ class Reason(StrEnum):
     BETWEEN = "between times"
     """The bounds are left only between output times, where no error is stated."""
     NO_RUN = "no run"
-    """No run leaves the bounds, and the expansion that says so misses its tolerance."""
+    """No run leaves the bounds, and the expansion alone does not show that they are left."""
     NO_ERROR = "no error"
     """No error can be stated, neither by the method nor by verification runs."""
     NOT_TRUSTED = "not trusted"
@@ -190,7 +190,7 @@ def _by_margin(
     if kept is LimitVerdict.KEPT and least.between - error >= 0:
         return Verdict.PASS, Reason.MARGIN, error
     beyond = kept is LimitVerdict.NOT_KEPT and least.margin + error < 0
-    no_run = bool(limit.get("tolerance_missed", 0)) and limit.get("recorded_margin", -1.0) >= 0
+    no_run = bool(limit.get("run_required", 0)) and limit.get("recorded_margin", -1.0) >= 0
     if beyond and not no_run:
         return Verdict.FAIL, Reason.MARGIN, error
     if beyond:

@@ -67,9 +67,7 @@ def blocks(runs: xr.Dataset, size: int = 1024) -> Iterator[list[list]]:
         columns: list[list] = [
             list(range(first, first + count)),
             [meanings[k] for k in block["status"].values],
-            block["reason"].values.tolist(),
-            block["setting"].values.tolist(),
-            block["seconds"].values.tolist(),
+            *(block[name].values.tolist() for name in ("reason", "setting", "seconds")),
             finished.tolist(),
             *block["inputs"].values.T.tolist(),
         ]

@@ -104,8 +104,7 @@ class _Offered:
             raise _RefusedError(
                 "InvalidInput",
                 f"input must be one vector of {number_of(self.input_size, 'number')}, "
-                f"{', '.join(self.inputs)}; "
-                f"got {shown(vectors)}",
+                f"{', '.join(self.inputs)}; got {shown(vectors)}",
             )
         for number in vectors[0]:
             if type(number) not in (int, float) or not math.isfinite(number):

@@ -87,16 +87,12 @@ def narrow(
     of_unit = {name: unit_of(select(both_shown[0], name)) for name in widths[0]}
     pairs = {name: (old, shown[1][name]) for name, old in shown[0].items()}
     still = constants(before)
-    rows = [
-        [f"{name or 'response'}{of_unit[name]}", CONSTANT, "", ""]
-        if name in still
-        else [
-            f"{name or 'response'}{of_unit[name]}",
-            *map(number, (old, new)),
-            percent_to_tenth(new / old),
-        ]
-        for name, (old, new) in pairs.items()
-    ]
+    rows = []
+    for name, (old, new) in pairs.items():
+        cells = [CONSTANT, "", ""]
+        if name not in still:
+            cells = [number(old), number(new), percent_to_tenth(new / old)]
+        rows.append([f"{name or 'response'}{of_unit[name]}", *cells])
     width = f"width of the error bar{averaged(before)}"
     header = ["output", width, "narrowed", "of what it was"]
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]

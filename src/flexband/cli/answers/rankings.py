@@ -82,19 +82,12 @@ def _tables(
             f"{title}, {kind}".rstrip(", "): {of or "response": by_output[of] for of in outputs}
             for kind, by_output in parts.items()
         }
-    return [
-        (
-            heading,
-            (
-                ["input", *columns],
-                [
-                    [name, *(cell(column[k]) for column in columns.values())]
-                    for k, name in enumerate(names)
-                ],
-            ),
-        )
-        for heading, columns in tables.items()
-    ]
+    titled_tables = []
+    for heading, columns in tables.items():
+        cells = ([cell(part) for part in column] for column in columns.values())
+        rows = list(map(list, zip(names, *cells, strict=True)))
+        titled_tables.append((heading, (["input", *columns], rows)))
+    return titled_tables
 
 
 def _by_output(share: xr.DataArray) -> dict[str, list[float]]:

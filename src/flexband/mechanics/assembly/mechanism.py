@@ -543,15 +543,11 @@ class Mechanism:
         owners = [name for name, _ in self.frictions]
         _within("part with friction", part, dict.fromkeys(owners))
         speeds = self.state.sliding + 2 * len(owners)
-        return [
-            FrictionRows(
-                Form.variable(self.state.friction + k),
-                Form.variable(speeds + k),
-                friction.angular,
-            )
-            for k, (owner, friction) in enumerate(self.frictions)
-            if owner == part
-        ]
+        rows = []
+        for k in (k for k, owner in enumerate(owners) if owner == part):
+            multiplier, speed = map(Form.variable, (self.state.friction + k, speeds + k))
+            rows.append(FrictionRows(multiplier, speed, self.frictions[k][1].angular))
+        return rows
 
     @cached_property
     def watched(self) -> list[Watched]:

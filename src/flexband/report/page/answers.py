@@ -161,17 +161,13 @@ def allocation_table(allocation: xr.Dataset) -> Table:
 
 def margins_left(allocation: xr.Dataset) -> str:
     """Return the least margins that allocated tolerances leave to requirements."""
-    count = allocation.sizes["limit"]
+    names, slack = allocation["limit"].values, allocation["slack"].values
     units = allocation["unit"].values if "unit" in allocation.coords else ""
+    units = np.broadcast_to(units, len(names))
     scale = float(abs(allocation["margin"]).max())
     margins = [
         f"{name}, by {number(margin, scale=scale)} {unit}".rstrip()
-        for name, margin, unit in zip(
-            allocation["limit"].values,
-            allocation["slack"].values,
-            np.broadcast_to(units, count),
-            strict=True,
-        )
+        for name, margin, unit in zip(names, slack, units, strict=True)
     ]
     return f"These tolerances keep: {'; '.join(margins)}."
 

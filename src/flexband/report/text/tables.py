@@ -365,8 +365,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
                 f"Between the output times, {name or 'the response'} goes {way} to "
                 f"{number(sign * reach.max())}{unit}, after {at}{unit_of_last}, {side} every band "
                 f"at these times ({number_of(bands.attrs['runs_between'], 'run')} at more times): "
-                "a smaller "
-                "output_step shows it"
+                "a smaller output_step shows it"
             )
     return lines
 

@@ -56,9 +56,8 @@ def step(values: xr.DataArray) -> float:
     steps = np.diff(times)
     if np.ptp(steps) > 1e-6 * np.abs(steps).max():
         raise InputError(
-            f"a phase-resolved expansion needs equidistant values of {axes.time!r}; "
-            f"got steps from {steps.min():g} to {steps.max():g} "
-            "(AdaptivePCCI(phase_resolved=False) takes any)"
+            f"a phase-resolved expansion needs equidistant values of {axes.time!r}; got steps from "
+            f"{steps.min():g} to {steps.max():g} (AdaptivePCCI(phase_resolved=False) takes any)"
         )
     return float(np.mean(steps))
 

@@ -46,9 +46,8 @@ def what_if(
     scale = np.array(outputs["scale"])
     outputs = _outputs(every[0].labels, display.data(bands))
     models = [
-        model(expansion, scale[expansion.outputs])
-        | {"scale": [outputs["scale"][k] for k in expansion.outputs]}
-        for expansion in expansions
+        model(each, scale[each.outputs]) | {"scale": [outputs["scale"][k] for k in each.outputs]}
+        for each in expansions
     ]
     resolved = all(
         model_data["kind"] == "direct" or "points" in model_data for model_data in models

@@ -257,9 +257,8 @@ class RandomField(Field):
         if lacking > largest_acceleration_error:
             warn(
                 f"{part} is prescribed by a RandomField of {number_of(self.dimension, 'term')}, "
-                "which lack "
-                f"{100 * lacking:.2g} % of the variance of its accelerations: they "
-                "need more terms than the field itself, so take a smaller tolerance"
+                f"which lack {100 * lacking:.2g} % of the variance of its accelerations: they need "
+                "more terms than the field itself, so take a smaller tolerance"
             )
 
     def standard(self, value: np.ndarray) -> np.ndarray:

@@ -13,9 +13,6 @@ PLACEHOLDER = re.compile(
     r"(?P<literal>\$\$\{)|\$\{(?P<name>[^{}:]*)(?::(?P<spec>[^{}]*))?\}|(?P<open>\$\{)"
 )
 
-LARGEST_ROUNDING = 1e-3
-"""Relative change of a value by its format above which there is a warning."""
-
 
 @dataclass(frozen=True)
 class Template:
@@ -62,7 +59,7 @@ class Template:
                 raise InputError(
                     f"{self.source}: {name} = {shown(values[name])} cannot be written as {spec!r}"
                 )
-            if _rounded(values[name], text) > LARGEST_ROUNDING:
+            if _rounded(values[name], text) > 1e-3:
                 warn(
                     f"{self.source}: format {spec!r} of {name} changes a value by more than 0.1 %; "
                     "use one with more digits, such as .9g"

@@ -18,12 +18,6 @@ from flexband.mechanics.time_functions.evaluation import Evaluation
 ROUNDING = 64 * np.finfo(float).eps
 """Of a second difference relative to the values, and of an interval relative to its times."""
 
-ROUNDING_OF_SUMS = 64 * ROUNDING
-"""Of a third difference relative to the values, which may be sums of larger ones."""
-
-ROUNDING_OF_TIME = 8 * np.finfo(float).eps
-"""Of a time: a function changes by its rate times this."""
-
 
 class Breakpoints(NamedTuple):
     """Kinks and jumps, sorted by column and time, arrays of shape (breakpoints,)."""
@@ -151,7 +145,8 @@ class BreakpointSearch:
         """
         steps = len(times) - 1
         per = min(self.curvature_points, self.points_in_step(at, steps))
-        spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
+        rounding_of_sums = 64 * ROUNDING  # of third differences: values may be sums of larger ones
+        spacing, noise = (times[1] - times[0]) / per, rounding_of_sums * largest
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
         column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
@@ -217,6 +212,7 @@ class BreakpointSearch:
         order: int,
     ) -> Breakpoints:
         """Return the kinks and jumps between two times each, from differences of an order."""
+        rounding_of_time = 8 * np.finfo(float).eps  # a function changes by its rate times this
         sizes = np.zeros((self.levels, len(column)))
         before, after = before.copy(), after.copy()
         going = np.ones(len(column), dtype=bool)
@@ -229,7 +225,7 @@ class BreakpointSearch:
             differences = np.abs(np.diff(f, order, axis=1))
             place = differences.argmax(axis=1)
             size = differences.max(axis=1)
-            late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
+            late = rounding_of_time * np.abs(after[k]) / (x[:, 1] - x[:, 0])
             mask = size > np.maximum(
                 noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1)
             )

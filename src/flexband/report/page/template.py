@@ -21,8 +21,6 @@ from flexband.errors import InputError
 from flexband.files import replaced
 from flexband.report.text.numbers import with_minus
 
-STYLES = ("style.css", "motion.css", "what_if.css")
-
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
 
 
@@ -33,7 +31,8 @@ def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values:
         text = json.dumps(data, allow_nan=False, separators=(",", ":"))
         values["data"] = Markup(text.replace("<", "\\u003c"))
         values["scripts"] = [_plotly(), *map(_script, scripts)]
-    styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in STYLES)
+    names = ("style.css", "motion.css", "what_if.css")
+    styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in names)
     page = _templates().get_template(template)
     html = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
     with replaced(file) as partial:

@@ -23,9 +23,6 @@ Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
 
 
-TOLD = 0.01
-"""Part of the largest width of an error bar that the digits of its ends tell."""
-
 CONSTANT = "constant"
 """In place of the width of an output that is constant, or nothing but rounding errors."""
 
@@ -63,6 +60,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
     kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
     header += ["confirmed"] * (checked is not None and "confirmed" in checked)
+    resolved = 0.01  # part of the largest width of an error bar that the digits of its ends tell
     still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)
@@ -70,7 +68,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         widest, scale = float(width.max()), float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
-        finest = 0.0 if name in still else TOLD * widest
+        finest = 0.0 if name in still else resolved * widest
         ends = [
             number(v, digits_for(v, finest), scale)
             for v in (float(end) for b in (output_bands["mean"], bar) for end in (b.min(), b.max()))

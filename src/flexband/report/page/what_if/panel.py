@@ -13,10 +13,11 @@ from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
-PARTS = (
-    "polynomials", "direct", "phases", "descent", "bounds", "worker", "inputs", "limits", "panel",
+SCRIPTS = (
+    "what_if_polynomials.js", "what_if_direct.js", "what_if_phases.js", "what_if_descent.js",
+    "what_if_bounds.js", "what_if_worker.js", "what_if_inputs.js", "what_if_limits.js",
+    "what_if_panel.js",
 )  # fmt: skip
-SCRIPTS = tuple(f"what_if_{part}.js" for part in PARTS)
 """The scripts of the panel, in the order in which a page has them."""
 
 

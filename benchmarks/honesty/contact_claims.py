@@ -6,7 +6,7 @@ trapezoidal rule, which is exact for smooth functions of normal inputs, and shar
 independent samples. The same is done with every second point in each direction; what the two
 references judge differently is not sure, and is not counted. They have the same steps as the study,
 so that errors of steps are not judged. Requirements are judged between the output times, too: by
-runs at four times as many.
+runs at 32 times as many.
 
 Judged are expected errors, verdicts on requirements, and bands before the horizon of
 predictability.
@@ -48,7 +48,7 @@ from benchmarks.honesty.rates import (
 from benchmarks.honesty.references import grid
 from flexband.uncertainty.surrogates.diagnostics import unseen
 
-TIMES, FINER = 40, 4
+TIMES, FINER = 40, 32
 """Number of steps between output times, and into how many parts references divide these."""
 
 TOLERANCE = 0.01

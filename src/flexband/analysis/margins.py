@@ -68,7 +68,7 @@ def check_limits(
     which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
     more than its errors everywhere, "not kept" if it is below zero by more than the expected error
     somewhere, at a time or, in all these runs, between two, else "undecided"; `run_required`
-    tells whether it takes a run to refute the limit, since the expansion of the output is less
+    tells whether runs must agree with the verdict, since the expansion of the output is less
     accurate than its method was to make it, or impacts turn the motion, and there are no random
     inputs or another output misses that accuracy.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
@@ -346,7 +346,7 @@ LONG_NAMES = {
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
-    "run_required": "whether it takes a run to refute the limit",
+    "run_required": "whether runs must agree with the verdict",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

@@ -54,7 +54,8 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.ERROR: f"but its error is {error}",
         Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
         "output_step",
-        Reason.NO_RUN: "but no run leaves the bounds, and here the expansion alone does not decide",
+        Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run leaves the bounds, and "
+        "here the expansion alone does not decide",
         Reason.NO_ERROR: "but the method states no error",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",

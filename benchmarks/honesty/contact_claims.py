@@ -6,8 +6,8 @@ trapezoidal rule, which is exact for smooth functions of normal inputs, and shar
 independent samples. The same is done with every second point in each direction; what the two
 references judge differently is not sure, and is not counted. They have the same steps as the study,
 so that errors of steps are not judged. Requirements are judged between the output times, too, by
-runs at 32 times as many. An error bar μ ± kσ that leaves a bound only there is not sure either: while
-a force jumps, it reaches where no run is.
+runs at 32 times as many. An error bar μ ± kσ that leaves a bound only there is not sure either:
+while a force jumps, it reaches where no run is.
 
 Judged are expected errors, verdicts on requirements, and bands before the horizon of
 predictability.

@@ -3,11 +3,16 @@
 import gc
 import os
 import sys
+from functools import cache
 
+import typer.main
 from hypothesis import settings
 
 settings.register_profile("flexband", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("flexband")
+
+# CLI tests call the application again and again; Typer reads all signatures each time.
+typer.main.get_params_from_function = cache(typer.main.get_params_from_function)
 
 LONGEST = (
     "test_options", "test_examples", "test_adaptive", "test_probability", "test_law_states",

@@ -5,7 +5,8 @@ near what the outputs reach. The reference are runs on a grid of the inputs: ban
 trapezoidal rule, which is exact for smooth functions of normal inputs, and shares of parts from
 independent samples. The same is done with every second point in each direction; what the two
 references judge differently is not sure, and is not counted. They have the same steps as the study,
-so that errors of steps are not judged.
+so that errors of steps are not judged. Requirements are judged between the output times, too: by
+runs at 32 times as many.
 
 Judged are expected errors, verdicts on requirements, and bands before the horizon of
 predictability.
@@ -47,7 +48,9 @@ from benchmarks.honesty.rates import (
 from benchmarks.honesty.references import grid
 from flexband.uncertainty.surrogates.diagnostics import unseen
 
-TIMES = 40
+TIMES, FINER = 40, 32
+"""Number of steps between output times, and into how many parts references divide these."""
+
 TOLERANCE = 0.01
 RANDOM_NODES, INTERVAL_NODES = (37, 19, 13), (33, 17, 9)
 """Numbers of points from −4.5 to 4.5 standard deviations, and from end to end of an interval."""
@@ -65,22 +68,21 @@ PARTS = 600
 
 @dataclass(frozen=True)
 class Reference:
-    """True runs on a grid, (interval points, random points, outputs, times), and their weights."""
+    """True runs on a grid, (interval points, random points, outputs, times), and their weights.
+
+    The same is at `more` times.
+    """
 
     runs: np.ndarray
+    more: np.ndarray
     weights: np.ndarray
 
-    def moments(self, sigmas: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return μ, μ − kσ and μ + kσ at all interval points."""
-        mean = np.einsum("r,erot->eot", self.weights, self.runs)
-        deviation = np.sqrt(
-            np.einsum("r,erot->eot", self.weights, (self.runs - mean[:, None]) ** 2)
-        )
-        return mean, mean - sigmas * deviation, mean + sigmas * deviation
-
-    def bands(self, sigmas: float = 1.0) -> Bands:
+    def bands(self, sigmas: float = 1.0, *, between: bool = False) -> Bands:
         """Return interval mean and interval error bar, (2, outputs, times) each."""
-        mean, low, high = self.moments(sigmas)
+        runs = self.more if between else self.runs
+        mean = np.einsum("r,erot->eot", self.weights, runs)
+        deviation = np.sqrt(np.einsum("r,erot->eot", self.weights, (runs - mean[:, None]) ** 2))
+        low, high = mean - sigmas * deviation, mean + sigmas * deviation
         return np.stack([mean.min(axis=0), mean.max(axis=0)]), np.stack(
             [low.min(axis=0), high.max(axis=0)]
         )
@@ -120,18 +122,26 @@ class Drawn:
             given = self.inputs[name]
             middle, half = (given.upper + given.lower) / 2, (given.upper - given.lower) / 2
             values[name] = np.repeat(middle + half * eta[:, k], len(xi))
-        made = self.response(**values)
-        runs = made.values.reshape(*[b] * len(intervals), *[a] * len(normal), *made.shape[1:])
-        both = []
+        made, more = (response(**values) for response in (self.response, self.finer))
+        points, both = (*[b] * len(intervals), *[a] * len(normal)), []
         for step in (1, 2):
-            part = runs[(slice(None, None, step),) * (len(intervals) + len(normal))]
             one = np.exp(-0.5 * x[::step] ** 2)
             weights = grid(*[one / one.sum()] * len(normal)).prod(axis=1) if normal else np.ones(1)
-            shape = (-1, len(weights), *runs.shape[-2:])
-            both.append(Reference(part.reshape(shape), weights))
+            runs = [
+                each.values.reshape(*points, *each.shape[1:])[
+                    (slice(None, None, step),) * len(points)
+                ].reshape(-1, len(weights), *each.shape[1:])
+                for each in (made, more)
+            ]
+            both.append(Reference(*runs, weights))
         return both, made["unit"].reset_coords(drop=True)
 
-    def parts(self, rng: np.random.Generator, finer: int = 4) -> np.ndarray:
+    @property
+    def finer(self) -> Any:
+        """The response at more times."""
+        return replace(self.response, output_step=self.response.output_step / FINER)
+
+    def parts(self, rng: np.random.Generator) -> np.ndarray:
         """Return runs of independent parts with uniform tolerances, at more times than others."""
         values = {
             name: rng.normal(given.mean, given.std, PARTS)
@@ -139,8 +149,7 @@ class Drawn:
             else rng.uniform(given.lower, given.upper, PARTS)
             for name, given in self.inputs.items()
         }
-        response = replace(self.response, output_step=self.response.output_step / finer)
-        return response(**values).values
+        return self.finer(**values).values
 
 
 def draw(seed: int, longer: float = 1.0) -> tuple[Drawn, np.random.Generator]:
@@ -205,17 +214,20 @@ def requirements(
     """Return requirements near what outputs reach, and whether each reference has them met."""
     made, met = [], []
     ends = [reference.bands(SIGMAS)[1] for reference in references]
+    between = [reference.bands(SIGMAS, between=True)[1] for reference in references]
     width = np.ptp(ends[0], axis=0).mean(axis=-1)
     for o in rng.permutation(varying)[:2]:
         side, margin = rng.choice(["below", "above"]), width[o] * 10 ** rng.uniform(-2, 0)
         margin *= rng.choice([-1.0, 1.0])
-        of_side = [bar[1, o].max() if side == "below" else -bar[0, o].min() for bar in ends]
-        bound = of_side[0] + margin
+        reached, *of_side = (
+            bar[1, o].max() if side == "below" else -bar[0, o].min() for bar in [ends[0], *between]
+        )
+        bound = reached + margin
         signed = bound if side == "below" else -bound
         made.append(fb.Requirement(f"worst {o}", str(outputs[o]), **{str(side): float(signed)}))
         met.append([bool(value <= bound) for value in of_side])
     runs = drawn.parts(rng)
-    at_outputs = runs[..., :: (runs.shape[-1] - 1) // TIMES]
+    at_outputs = runs[..., ::FINER]
     every_random = all(given.random for given in drawn.inputs.values())
     criterion_of = fb.analysis.Probability if every_random else fb.analysis.ShareOfParts
     for o in rng.permutation(varying)[:2]:
@@ -263,7 +275,8 @@ def _judged(
     begun = time.process_time()
     result = study.run_in(folder)
     if not any(given.random for given in drawn.inputs.values()):
-        met = _refuted(limits, met, fb.execution.open_runs(folder)["outputs"].dropna("run"))
+        for store in {path.parent for path in Path(folder).rglob("runs.zarr")}:
+            met = _refuted(limits, met, fb.execution.open_runs(store)["outputs"].dropna("run"))
     about: dict[str, Any] = {
         "cpu": time.process_time() - begun,
         "doubts": [str(doubt.kind) for doubt in result.doubts],

@@ -51,7 +51,7 @@ class Response(ABC):
         """Return the response on finer discretizations, by the name of what is finer."""
         return {}
 
-    def at_more_times(self) -> Response | None:
+    def at_more_times(self, **values: Any) -> Response | None:
         """Return the response at times that divide each of its steps; None if it has no others."""
         return None
 
@@ -117,7 +117,7 @@ class FunctionResponse(Response):
         finer = self._answer("refinements", whole, values)
         return {name: as_response(response) for name, response in finer.items()}
 
-    def at_more_times(self) -> Response | None:
+    def at_more_times(self, **values: Any) -> Response | None:
         response = self._answer("at_more_times", None, {})
         return None if response is None else as_response(response)
 
@@ -158,3 +158,6 @@ class WrappingResponse(FunctionResponse):
     @property
     def source(self) -> Response:
         return as_response(self.function).source
+
+    def at_more_times(self, **values: Any) -> Response | None:
+        return as_response(self.function).at_more_times(**values)

@@ -5,13 +5,14 @@ import pytest
 import xarray as xr
 
 import flexband as fb
+from flexband.report.page.charts import chart_data
 from flexband.report.study_report import answer_of, remarks
 from flexband.report.text.parts import (
     horizon_line,
     parts_table,
     sampling_line,
 )
-from flexband.report.text.tables import predictable_part
+from flexband.report.text.tables import before_horizon, predictable_part
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Reason, Verdict
 from flexband.study.run import RunOptions
@@ -69,6 +70,9 @@ def test_the_parts_are_sampled_where_small_changes_grow_after_impacts(tmp_path):
     assert answer_of(study, result)[0] == line
     assert not remarks(study, result)
     assert predictable_part(result.bands, parts) is None
+    held = before_horizon(result.bands, "time", parts)["mean"].dropna("time")
+    assert held["time"].values == pytest.approx(TIME[parts["horizon_low"].item() >= TIME])
+    assert chart_data(before_horizon(result.bands, "time", parts))["outputs"][0]["name"] == "y"
     assert [row[:2] for row in parts_table(parts)[1]] == [["largest y", "m"], ["smallest y", "m"]]
     again = study_of(Colliding(), requirements=limits, scatter={"x": uniform}).run_in(tmp_path)
     assert again.reused
@@ -175,3 +179,46 @@ def test_parts_are_sampled_with_every_choice(tmp_path):
     assert [verdict.verdict for verdict in result.verdicts] == [Verdict.FAIL, Verdict.PASS]
     assert parts_table(result.parts)[1][0][0] == "largest y, low"
     assert ": y after 2." in horizon_line(result.parts)
+
+
+class Spiked(Colliding):
+    """The same with a spike of the height x between two output times."""
+
+    def __init__(self, parts=1):
+        super().__init__()
+        self.parts = parts
+
+    def __getstate__(self):
+        return {"parts": self.parts}
+
+    def __call__(self, x):
+        waves = super().__call__(x)
+        time = np.linspace(0.0, TIME[-1], self.parts * (len(TIME) - 1) + 1)
+        spike = np.where(np.abs(time - 1.012) < 0.01, x[:, None], 0.0)
+        spikes = xr.DataArray(spike[:, None], {"output": ["z"], "time": time}, waves.dims)
+        return xr.concat([waves.interp(time=time).drop_vars("unit"), spikes], "output")
+
+    def at_more_times(self):
+        return Spiked(self.parts * 4)
+
+
+def test_samples_tell_what_is_between_the_output_times(tmp_path):
+    """Half of the spikes are higher than 1.5, the highest ones are nearly 3."""
+    share = fb.analysis.ShareOfParts(0.4)
+    limits = [
+        fb.Requirement("spikes", "z", below=1.5, criterion=share),
+        fb.Requirement("curve", "z", below=lambda t: 0.4875 + t, criterion=share),
+        fb.Requirement("nominal", "z", within=1.5, criterion=share),
+        fb.Requirement("before", "z", below=1.5, during=(0.0, 1.0), criterion=share),
+        fb.Requirement("worst", "z", below=2.9),
+    ]
+    study = study_of(Spiked(), requirements=limits, scatter={"x": fb.Uniform(0.0, 3.0)})
+    result = study.run_in(tmp_path)
+    assert result.parts["failing"][:3].values == pytest.approx(0.5, abs=0.08)
+    assert [str(v.verdict) for v in result.verdicts] == ["FAIL", "FAIL", "FAIL", "PASS", "FAIL"]
+    assert result.verdicts[-1].reason is Reason.RUN
+    assert result.verdicts[-1].margin == pytest.approx(-0.1, abs=0.05)
+    assert "z" not in fb.execution.open_runs(tmp_path)["outputs"].dims
+    assert fb.execution.open_runs(tmp_path / "samples").sizes["time"] == 4 * (len(TIME) - 1) + 1
+    study_of(Colliding(0.0, impacts=False)).run_in(tmp_path, RunOptions(replace=True))
+    assert not (tmp_path / "samples").exists()

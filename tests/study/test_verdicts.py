@@ -9,8 +9,9 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
-from flexband.analysis.requirements.least_margin import LimitVerdict
+from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
 from flexband.cli import app
+from flexband.study.nominal import with_runs
 from flexband.study.results.verdicts import Reason, Verdict, _by_margin
 
 
@@ -52,18 +53,59 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 @pytest.mark.parametrize(
     ("missed", "recorded", "verdict", "reason"),
     [
-        (True, 0.01, Verdict.UNDECIDED, Reason.NO_RUN),
+        (True, 0.01, Verdict.UNDECIDED, Reason.RUNS_DIFFER),
         (True, -0.01, Verdict.FAIL, Reason.MARGIN),
         (False, 0.01, Verdict.FAIL, Reason.MARGIN),  # rare values leave bounds that runs keep
     ],
 )
-def test_an_expansion_that_misses_its_tolerance_fails_nothing_that_all_runs_keep(
-    missed, recorded, verdict, reason
+@pytest.mark.parametrize("kept", [False, True])
+def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
+    missed, recorded, verdict, reason, kept
 ):
     least = SimpleNamespace(margin=-0.5, between=-0.5, error=0.1, verdict=LimitVerdict.NOT_KEPT)
-    limit = xr.Dataset({"tolerance_missed": missed, "recorded_margin": recorded})
+    if kept:
+        least = SimpleNamespace(margin=0.5, between=0.5, error=0.1, verdict=LimitVerdict.KEPT)
+        recorded, verdict = -recorded, Verdict.PASS if verdict is Verdict.FAIL else verdict
+    limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
     assert _by_margin(limit, least, margins, None)[:2] == (verdict, reason)
+
+
+class Level:
+    """A number that is 1 below x = 0.3 and 2 above, by an impact if there is one."""
+
+    def __init__(self, impacts):
+        self.hits = impacts
+
+    def __call__(self, x):
+        return 1.0 + (x > 0.3)
+
+    def impacts(self, x):
+        return self.hits
+
+
+@pytest.mark.parametrize(
+    ("below", "impacts", "verdict", "reason"),
+    [
+        (2.1, True, Verdict.UNDECIDED, Reason.RUNS_DIFFER),  # which the expansion exceeds, by 0.026
+        (2.1, False, Verdict.FAIL, Reason.MARGIN),
+        (1.9, True, Verdict.FAIL, Reason.RUN),
+    ],
+)
+def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
+    below, impacts, verdict, reason
+):
+    inputs, limit = {"x": fb.Interval(0.0, 1.0)}, fb.Limit(below=below)
+    study = fb.Study(Level(impacts), inputs, fb.PCCI(4, 5), requirements=[limit])
+    surrogate = fb.expand(study.response, inputs, study.method)
+    surely = xr.Dataset(
+        {"least_margin_error": ("limit", [0.01]), "verdict": ("limit", ["not kept"])}
+    )
+    margins = fb.analysis.check_limits(surrogate, limit)
+    made, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
+    of_limit = made.assign_attrs(error="error_bar_expected_error").isel(limit=0)
+    assert _by_margin(of_limit, LeastMargin.of(of_limit), of_limit, None)[:2] == (verdict, reason)
+    assert runs == impacts
 
 
 def test_without_an_error_nothing_is_decided():

@@ -67,8 +67,10 @@ def check_limits(
     may be less between the times, by parabolas, and by what the outputs do there in the runs in
     which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
     more than its errors everywhere, "not kept" if it is below zero by more than the expected error
-    somewhere, at a time or, in all these runs, between two, else "undecided"; `tolerance_missed`
-    tells whether the expansion of the output is less accurate than its method was to make it.
+    somewhere, at a time or, in all these runs, between two, else "undecided"; `run_required`
+    tells whether runs must agree with the verdict, since the expansion of the output is less
+    accurate than its method was to make it, or impacts turn the motion, and there are no random
+    inputs or another output misses that accuracy.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
     "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
     `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
@@ -190,7 +192,13 @@ class _Checked:
         corridor = requirement.corridor(self.labels, label)
         check_instantaneous({str(requirement): corridor}, bands.attrs)
         result = _checked(corridor, bands, self.labels, error)
-        return result.assign(constant_offsets=has_constant_offsets(corridor, bands.attrs))
+        missed = _missed_tolerance(bands, self.labels)
+        random = any(case.space.random_dimension for case in self.cases.values())
+        turning = bool(bands.attrs.get("impacts")) and (not random or bool(missed.any()))
+        return result.assign(
+            constant_offsets=has_constant_offsets(corridor, bands.attrs),
+            run_required=turning or bool(_of_output(missed, self.labels, corridor).any()),
+        )
 
 
 def _bands(
@@ -266,7 +274,6 @@ def _checked(
         "least_margin_error": error[at],
         "margin_between": between[lowest],
         "grid_error": margin[at] - between[lowest],
-        "tolerance_missed": _misses_tolerance(bands, labels, corridor),
         "side": ("above", "below")[side],
         "verdict": verdict.value,
     }
@@ -285,13 +292,14 @@ def _checked(
     return xr.Dataset(data, coords)
 
 
-def _misses_tolerance(bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor) -> bool:
-    """Return whether the expansion of an output is expected to miss the tolerance of the method."""
+def _missed_tolerance(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
+    """Return whose expansions are expected to miss the tolerance of the method, of the outputs."""
     if "error_bar_expansion_error" not in bands or "tolerance" not in bands.attrs:
-        return False
-    relative = relative_errors(bands, "expansion_error", bands["error_bar"])
-    of_outputs = xr.DataArray(relative, dims=axes_of(labels).dims)
-    return bool(np.max(_of_output(of_outputs, labels, corridor)) > bands.attrs["tolerance"])
+        relative = np.zeros(axes_of(labels).shape)
+    else:
+        relative = relative_errors(bands, "expansion_error", bands["error_bar"])
+    missed = relative > bands.attrs.get("tolerance", np.inf)
+    return xr.DataArray(missed, dims=axes_of(labels).dims)
 
 
 def _between(
@@ -338,7 +346,7 @@ LONG_NAMES = {
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
-    "tolerance_missed": "whether the expansion of the output misses its tolerance",
+    "run_required": "whether runs must agree with the verdict",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

@@ -99,11 +99,11 @@ class OverOutput(WrappingResponse):
         finer = super().refinements(**values)
         return {name: self._of(response, self.values) for name, response in finer.items()}
 
-    def at_more_times(self, parts: int = 16) -> Response:
+    def at_more_times(self, parts: int = 16, /, **values: Any) -> Response:
         """Return the response at more values, each step between two divided into parts."""
         steps = np.linspace(self.values[:-1], self.values[1:], parts, endpoint=False, axis=-1)
         more = np.append(steps.ravel(), self.values[-1])
-        return self._of(super().at_more_times() or as_response(self.function), more)
+        return self._of(super().at_more_times(**values) or as_response(self.function), more)
 
     def quantities(self, **values: Any) -> list[str]:
         names = super().quantities(**values)

@@ -19,10 +19,7 @@ from flexband.deprecation import renamed_text
 
 
 class _Commands(TyperGroup):
-    """The commands, whose texts can be printed on any terminal, and which all take --debug.
-
-    Those whose modules are not imported have only a name and a help text.
-    """
+    """The commands, by name and help text until their modules are imported; all take --debug."""
 
     def __init__(self, **options: Any):
         super().__init__(**options)

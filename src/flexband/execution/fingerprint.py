@@ -26,9 +26,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-WRAPPED = ("__wrapped__", "pyfunc", "func")
-"""Attributes in which objects of Python and NumPy keep the function that they call."""
-
 NOT_CODE = ("__dict__", "__weakref__", "__doc__", "__module__")
 NOT_CODE += ("__firstlineno__", "__static_attributes__", "__annotations__")
 """Members of a class that do not change what it computes."""
@@ -81,7 +78,7 @@ class _Walk:
             self.visit(instance.identity)
         elif is_dataclass(instance) and instance.__dataclass_params__.frozen:  # pyright: ignore
             self.visit(tuple(getattr(instance, field.name) for field in fields(instance)))
-        for name in WRAPPED:
+        for name in ("__wrapped__", "pyfunc", "func"):  # of what calls a function
             if isinstance(function := getattr(instance, name, None), types.FunctionType):
                 self.visit(function)
 

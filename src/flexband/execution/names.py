@@ -31,6 +31,8 @@ class FileName(StrEnum):
     """Who holds the locks."""
     RUNS = "runs.zarr"
     """The recorded runs."""
+    SAMPLES = "samples"
+    """The folder of the recorded samples of the parts, at more times than other runs."""
     DOMAINS = "domains.json"
     """Of random fields."""
     LEDGER = "points.json"

@@ -135,8 +135,7 @@ class Owner(NamedTuple):
             changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
-                f"{OTHER_FOLDER}"
-                f"{remedy * ('inputs' not in differ)}"
+                f"{OTHER_FOLDER}{remedy * ('inputs' not in differ)}"
             )
 
 

@@ -142,18 +142,28 @@ class DynamicResponse(SensorResponse):
             finer["elements"] = self.refined(step_parts=1)
         return finer
 
-    def at_more_times(self, max_parts: int = 64, max_times: int = 2**15) -> DynamicResponse | None:
+    def at_more_times(
+        self, max_parts: int = 64, max_times: int = 2**15, chosen: int = 8, /, **values: Argument
+    ) -> DynamicResponse | None:
         """Return the response at its steps between the times of outputs too; None without such.
 
         Of more than `max_parts` steps from one time to the next, or `max_times` in all, every
-        second, third … is taken, if their number can be divided.
+        second, third … is taken, if their number can be divided. Where samples choose their steps,
+        which the values of a call tell, these are `chosen` times as many times.
         """
+        count = min(max_parts, int(max_times * self.output_step / self.duration))
+        if values and self.integrator.step_limits(self.built(values).state, self.step):
+            most = min(chosen, count)
+            kept = self.step_parts if self.step_parts < most else -(-self.step_parts // most)
+            return self._divided(most, kept) if most > 1 else None
         if self.step_parts == 1:
             return None
-        count = min(max_parts, int(max_times * self.output_step / self.duration))
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]
         most = max((k for k in parts if k <= count), default=parts[0])
-        step, step_parts = self.output_step / most, self.step_parts // most
+        return self._divided(most, self.step_parts // most)
+
+    def _divided(self, parts: int, step_parts: int) -> DynamicResponse:
+        step = self.output_step / parts
         return replace(self, output_step=step, step_parts=step_parts, given=self.given or self)
 
     def started_softly(self, duration: float) -> DynamicResponse | None:

@@ -203,10 +203,11 @@ class StudyFolder:
         """Delete the recorded runs, what was asked for elsewhere, and what tells whose they are."""
         for name in ("STUDY", "OWNER", "DOMAINS", "LEDGER", "POINTS"):
             (self.path / FileName[name]).unlink(missing_ok=True)
-        if self.runs.is_symlink():
-            self.runs.unlink()
-        elif self.runs.exists():
-            shutil.rmtree(self.runs)
+        for folder in (self.runs, self.path / FileName.SAMPLES):
+            if folder.is_symlink():
+                folder.unlink()
+            elif folder.exists():
+                shutil.rmtree(folder)
 
     def signed(self, files: Sequence[Path]) -> dict[str, int]:
         """Return the checksums of files in this folder."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.requirements.corridors import between_times
 from flexband.analysis.requirements.requirement import Requirement, Requirements, several
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
@@ -21,6 +22,7 @@ from flexband.study.results.netcdf import read_netcdf, write_netcdf
 from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -102,18 +104,23 @@ def with_runs(
     margins: xr.Dataset,
     **options: Any,
 ) -> tuple[xr.Dataset, int]:
-    """Return margins with `run_margin`: that of a run where the surrogate does not decide.
+    """Return margins with `run_margin`: that of a run where the surrogate alone does not decide.
 
     The run is at the worst tolerances, with random inputs at their means. One that leaves the
     bounds there by more than the error of the discretization shows that the requirement is not met,
-    however wrong the surrogate is. It is NaN where no run was made. The number of runs is returned
-    as well. `options` are those of the runs, such as store and executor.
+    however wrong the surrogate is. It is NaN where none does. The number of runs is returned as
+    well. `options` are those of the runs, such as store and executor.
     """
     unknown = xr.full_like(margins["least_margin"], np.nan)
     run_margins, count = margins.get("run_margin", unknown).values.copy(), 0
+    recorded = margins.get("recorded_margin", unknown).values.copy()
     cases = surrogates_of(surrogate)
-    undecided = margins["verdict"].values.astype(str) == "undecided"
-    suspects = np.flatnonzero(undecided & (margins["margin_between"].values < 0))
+    unsure = margins["verdict"].values.astype(str) == "undecided"
+    if not any(case.space.random_dimension for case in cases.values()):
+        unsure |= margins["run_required"].values
+    suspects = np.flatnonzero(
+        unsure & (margins["margin_between"].values < 0) & np.isnan(run_margins)
+    )
     if not suspects.size or "worst_inputs" not in margins:
         return margins, 0
     with runs_as_expanded(study.response, study.inputs, **options) as runs_of:
@@ -136,9 +143,11 @@ def with_runs(
             margin, count = corridor.margin(run, run), count + 1
             at = np.unravel_index(int(np.argmin(margin)), margin.shape)
             error = np.broadcast_to(discretization_error(case), margin.shape)[at]
+            recorded[k] = np.fmin(recorded[k], margin[at])
             if margin[at] + error < 0:
                 run_margins[k] = margin[at]
-    made = margins.assign(run_margin=("limit", run_margins))
+    columns = {"run_margin": run_margins, "recorded_margin": recorded}
+    made = margins.assign({name: ("limit", column) for name, column in columns.items()})
     return made.assign_attrs(runs=count), count
 
 
@@ -167,21 +176,44 @@ def with_recorded(
     if len(surrogates_of(surrogate)) > 1:
         return margins
     (case,) = surrogates_of(surrogate).values()
-    runs, rows, decisive = open_runs(folder)["outputs"].dropna("run"), [], []
-    for requirement in requirements:
-        corridor = requirement.corridor(runs)
+    stores = [folder, *(f for f in [folder / FileName.SAMPLES] if (f / FileName.RUNS).exists())]
+    runs = [open_runs(store)["outputs"].dropna("run") for store in stores]
+    extremes = [
+        min(
+            (RunExtreme.of(some, requirement, case) for some in runs),
+            key=lambda extreme: extreme.recorded_margin,
+        )
+        for requirement in requirements
+    ]
+    columns = {
+        name: ("limit", [getattr(extreme, name) for extreme in extremes])
+        for name in RunExtreme._fields
+    }
+    if case.space.random_dimension or "corrected" in case.diagnostics.attrs:
+        del columns["run_margin"]
+    return margins.assign(columns).assign_attrs(runs_recorded=sum(map(len, runs)))
+
+
+class RunExtreme(NamedTuple):
+    """The value in some runs that is nearest to a bound: what `with_recorded` returns."""
+
+    run_value: float
+    run_bound: float
+    recorded_margin: float
+    run_extreme: str
+    run_margin: float
+
+    @classmethod
+    def of(cls, runs: xr.DataArray, requirement: Requirement, case: Surrogate) -> RunExtreme:
+        parts = parts_between(runs, case.labels)
+        corridor = requirement.corridor(case.labels).between_times(parts)
+        error = np.broadcast_to(discretization_error(case), case.labels.shape[1:])
         margin = corridor.margin(runs.values, runs.values)
         place = np.unravel_index(margin.argmin(), runs.shape)
         value, ends = runs.values[place], [corridor.upper, corridor.lower]
         side = int(ends[0][place[1:]] - value > value - ends[1][place[1:]])
         curve = np.unique(ends[side][np.isfinite(ends[side])]).size > 1
         extreme = "most critical" if curve else ("largest", "smallest")[side]
-        rows.append((value, ends[side][place[1:]], margin[place], extreme))
-        error = np.broadcast_to(discretization_error(case), margin.shape[1:])[place[1:]]
-        decisive.append(margin[place] if margin[place] + error < 0 else np.nan)
-    names = "run_value", "run_bound", "recorded_margin", "run_extreme"
-    columns = {k: ("limit", list(c)) for k, c in zip(names, zip(*rows, strict=True), strict=True)}
-    margins = margins.assign(columns).assign_attrs(runs_recorded=len(runs))
-    if case.space.random_dimension or "corrected" in case.diagnostics.attrs:
-        return margins
-    return margins.assign(run_margin=("limit", decisive))
+        beyond = margin[place] + between_times(error, parts)[place[1:]] < 0
+        decisive = margin[place] if beyond else np.nan
+        return cls(value, ends[side][place[1:]], margin[place], extreme, decisive)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
@@ -16,9 +17,10 @@ from flexband.analysis.parts.distribution import (
 from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
+from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.error_text import error_text
 from flexband.errors import warn
+from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.progress import counted, listener
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
@@ -39,9 +41,10 @@ def sampled_parts(
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
     and the horizon of predictability is within the run or a share of the parts is required. The
-    runs of `predictability_horizon` and of `sample_parts` are recorded with the others; both
-    results are in one dataset, with a dim "choice" of the combinations of options if there are
-    choices. None otherwise; failed runs cause a warning.
+    runs of `predictability_horizon` are recorded with the others, those of `sample_parts`, at the
+    times of all steps, in a folder of theirs. Both results are in one dataset, with a dim "choice"
+    of the combinations of options if there are choices. None otherwise; failed runs cause a
+    warning.
 
     Parameters
     ----------
@@ -68,31 +71,33 @@ def _sampled(
     spaces = {label: case.space for label, case in cases.items()}
     if not any(study.source.impacts(**s.arguments_at(*s.nominal())) for s in spaces.values()):
         return None
-    folder = progress.folder.path
+    folder, store = progress.folder.path, progress.store
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)
-    how = {"store": progress.store, **execution}
+
+    def run(runs_of: RunsOf, name: str, label: str, count: int) -> Runs:
+        listener().stage(name)
+        name = f"{name}, {label}" if label else name
+        return runs_of(cases[label], label, counted(progress.task(name), count))
+
+    how = {"store": store, **execution}
     with runs_as_expanded(study.response, study.inputs, **how) as runs_of:
-
-        def run(name: str, label: str, count: int) -> Runs:
-            listener().stage(name)
-            name = f"{name}, {label}" if label else name
-            return runs_of(cases[label], label, counted(progress.task(name), count))
-
-        horizons = {
-            label: horizon_of(
-                run("neighbouring runs", label, near.runs(space)), space, None, 0, near
-            )
-            for label, space in spaces.items()
-        }
-        predictable = all(horizon["predictable"].all() for horizon in horizons.values())
-        if predictable and not all(samples_decide(requirements, case) for case in cases.values()):
-            return None
-        made = list[xr.Dataset]()
+        horizons = dict[str, xr.Dataset]()
+        for label, space in spaces.items():
+            neighbours = run(runs_of, "neighbouring runs", label, near.runs(space))
+            horizons[label] = horizon_of(neighbours, space, None, 0, near)
+    predictable = all(horizon["predictable"].all() for horizon in horizons.values())
+    if predictable and not all(samples_decide(requirements, case) for case in cases.values()):
+        return None
+    if store is not None:
+        how["store"] = replace(store, folder=folder / FileName.SAMPLES)
+    made = list[xr.Dataset]()
+    with runs_as_expanded(study.response, study.inputs, more_times=True, **how) as runs_of:
         for label, space in spaces.items():
             parts, count = Parts.of(space, study.scatter), options.count(requirements)
-            samples = run("samples of the parts", label, count)
+            samples = run(runs_of, "samples of the parts", label, count)
             error = discretization_error(cases[label]) if predictable else 0.0
-            case = distribution(samples, parts, requirements, None, 0, options, label, error)
+            how_judged = options, label, error, cases[label].labels
+            case = distribution(samples, parts, requirements, None, 0, *how_judged)
             horizon = horizons[label]
             case = case.assign(horizon.variables).assign_attrs({**horizon.attrs, **case.attrs})
             made.append(case.assign_coords(choice=label) if label else case)

@@ -156,3 +156,33 @@ def test_all_steps_are_looked_at_or_a_part_of_them_that_divides_their_number(
     more = one.at_more_times()
     assert (one.output_step / more.output_step if more else 1) == pytest.approx(parts)
     assert more is None or more.step == pytest.approx(step)
+
+
+def falling(height):
+    """A unit mass that falls on a floor without friction or loss."""
+    law = fb.contact.HuntCrossley(stiffness=1e5, restitution=1.0, exponent=1.0)
+    return fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0, position=(0.0, height))},
+        loads={
+            "gravity": fb.Gravity(),
+            "floor": fb.contact.Stop("m", (0.0, 0.0), law, lower=0.0, axis=(0.0, 1.0)),
+        },
+        sensors={"m": fb.Position("m"), "force": fb.contact.ContactForce("floor")},
+    )
+
+
+def test_samples_that_choose_their_steps_are_known_at_eight_times_as_many_times():
+    """The largest force, k d with k d²/2 = g (h + d), is between output times."""
+    coarse = fb.dynamic_response(falling, duration=0.4, step=0.01)
+    height = np.array([0.2])
+    assert coarse.at_more_times() is None  # without values, contacts are not known of
+    fine = coarse.at_more_times(height=height)
+    finer = coarse.refined().at_more_times(height=height)
+    assert (fine.output_step, fine.step) == pytest.approx((0.01 / 8, 0.01 / 8))
+    assert (finer.output_step, finer.step) == pytest.approx((0.01 / 8, 0.01 / 16))
+    at, between = (made(height=height).sel(output="m_Y").values[0] for made in (coarse, fine))
+    np.testing.assert_allclose(between[::8], at, rtol=0, atol=1e-6)
+    depth = (9.81 + np.sqrt(9.81**2 + 2e5 * 9.81 * 0.2)) / 1e5
+    peaks = [made(height=height).sel(output="force").max() for made in (coarse, fine)]
+    assert peaks[0] < 0.6e5 * depth
+    assert 0.97e5 * depth < peaks[1] < 1.001e5 * depth

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,11 +13,13 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
+from flexband.analysis.requirements.corridors import between_times
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
+from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 LONG_NAMES = {
@@ -39,7 +40,7 @@ class SamplingOptions:
     probabilities, confidence, accuracy, samples : as in `sample_parts`.
     max_samples : most samples, if their number is not given.
     at_first : samples with which quantities and requirements are checked before more are made.
-    at_once : samples whose outputs are kept at a time.
+    max_values : values of outputs that are kept at a time.
     """
 
     probabilities: tuple[float, ...] = (0.05, 0.5, 0.95)
@@ -48,7 +49,7 @@ class SamplingOptions:
     samples: int | None = None
     max_samples: int = 10_000
     at_first: int = 8
-    at_once: int = 512
+    max_values: int = 2**25
 
     def __post_init__(self) -> None:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()
@@ -81,23 +82,26 @@ def distribution(
     options: SamplingOptions,
     case: str = "",
     error: np.ndarray | float = 0.0,
+    labels: xr.DataArray | None = None,
 ) -> xr.Dataset:
     """Return what `sample_parts` does; `run` returns runs at points.
 
-    They are those of a combination of options, `case`; "" without choices. The `error` of their
-    discretization, of the shape of a run, makes the intervals of shares wider.
+    They are those of a combination of options, `case`; "" without choices. Their times may divide
+    the steps of the response that `labels` are of. The `error` of its discretization, of the shape
+    of a run, makes the intervals of shares wider.
     """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)
-    good = np.full(count, True)
-    starts = [0, *range(options.at_first, count, options.at_once)]
-    for first, end in itertools.pairwise([*starts, count]):
+    good, first, at_once = np.full(count, True), 0, options.at_first
+    while first < count:
+        end = min(count, first + at_once)
         made = run((xi[first:end], eta[first:end]))
         assert made.values is not None
         good[[first + k for k in made.failed]] = False
         response = made.values.isel(sample=good[first:end])
         blocks.append(numbers_of(response, quantities))
-        margins.append(margins_of(requirements, response, blocks[-1], case, error))
+        margins.append(margins_of(requirements, response, blocks[-1], case, error, labels))
+        first, at_once = end, max(1, options.max_values // max(1, made.values[0].size))
     numbers, lost = xr.concat(blocks, "sample"), int(count - good.sum())
     values = parts.space.numbers_at(xi[good], eta[good])
     columns = np.reshape(list(values.values()), (len(values), len(numbers))).T
@@ -128,19 +132,24 @@ def margins_of(
     numbers: xr.DataArray,
     case: str,
     error: np.ndarray | float,
+    labels: xr.DataArray | None = None,
 ) -> np.ndarray:
     """Return least margins of outputs, or of numbers by name, (3, requirements, samples).
 
     The first ones are larger by the error of outputs; the third ones are smaller by it, and between
-    the times, where an impact may turn a motion at once.
+    the times, where an impact may turn a motion at once. Without labels, they are the response's.
     """
     as_outputs, names = numbers.rename(quantity="output"), numbers["quantity"].values.tolist()
     margins = []
     for requirement in requirements:
         of_number = requirement.output in names
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
-        inside = requirement.corridor(values, case).margin(values.values, values.values)
-        steps, lowest = spacing(values), inside - unsure
+        known = values if of_number or labels is None else labels
+        parts, steps = parts_between(values, known), spacing(values)
+        corridor = requirement.corridor(known, case).between_times(parts)
+        unsure = between_times(np.broadcast_to(unsure, known.shape[1:]), parts)
+        inside = corridor.margin(values.values, values.values)
+        lowest = inside - unsure
         if steps is not None:
             lowest = lowest_between(lowest, steps)
         three = inside + unsure, inside, lowest

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import EllipsisType
 from typing import Any
 
@@ -39,6 +39,25 @@ class Corridor:
     def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
         return np.minimum(low - self.lower, self.upper - high)
+
+    def between_times(self, parts: int) -> Corridor:
+        """Return the corridor at times that divide each step into parts."""
+        lower, upper = (between_times(end, parts) for end in (self.lower, self.upper))
+        return replace(self, lower=lower, upper=upper)
+
+
+def between_times(values: np.ndarray, parts: int) -> np.ndarray:
+    """Return values at times that divide each step into parts: on lines, ∞ beside what is ∞."""
+    if parts == 1:
+        return values
+    steps = values.shape[-1] - 1
+    number = np.arange(parts * steps + 1)
+    before, part = number // parts, number % parts / parts
+    first, last = values[..., before], values[..., np.minimum(before + 1, steps)]
+    with np.errstate(invalid="ignore"):
+        lines = first + part * (last - first)
+    beside = np.where(np.isfinite(first) & (part > 0), last, first)
+    return np.where(np.isfinite(lines), lines, beside)
 
 
 def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:

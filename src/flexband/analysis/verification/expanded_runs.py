@@ -27,14 +27,16 @@ RunsOf = Callable[[Surrogate, str, Advance], Runs]
 
 @contextmanager
 def runs_as_expanded(
-    response: ResponseFunction, inputs: GivenInputs, **options: Any
+    response: ResponseFunction, inputs: GivenInputs, *, more_times: bool = False, **options: Any
 ) -> Iterator[RunsOf]:
     """Give what makes runs of a response, with the discretization and settings of its surrogates.
 
     Where a surrogate corrects the error of step and elements, its runs are corrected likewise
-    (`Surrogate.corrected`): what it misses of them is what its expansion misses. Inputs are as they
-    were given for the surrogates, options those of `EvaluationOptions`. Raise `InputError` if the
-    response is no function, or its arguments are not the inputs.
+    (`Surrogate.corrected`): what it misses of them is what its expansion misses. With `more_times`
+    they are at those of `Response.at_more_times`, as far as there are such, and not corrected.
+
+    Inputs are as they were given for the surrogates, options those of `EvaluationOptions`. Raise
+    `InputError` if the response is no function, or its arguments are not the inputs.
     """
     check_function("response", response)
     check_names(response, inputs)
@@ -44,11 +46,19 @@ def runs_as_expanded(
             with without_warnings(ResolutionWarning, StrainWarning):
                 expanded_response, finer = as_expanded(surrogate, response)
             space, labels, known = surrogate.space, surrogate.labels, setting(case, finer)
+            if more_times:
+                arguments = space.arguments_at(*space.nominal())
+                expanded_response = (
+                    expanded_response.at_more_times(**arguments) or expanded_response
+                )
+                labels = None
 
             def run(points: Points) -> Evaluated:
+                nonlocal labels
                 with without_warnings(ResolutionWarning, StrainWarning):
                     made = evaluate(expanded_response, space, known, points, labels, advance)
-                if made.values is not None:
+                labels = made.labels
+                if made.values is not None and not more_times:
                     corrected = surrogate.corrected(made.values.values, *points)
                     made.values = made.values.copy(data=corrected)
                 return made

@@ -14,12 +14,8 @@ from flexband.words import number_of
 class Evaluation:
     """A function of time with one column per sample, or one that all samples share.
 
-    Attributes
-    ----------
-    columns : number of columns.
-    at_once : whether the function takes many times, one per row, or one per column as fields do: it
-        returns the values of single times, up to `rounding` of the largest.
-    stated : times of kinks and jumps that the function states itself [s], or None.
+    `at_once` tells whether it takes many times, in rows, or in columns as fields do; `stated` are
+    times of kinks and jumps that it states itself [s], or None.
     """
 
     def __init__(
@@ -55,18 +51,16 @@ class Evaluation:
             return np.zeros(0)
         if self.columns == 1:
             return self(times)[:, 0]
-        values = np.empty(len(times))
         if not self._by_sample:
             distinct, inverse = np.unique(times, return_inverse=True)
-            for k, row in enumerate(self._one_by_one(distinct)):
-                values[inverse == k] = row[columns[inverse == k]]
-            return values
+            return self._one_by_one(distinct)[inverse, columns]
+        values = np.empty(len(times))
         order = np.argsort(columns, kind="stable")
         rank = np.empty(len(times), dtype=int)  # of a point among those of its column
         _, first, counts = np.unique(columns[order], return_index=True, return_counts=True)
         rank[order] = np.arange(len(times)) - np.repeat(first, counts)
-        for k in range(rank.max() + 1):
-            chosen = rank == k
+        by_rank = np.argsort(rank, kind="stable")
+        for chosen in np.split(by_rank, np.cumsum(np.bincount(rank))[:-1]):
             row = np.full(self.columns, times[chosen][0])
             row[columns[chosen]] = times[chosen]
             result = np.asarray(self.function(row), dtype=float)  # pyright: ignore
@@ -94,13 +88,7 @@ class Evaluation:
 
 
 def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
-    """Return a function of time at the times, shape (times, n) or (times, 1).
-
-    Raises
-    ------
-    InputError
-        If it returns values that are not finite or not one number per sample.
-    """
+    """Return a function of time at the times, shape (times, n) or (times, 1)."""
     values = [returned(function, time, name) for time in times.tolist()]
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:

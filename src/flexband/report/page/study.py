@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
 
 
+HELD = (
+    "Other inputs need new runs here, since the bands hold only until the motion is unpredictable."
+)
+
+
 def write_report(
     folder: Path,
     given: Mapping[str, Any],
@@ -38,11 +43,10 @@ def write_report(
     contributions: xr.Dataset | None = None,
     surrogate: AnySurrogate | None = None,
 ) -> Path:
-    """Write report.html into a folder, with the answers that are there; return its path.
+    """Write report.html with a folder's answers; return its path.
 
     `given` is what `given_by` returns, with `title`; `label` of the method; `computed`, command,
-    date and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
-    for. Results of `verify` and `contributions` are `checked` and `contributions`.
+    date and the like by name; `remarks`; and `doubts`, why the result is not what was asked for.
     """
     # The last starts all parts, however long a browser pauses between two scripts
     scripts = (
@@ -54,13 +58,10 @@ def write_report(
     )  # fmt: skip
     display = Display(given.get("display_units", {}), given.get("units", {}))
     answers, check = answers_in(folder, display)
-    limits, probability, production = (
-        (None, None, None)
-        if check is None
-        else (check.margins, check.probability, check.production)
-    )
+    limits, probability, production = None, None, None
+    if check is not None:
+        limits, probability, production = check.margins, check.probability, check.production
     raw = bands
-    others, fixed = what_if.what_if(surrogate, bands, display)
     bands = display.data(bands)
     checked, contributions = (
         None if data is None else display.data(data) for data in (checked, contributions)
@@ -68,9 +69,15 @@ def write_report(
     parts = read_answer(folder, "parts") if given.get("unpredictable") else None
     uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
     predictable = tables.predictable_part(bands, parts)
-    nominal = nominal_of(surrogate)
+    others, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
+    time, nominal = tables.time_of(bands), nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
-    charts = chart_data(bands, nominal, contributions, limits, display.input_units())
+    held = tables.before_horizon(bands, time, parts)
+    if nominal is not None:
+        nominal = tables.before_horizon(nominal, time, parts)
+    if contributions is not None:
+        contributions = tables.before_horizon(contributions, time, parts)
+    charts = chart_data(held, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
     attrs = {str(k): v for k, v in bands.attrs.items()}
@@ -108,7 +115,7 @@ def write_report(
         limit_remarks=limit_remarks(probability),
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
-        numbers=numbers(bands) if charts else [],
+        numbers=numbers(held) if charts else [],
         answers=answers,
         fields=given.get("fields"),
         remarks=[*given["remarks"], *given["hidden"], *fixed],

@@ -1,4 +1,4 @@
-"""Verdicts on requirements, in words."""
+"""Verdicts on requirements, and doubts about a result, in words."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.text.numbers import number, percent
 from flexband.study.results.limits import LimitCheck
+from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.verdicts import (
     Reason,
     RequirementVerdict,
@@ -23,11 +24,7 @@ RANDOM_SAMPLES = (
 
 
 def verdict_line(verdict: RequirementVerdict) -> str:
-    """Return a verdict in one line, without a full stop.
-
-    FAIL  wiper angle (nominal ± 0.5°): exceeded by 0.107° at 0.53 s (worst tolerances, 3σ); mostly
-    due to pivot_x
-    """
+    """Return a line such as "FAIL  angle (nominal ± 0.5°): exceeded by 0.107°; mostly due to …"."""
     blame = f"; mostly due to {verdict.input}" * bool(
         verdict.input and verdict.verdict is not Verdict.PASS
     )
@@ -57,7 +54,8 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.ERROR: f"but its error is {error}",
         Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
         "output_step",
-        Reason.NO_RUN: "but the accuracy target was missed, and no run leaves the bounds",
+        Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run leaves the bounds, and "
+        "here the expansion alone does not decide",
         Reason.NO_ERROR: "but the method states no error",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",
@@ -99,3 +97,30 @@ def _share_text(verdict: RequirementVerdict) -> str:
 
 def _share(value: float, *, parts: bool) -> str:
     return percent(value) if parts else f"{value:.2g}"
+
+
+def doubt_text(doubt: Doubt) -> str:
+    """Return a doubt as a sentence without its full stop."""
+    largest_error = 10.0  # larger errors are not stated, since the error bar has no width
+    sentences = {
+        DoubtKind.TOLERANCE_NOT_MET: "the accuracy target was missed",
+        DoubtKind.NOT_TRUSTED: "the method does not trust its result",
+        DoubtKind.NOT_CONFIRMED: "verification runs refute the estimated accuracy",
+        DoubtKind.NOT_VERIFIED: "the verification runs failed",
+    }
+    if doubt.error is None:
+        return sentences[doubt.kind]
+    if doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
+        target = "" if doubt.target is None else f" instead of {percent(doubt.target)}"
+        return f"{sentences[doubt.kind]} ({percent(doubt.error)}{target})"
+    more = "more than " * (doubt.error > largest_error)
+    error = percent(min(doubt.error, largest_error))
+    return f"verification runs find an error of {more}{error} of the band's width"
+
+
+def doubt_line(doubt: Doubt) -> str:
+    """Return a doubt as a line of its own."""
+    text = doubt_text(doubt)
+    if doubt.unreliable:
+        return f"Not reliable: {text}."
+    return f"{text.replace('the accuracy target was', 'accuracy target').capitalize()}."

@@ -13,6 +13,7 @@ import xarray as xr
 from flexband.errors import InputError, RunError, warn, without_warnings
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.runs.runs import CountedRuns
+from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import number_of
 
 
@@ -40,7 +41,7 @@ def between_times(
     response, nominal = runs.response, space.arguments_at(*space.nominal())
     for name in diagnostics.attrs.get("halved", []):
         response = response.refinements(**nominal)[name]
-    response = response.at_more_times()
+    response = response.at_more_times(**nominal)
     if response is None:
         return xr.Dataset()
     rng = np.random.default_rng(seed)
@@ -71,18 +72,29 @@ def between_times(
     )
 
 
+def parts_between(values: xr.DataArray, labels: xr.DataArray) -> int:
+    """Return into how many parts the times of some runs divide each step between those of others.
+
+    Raise `InputError` if these are not as many everywhere.
+    """
+    if axes_of(labels).time is None:
+        return 1
+    count, more = labels.shape[-1], values.shape[-1]
+    parts = max(1, (more - 1) // max(1, count - 1))
+    if values.dims[1:] != labels.dims[1:] or parts * (count - 1) + 1 != more:
+        raise InputError(
+            "at_more_times must divide each step between the response's times into as many; got "
+            f"{number_of(more, 'time')} for {count}"
+        )
+    return parts
+
+
 def _beyond(values: xr.DataArray, labels: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Return how far runs go above and below both neighbouring values, (runs, …, times).
 
     `values` are runs at more times; `labels` are those of the response.
     """
-    count, more = labels.shape[-1], values.shape[-1]
-    parts = (more - 1) // max(1, count - 1)
-    if values.dims != labels.dims or parts * (count - 1) + 1 != more:
-        raise InputError(
-            "at_more_times must divide each step between the response's times into as many; got "
-            f"{number_of(more, 'time')} for {count}"
-        )
+    count, parts = labels.shape[-1], parts_between(values, labels)
     at, inner = values.values[..., ::parts], values.values[..., :-1]
     inner = inner.reshape(*inner.shape[:-1], count - 1, parts)
     before, after = at[..., :-1], at[..., 1:]

@@ -367,7 +367,7 @@ class Level(Evaluate):
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return runs at the times of all steps, which are not counted; None if one fails."""
-        runs, response = self.runs, self.response.at_more_times()
+        runs, response = self.runs, self.of_nominal(self.response.at_more_times)
         if response is None:
             return None
         failures = runs.evaluations.failures

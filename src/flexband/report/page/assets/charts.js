@@ -49,6 +49,8 @@ flexband.Chart = class {
     this.reading = flexband.element("p", { className: "reading", "aria-live": "polite" });
     this.background = flexband.element("p");
     this.outside = flexband.element("p", { className: "note" });
+    const end = this.all.mean[0].findLastIndex((v) => !Number.isNaN(v));
+    if (end < this.x.length - 1) figure.append(flexband.element("p", { className: "note" }, flexband.noBand(charts.x, end)));
     this.keys = ["above", "below"].map(() => flexband.element("div", { className: "keys" }));
     figure.append(this.keys[0], this.outside, this.plot, this.keys[1]);
     if (output.contributions) figure.append(flexband.element("p", { className: "note" }, flexband.MATTERS));

@@ -5,9 +5,15 @@ window.flexband = window.flexband || {};
 /** Part of the largest width below which an input is left out where the worst inputs are told. */
 flexband.HARDLY = 0.005;
 
+/** Return from which place on an output has no band, in words. */
+flexband.noBand = ({ name, unit, values }, end) => (end < 0 ? "No band holds" :
+  `No band holds after ${name} = ${flexband.number(values.values[end])} ${unit}`.trimEnd()) +
+  ": the motion of a single part is unpredictable. Sampled parts tell how peaks and counts are distributed.";
+
 /** Return the bands of a chart's output at place k. */
 flexband.readingOf = function ({ all, output, charts, x }, k) {
   const { name, unit } = charts.x, g = flexband.number;
+  if (Number.isNaN(all.mean[0][k])) return `${name} = ${g(x[k])} ${unit}: no band.`;
   const finest = (all.bar[1][k] - all.bar[0][k]) / 1000 || Infinity;
   const range = (pair) => `${g(pair[0][k], finest)} … ${g(pair[1][k], finest)}`;
   const spread = ([low, high]) => high[k] - low[k], wider = 1 - spread(all.mean) / spread(all.bar);

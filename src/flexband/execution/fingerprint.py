@@ -234,10 +234,8 @@ def _assigned(code: types.CodeType) -> set[str]:
     """Return the variables outside of a function that it, or a function inside it, assigns."""
     stores = ("STORE_GLOBAL", "STORE_DEREF")
     variables = {step.argval for step in dis.get_instructions(code) if step.opname in stores}
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            variables |= _assigned(constant)
-    return variables
+    inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return variables.union(*map(_assigned, inner))
 
 
 def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
@@ -247,6 +245,7 @@ def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
     return {
         step.argval
         for code in codes
+        if dis.opmap["STORE_GLOBAL"] in code.co_code[::2]  # of few functions
         for step in dis.get_instructions(code)
         if step.opname == "STORE_GLOBAL"
     }

@@ -1,5 +1,6 @@
 """Shared settings of the tests."""
 
+import gc
 import os
 import sys
 
@@ -19,6 +20,11 @@ LONGEST = (
 def pytest_collection_modifyitems(items):
     order = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
+def pytest_collection_finish():
+    """Leave what was imported to no search for garbage, of which there are many."""
+    gc.freeze()
 
 
 def pytest_runtest_logreport(report):

@@ -14,8 +14,9 @@ from flexband.execution.names import FileName
 from flexband.report.page.page_file import read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
 from flexband.report.text.parts import parts_table, sampling_line
-from flexband.report.text.verdicts import doubt_text, verdict_line
+from flexband.report.text.verdicts import verdict_line
 from flexband.study.results.verdicts import Verdict
 from flexband.words import number_of
 

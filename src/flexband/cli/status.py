@@ -21,7 +21,7 @@ from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import RunStatus
 from flexband.report.progress import duration
-from flexband.report.text.verdicts import doubt_text
+from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of

@@ -167,7 +167,7 @@ def one_of(sigmas: float | None, probability: float | None, usual: float) -> flo
 def saved_result(folder: Path) -> SavedResult:
     """Return the surrogate of a folder or file; remark if its result was not reliable."""
     from flexband.report.page.page_file import read_given  # noqa: PLC0415
-    from flexband.report.text.verdicts import doubt_text  # noqa: PLC0415
+    from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.presentation.display import Display  # noqa: PLC0415
     from flexband.study.results.reliability import DoubtKind  # noqa: PLC0415
 

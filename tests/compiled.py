@@ -44,6 +44,8 @@ def uncertainty():
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        tasks = contacts, dynamics, statics, uncertainty  # the longest first
-        for task in [processes.submit(task) for task in tasks]:
-            task.result()
+        engine, *others = map(processes.submit, (dynamics, uncertainty, statics))
+        engine.result()
+        others.append(processes.submit(contacts))  # which starts by the code of dynamics
+        for other in others:
+            other.result()

@@ -1,17 +1,24 @@
 """Shared settings of the tests."""
 
+import gc
 import os
 import sys
+from functools import cache
 
+import typer.main
 from hypothesis import settings
 
 settings.register_profile("flexband", deadline=None, max_examples=25, derandomize=True)
 settings.load_profile("flexband")
 
+# CLI tests call the application again and again; Typer reads all signatures each time.
+typer.main.get_params_from_function = cache(typer.main.get_params_from_function)
+
 LONGEST = (
-    "test_options", "test_examples", "test_adaptive", "test_probability", "test_law_states",
-    "test_chance", "test_phase_resolved", "test_correction", "test_unconverged", "test_report",
-    "test_folder", "test_kills", "test_memory", "test_force_laws", "test_random_functions",
+    "test_options", "test_report", "test_examples", "test_adaptive", "test_kills",
+    "test_probability", "test_chance", "test_what_if", "test_unconverged", "test_folder",
+    "test_cli", "test_failed_runs", "test_memory", "test_fuzz", "test_rebuilt", "test_honesty",
+    "test_phase_resolved", "test_law_states", "test_surrogate_files", "test_random_functions",
 )  # fmt: skip
 """Files that are begun first, the longest first, so that no process waits for one in the end."""
 
@@ -19,6 +26,11 @@ LONGEST = (
 def pytest_collection_modifyitems(items):
     order = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
+def pytest_collection_finish():
+    """Leave what was imported to no search for garbage, of which there are many."""
+    gc.freeze()
 
 
 def pytest_runtest_logreport(report):

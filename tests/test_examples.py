@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from benchmarks.play.linkages import Dyad, Linkage
 from flexband.cli import app
-from flexband.report import pdf
+from flexband.report.page import template as pdf
 from flexband.study.comparison import compare
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -140,7 +140,7 @@ def four_bar(own):
 def allocated_tolerances(own):
     """The tolerances cost what exhaustive vertices allow; samples and vertices keep the limits."""
     found = own.found
-    own.sampled.__defaults__ = (500,)  # instead of 10 000, in the picture as well
+    own.sampled.__wrapped__.__defaults__ = (500,)  # instead of 10 000, in the picture as well
     assert found.attrs["confirmed"] == "yes"
     assert found["saving"].values.min() > 0  # both limits bind
     assert found.attrs["runs"] + found.attrs["surrogate_runs"] <= 64
@@ -457,6 +457,9 @@ def test_every_example(file):
     own = gallery.load(file)
     if study := getattr(own, "study", None):  # its picture and its check look at the same run
         object.__setattr__(study, "run", cache(study.run))
+    for name in {"motion", "sampled"} & vars(own).keys():
+        own.picture.__globals__[name] = cache(getattr(own, name))
+        setattr(own, name, own.picture.__globals__[name])
     CHECKS[file.stem](own)
     assert all(axes.has_data() for axes in gallery.draw(own).axes)
     page = (EXAMPLES.parent / "docs" / "how-to" / "gallery.md").read_text(encoding="utf-8")

@@ -13,9 +13,9 @@ from benchmarks.accuracy.references import Case, bands, moments, normal_rule
 TAU = 2 * np.pi
 TIMES = np.arange(1001) * 0.02  # twenty periods of 1 Hz
 FORMULA_INPUTS = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
-SMOOTH, BROKEN = (280, 201), (1400, 101)
+SMOOTH, BROKEN = (64, 201), (700, 51)
 """Numbers of points x and e in the reference. For every e, jumps and kinks in x lie halfway between
-points x, because the steps are 0.01 in x and 0.02 in e."""
+points x, because the steps are 0.02 in x and 0.04 in e."""
 
 
 def formula(f: Callable[..., np.ndarray], highest: int = 2) -> Case:

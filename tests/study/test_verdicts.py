@@ -53,15 +53,19 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 @pytest.mark.parametrize(
     ("missed", "recorded", "verdict", "reason"),
     [
-        (True, 0.01, Verdict.UNDECIDED, Reason.NO_RUN),
+        (True, 0.01, Verdict.UNDECIDED, Reason.RUNS_DIFFER),
         (True, -0.01, Verdict.FAIL, Reason.MARGIN),
         (False, 0.01, Verdict.FAIL, Reason.MARGIN),  # rare values leave bounds that runs keep
     ],
 )
-def test_an_expansion_that_misses_its_tolerance_fails_nothing_that_all_runs_keep(
-    missed, recorded, verdict, reason
+@pytest.mark.parametrize("kept", [False, True])
+def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
+    missed, recorded, verdict, reason, kept
 ):
     least = SimpleNamespace(margin=-0.5, between=-0.5, error=0.1, verdict=LimitVerdict.NOT_KEPT)
+    if kept:
+        least = SimpleNamespace(margin=0.5, between=0.5, error=0.1, verdict=LimitVerdict.KEPT)
+        recorded, verdict = -recorded, Verdict.PASS if verdict is Verdict.FAIL else verdict
     limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})
     assert _by_margin(limit, least, margins, None)[:2] == (verdict, reason)
@@ -83,7 +87,7 @@ class Level:
 @pytest.mark.parametrize(
     ("below", "impacts", "verdict", "reason"),
     [
-        (2.1, True, Verdict.UNDECIDED, Reason.NO_RUN),  # which the expansion exceeds, by 0.026
+        (2.1, True, Verdict.UNDECIDED, Reason.RUNS_DIFFER),  # which the expansion exceeds, by 0.026
         (2.1, False, Verdict.FAIL, Reason.MARGIN),
         (1.9, True, Verdict.FAIL, Reason.RUN),
     ],

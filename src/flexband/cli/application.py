@@ -19,10 +19,7 @@ from flexband.deprecation import renamed_text
 
 
 class _Commands(TyperGroup):
-    """The commands, whose texts can be printed on any terminal, and which all take --debug.
-
-    Those whose modules are not imported have only a name and a help text.
-    """
+    """The commands, by name and help text until their modules are imported; all take --debug."""
 
     def __init__(self, **options: Any):
         super().__init__(**options)
@@ -57,12 +54,11 @@ class _Commands(TyperGroup):
 def _apart(args: Sequence[str]) -> list[str]:
     """Return arguments with the two times of --during apart: a blank or a comma may be between."""
     arguments: list[str] = []
-    during = "--during"
     for arg in args:
         name, equals, value = arg.partition("=")
-        parts = [name, value] if name == during and equals else [arg]
+        parts = [name, value] if name == "--during" and equals else [arg]
         for part in parts:
-            arguments += part.split(",") if arguments[-1:] == [during] else [part]
+            arguments += part.split(",") if arguments[-1:] == ["--during"] else [part]
     return arguments
 
 

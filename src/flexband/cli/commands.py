@@ -82,11 +82,8 @@ def _names(function: ast.FunctionDef) -> Iterator[str]:
             "app.command",
             "answer_command",
         ):
-            yield (
-                ast.literal_eval(decorator.args[0])
-                if decorator.args
-                else function.name.replace("_", "-")
-            )
+            given = [ast.literal_eval(argument) for argument in decorator.args[:1]]
+            yield (given or [function.name.replace("_", "-")])[0]
 
 
 def load(arguments: Sequence[str]) -> None:

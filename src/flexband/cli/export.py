@@ -67,9 +67,7 @@ def blocks(runs: xr.Dataset, size: int = 1024) -> Iterator[list[list]]:
         columns: list[list] = [
             list(range(first, first + count)),
             [meanings[k] for k in block["status"].values],
-            block["reason"].values.tolist(),
-            block["setting"].values.tolist(),
-            block["seconds"].values.tolist(),
+            *(block[name].values.tolist() for name in ("reason", "setting", "seconds")),
             finished.tolist(),
             *block["inputs"].values.T.tolist(),
         ]
@@ -83,11 +81,8 @@ def in_plain_numbers(runs: xr.Dataset) -> xr.Dataset:
     dataset = runs.load()
     for name, variable in dataset.variables.items():
         if variable.dtype.kind == "T":
-            dataset[name] = (
-                variable.dims,
-                np.array(variable.values.tolist(), dtype=str),
-                variable.attrs,
-            )
+            texts = np.array(variable.values.tolist(), dtype=str)
+            dataset[name] = variable.dims, texts, variable.attrs
         elif variable.dtype.kind == "M":
             seconds = variable.values.astype("M8[ns]").astype("int64") / 1e9
             dataset[name] = variable.dims, seconds, {"long_name": "seconds since 1970-01-01"}

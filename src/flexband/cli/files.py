@@ -40,10 +40,7 @@ def check_folder(folder: Path) -> None:
 
 
 def draw(figure: Callable[[], Figure], file: Path, *, drawable: bool = True) -> bool:
-    """Write a figure as a PNG file; delete an older one if there is nothing to draw.
-
-    The file appears only once it is complete.
-    """
+    """Write a figure as a complete PNG file, or delete an older one if nothing is drawable."""
     if not drawable:
         file.unlink(missing_ok=True)
         return False

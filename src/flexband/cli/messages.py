@@ -43,16 +43,10 @@ Table = tuple[list[str], list[list[str]]]
 
 
 class Ending:
-    """How this process ends.
+    """How this process ends."""
 
-    Attributes
-    ----------
-    debug : whether errors are raised with their traceback.
-    stopped : what is printed after Ctrl-C or SIGTERM.
-    """
-
-    debug = False
-    stopped = "flexband: stopped"
+    debug = False  # whether errors are raised with their traceback
+    stopped = "flexband: stopped"  # what is printed after Ctrl-C or SIGTERM
 
 
 class UsageError(InputError):
@@ -70,10 +64,7 @@ def usage() -> Iterator[None]:
 
 @contextmanager
 def reported_errors() -> Iterator[None]:
-    """Print warnings as remarks, and errors as one line.
-
-    Exit with status 2 if the command line is wrong, with status 1 after another error.
-    """
+    """Print warnings as remarks, errors as one line; exit with status 2 for usage, else 1."""
     Ending.stopped = "flexband: stopped"
     try:
         with warnings.catch_warnings():
@@ -125,10 +116,7 @@ def _finite(content: Any) -> Any:
 
 
 def print_table(title: str, content: Table) -> None:
-    """Print a table; columns that the terminal is too narrow for follow below in a further one.
-
-    Cells are never wrapped. The first column, which is left-aligned, is that of every table.
-    """
+    """Print a table without wrapping cells; further columns follow below, beside the first one."""
     from flexband.report.text.numbers import with_minus  # noqa: PLC0415
 
     header, rows = content[0], [[row[0], *map(with_minus, row[1:])] for row in content[1]]
@@ -161,10 +149,7 @@ def _widths(header: list[str], rows: list[list[str]]) -> list[int]:
 
 
 def _parts(widths: list[int], most: int) -> list[list[int]]:
-    """Return the columns of the fewest tables that are not wider than `most`, if possible.
-
-    Of all ways to split them, it is the one whose widest table is the narrowest.
-    """
+    """Return the columns of the fewest tables not wider than `most`, as evenly as possible."""
     size = [width + 3 for width in widths]
     count = len(_filled(size, most))
     least = next(

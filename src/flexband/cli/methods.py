@@ -42,10 +42,7 @@ HelpMethods = Annotated[
 
 
 def with_method_options(command: Any) -> Callable:
-    """Put --help-methods in place of the ``**values`` of a command.
-
-    `add_method_options` adds the options of all methods, which are not in its help page.
-    """
+    """Put --help-methods in place of the ``**values`` of a command; the others are hidden."""
     _with_options(command, {"help_methods": HelpMethods}, False)
     _commands.append(command)
     return command

@@ -72,11 +72,7 @@ class Plan:
         return Path(self.file).stem
 
     def study(self) -> Study:
-        """Return the study of the file with these options.
-
-        Raise `InputError` if the file has no study, `UsageError` if an option is not of its method,
-        or its value is not allowed.
-        """
+        """Return the study of the file with these options; refuse those that are not allowed."""
         study = load_study(Path(self.file))
         method = METHODS[self.method]() if self.method else study.method
         with usage():
@@ -124,8 +120,7 @@ class Plan:
 def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
     """Return the plan of the study in a folder; raise `StoreError` if there is none.
 
-    With `trust`, a file is run, or a scheduler connected to, that only the folder names; raise
-    `UsageError` where that is required.
+    Without `trust`, a file to run or a scheduler that only the folder names raises `UsageError`.
     """
     about = StudyFolder(folder).read()
     if about and not about.get("file"):

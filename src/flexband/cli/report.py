@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.page.p_boxes import p_boxes
     from flexband.report.page.page_file import read_given
     from flexband.report.page.study import write_report
-    from flexband.report.pdf import print_pdf
+    from flexband.report.page.template import print_pdf
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
 
@@ -56,11 +56,8 @@ def report(
         read_netcdf(folder / name) if name in given["files"] else None
         for name in (FileName.VERIFICATION, FileName.CONTRIBUTIONS)
     )
-    surrogate = (
-        fb.load_surrogate(folder / FileName.SURROGATE)
-        if FileName.SURROGATE in given["files"]
-        else None
-    )
+    saved = FileName.SURROGATE in given["files"]
+    surrogate = fb.load_surrogate(folder / FileName.SURROGATE) if saved else None
     sigmas = float(data.attrs["sigmas"])
     if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)

@@ -62,11 +62,7 @@ def _looks(folder: Path, *, watch: bool) -> Iterator[dict[str, Any]]:
 
 
 def state_of(folder: Path) -> dict[str, Any]:
-    """Return how far the study in a folder is.
-
-    Raise `StoreError` if there is neither study.json nor any run in the folder, or they are
-    damaged.
-    """
+    """Return how far the study in a folder is; raise `StoreError` if there is none."""
     study_folder = StudyFolder(folder)
     alive = study_folder.in_use()
     about = study_folder.read()
@@ -125,11 +121,10 @@ def doubts_in(about: dict[str, Any]) -> list[str] | None:
 
 
 def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
-    """Return the numbers of recorded runs, and what failed.
+    """Return the numbers of recorded runs since the first of a session, and what failed.
 
-    A run that was made several times counts as it ended last. One that failed is replaced if the
-    same point was run on a finer discretization. Runs count as made from a session on, the first of
-    those that opened the store since the study began or went on; None is the last.
+    A run counts as it ended last. One that failed is replaced if the same point was run on a finer
+    discretization.
     """
     arrays = GrowingArrays(folder.runs)
     if "status" not in arrays.arrays or not arrays.runs:
@@ -198,11 +193,9 @@ def now_and_left(facts: dict[str, Any]) -> list[str]:
     texts = [f"now: {facts['now']}"] * bool(facts["now"])
     rate, remaining = facts["rate"], facts["left"]
     if rate:
-        speed = (
-            f"{number_of(f'{rate:.3g}', 'run')} per second"
-            if rate >= 1
-            else f"{duration(1 / rate)} per run"
-        )
+        speed = f"{duration(1 / rate)} per run"
+        if rate >= 1:
+            speed = f"{number_of(f'{rate:.3g}', 'run')} per second"
         kind = "at most" if facts["most"] else "about"
         rest = f", {kind} {duration(remaining)} left for the runs" if remaining else ""
         texts.append(f"{speed} on average{rest}")

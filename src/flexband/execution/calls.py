@@ -37,10 +37,7 @@ class Outcome(NamedTuple):
 
 
 class Performing(Protocol):
-    """Performs tasks: yields their numbers and outcomes as they finish.
-
-    Tasks that are left when the generator is closed are ended.
-    """
+    """Yields numbers and outcomes of tasks as they finish; ends those left when it is closed."""
 
     def __call__(
         self, response: ResponseFunction, tasks: Tasks
@@ -77,11 +74,7 @@ def in_process(
 
 @lru_cache(maxsize=4)
 def unpickled(response: bytes, with_modules: bytes = b"", code: str = "") -> ResponseFunction:
-    """Return a response that another process of the same study has pickled.
-
-    `with_modules` is the response with the user's modules, for a process that does not have them,
-    or has others: then its fingerprint is not `code`.
-    """
+    """Return a pickled response, with the user's modules where its fingerprint is not `code`."""
     try:
         function = cloudpickle.loads(response)
     except (ModuleNotFoundError, AttributeError):

@@ -22,24 +22,19 @@ CODES = {"float64": "<f8", "int64": "<i8", "int8": "|i1", "bool": "|b1"}
 
 @dataclass(frozen=True)
 class Array:
-    """What an array is: one with the first dim "run" grows.
-
-    Attributes
-    ----------
-    kind : a key of `CODES`, or "string".
-    dims, shape : of all dims, the number of runs left at 0.
-    separator : of the numbers in the name of a chunk; "/" makes a folder of each, which is slower.
-    most_rows : runs in a chunk, at most.
-    bytes : size of a chunk of outputs, unless a run is larger.
-    """
+    """What an array is: one with the first dim "run" grows."""
 
     most_rows: ClassVar[int] = 4096
+    """Runs in a chunk, at most."""
     bytes: ClassVar[int] = 1_000_000
+    """Size of a chunk of outputs, unless a run is larger."""
 
-    kind: str
+    kind: str  # a key of `CODES`, or "string"
+    # of all dims, the number of runs left at 0
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     attrs: Mapping[str, Any]
+    # of the numbers in the name of a chunk; "/" makes a folder of each, which is slower
     separator: str = "."
 
     @property

@@ -78,13 +78,9 @@ class Dask(Workers):
 class _Timed:
     """Performs tasks; each worker thread has one at a time, so that its time is known.
 
-    Attributes
-    ----------
-    attempts : how often a task is tried.
-    restart : time [s] for which everything waits while a worker is restarted.
-    start : time [s] in which a worker must have started, and have loaded the response. Importing
-        flexband takes a process 2 s, and many times as long where others use the cores.
-    look : time [s] between two looks for a worker that starts.
+    A task is tried `attempts` times. All waits for `restart` seconds while a worker is restarted.
+    It must have started and loaded the response within `start` seconds, and is looked for every
+    `look` seconds: importing flexband takes 2 s, and many times as long where others use the cores.
     """
 
     def __init__(
@@ -136,10 +132,7 @@ class _Timed:
                 future.cancel()
 
     def workers(self, response: bytes, with_modules: bytes, code: str) -> dict[str, int]:
-        """Return the number of threads of each worker that has loaded a response.
-
-        A worker that is being restarted is waited for if there is no other.
-        """
+        """Return the threads of each worker that has loaded a response; one is waited for."""
         while True:
             threads = {k: n for k, n in self.client.nthreads().items() if k not in self.excluded}
             key = hash(response)

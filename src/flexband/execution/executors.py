@@ -38,18 +38,14 @@ ExecutorLike = Workers | Executor | DaskClient | str | None
 
 @dataclass(frozen=True)
 class FlowOptions:
-    """How many calls are under way at a time.
-
-    Attributes
-    ----------
-    first : tasks under way before any has finished. A task that has waited for less time than it
-        worked shows that workers may be idle, and one more is under way from then on.
-    work : time [s] of work that one submission should hold: calls that are shorter are submitted
-        several at a time, unless workers would be without.
-    """
+    """How many calls are under way at a time."""
 
     first: int = 1000
+    """Tasks under way before any has finished. A task that has waited for less time than it worked
+    shows that workers may be idle, and one more is under way from then on."""
     work: float = 1.0
+    """Time [s] of work that one submission should hold: calls that are shorter are submitted
+    several at a time, unless workers would be without."""
 
 
 class _Submission(NamedTuple):
@@ -161,10 +157,9 @@ def with_executor(
     *,
     options: FlowOptions = FlowOptions(),
 ) -> Performing:
-    """Return what performs tasks by an executor, which may be that of a Dask client.
+    """Return what performs tasks by an executor, once more if their worker dies.
 
-    Tasks whose workers died are performed once more, one after another: an executor cannot tell
-    which of several tasks ended a worker.
+    They are then performed one after another: an executor cannot tell which one ended a worker.
     """
     return lambda response, tasks: _Flow(executor, response, tasks, client, options).perform()
 

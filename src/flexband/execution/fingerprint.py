@@ -26,9 +26,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-WRAPPED = ("__wrapped__", "pyfunc", "func")
-"""Attributes in which objects of Python and NumPy keep the function that they call."""
-
 NOT_CODE = ("__dict__", "__weakref__", "__doc__", "__module__")
 NOT_CODE += ("__firstlineno__", "__static_attributes__", "__annotations__")
 """Members of a class that do not change what it computes."""
@@ -81,7 +78,7 @@ class _Walk:
             self.visit(instance.identity)
         elif is_dataclass(instance) and instance.__dataclass_params__.frozen:  # pyright: ignore
             self.visit(tuple(getattr(instance, field.name) for field in fields(instance)))
-        for name in WRAPPED:
+        for name in ("__wrapped__", "pyfunc", "func"):  # of what calls a function
             if isinstance(function := getattr(instance, name, None), types.FunctionType):
                 self.visit(function)
 
@@ -237,10 +234,8 @@ def _assigned(code: types.CodeType) -> set[str]:
     """Return the variables outside of a function that it, or a function inside it, assigns."""
     stores = ("STORE_GLOBAL", "STORE_DEREF")
     variables = {step.argval for step in dis.get_instructions(code) if step.opname in stores}
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            variables |= _assigned(constant)
-    return variables
+    inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return variables.union(*map(_assigned, inner))
 
 
 def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
@@ -250,6 +245,7 @@ def _assigned_in(variables: Mapping[str, Any]) -> set[str]:
     return {
         step.argval
         for code in codes
+        if dis.opmap["STORE_GLOBAL"] in code.co_code[::2]  # of few functions
         for step in dis.get_instructions(code)
         if step.opname == "STORE_GLOBAL"
     }

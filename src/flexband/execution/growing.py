@@ -72,10 +72,7 @@ class GrowingArrays:
         self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
 
     def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
-        """Add an array; `values` are those of one that does not grow.
-
-        Runs that there are get the fill value of one that grows.
-        """
+        """Add an array: with the values of one that does not grow, else with fill values."""
         file, folder = self._file(name, 0, array), self.folder / name
         files: dict[Path, Content] = {folder / "zarr.json": [_json(array.metadata(self.runs))]}
         if values is not None and values.size:
@@ -123,10 +120,7 @@ class GrowingArrays:
         self._blank |= blank
 
     def commit(self, files: Sequence[str] = (COPY, GROUP)) -> None:
-        """Write the metadata of the group, which tells the number of runs and the attributes.
-
-        With the copy alone, the group can be opened here, but is not there yet for others.
-        """
+        """Write the runs and attributes of the group; it is there for others once the copy is."""
         members = {name: array.metadata(self.runs) for name, array in self.arrays.items()}
         consolidated = {"kind": "inline", "must_understand": False, "metadata": members}
         metadata = {
@@ -168,10 +162,7 @@ class GrowingArrays:
         self._last.pop(name, None)
 
     def damaged(self) -> tuple[np.ndarray, list[tuple[str, int]]]:
-        """Return which runs are in a damaged chunk, and the names and numbers of these chunks.
-
-        What does not grow is mended by its copy. Files that were not finished are removed.
-        """
+        """Return the damaged runs and chunks, after mending what the copy has."""
         for file in self.folder.rglob("*.partial"):
             file.unlink(missing_ok=True)
         bad, chunks = np.zeros(self.runs, bool), []

@@ -57,10 +57,7 @@ class Journal:
         return records
 
     def append(self, first: int, finished: Finished, *, sync: bool, large: int = 1_000_000) -> None:
-        """Append a record, whose runs have the numbers from `first` on; perhaps sync the file.
-
-        One of less than so many `large` bytes is copied, and written at once.
-        """
+        """Append runs numbered from `first` on; records below `large` bytes are written at once."""
         body = _encoded(first, finished)
         checksum = 0
         for part in body:

@@ -113,12 +113,11 @@ def columns(
         ),
     }
     if shape is not None:
-        entries["outputs"] = np.concatenate(
-            [
-                np.full((count, *shape), np.nan) if record.values is None else record.values
-                for count, record in zip(counts, batch, strict=True)
-            ]
+        outputs = (
+            np.full((count, *shape), np.nan) if record.values is None else record.values
+            for count, record in zip(counts, batch, strict=True)
         )
+        entries["outputs"] = np.concatenate(list(outputs))
     return entries
 
 

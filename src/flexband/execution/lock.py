@@ -20,18 +20,16 @@ else:
 
 
 class Lock:
-    """An open file that the system locks for this process; its text tells the process and host.
+    """An open file that the system locks for this process until it ends; it names its holder.
 
-    The system frees it when the process ends. A child process, which inherits open files, closes it
-    at once: it would hold the lock after the end of its parent.
+    A child process, which inherits open files, closes it at once.
     """
 
     def __init__(self, folder: Path, name: str = FileName.STORE_LOCK, seconds: float = 0.5):
-        """Take the folder, by a file of this name.
+        """Take the folder; wait some seconds for others that only look.
 
-        Another process that only looks whether it is locked is waited for, so many seconds. Raise
-        `StoreError` if another process has it, `OSError` if the file cannot be written to, or is a
-        symbolic link.
+        Raise `StoreError` if another process has it, `OSError` if the file cannot be written to, or
+        is a symbolic link.
         """
         self._handle = open_unlinked(folder / name, os.O_RDWR | os.O_CREAT)
         holder = folder / FileName.HOLDER

@@ -72,10 +72,7 @@ class _Worker:
     """A process, its connection, and what it does."""
 
     def __init__(self, seconds: float = 60.0) -> None:
-        """Start the process; raise `RuntimeError` if it ends before it is ready, or takes longer.
-
-        Libraries do not use all cores in every worker.
-        """
+        """Start the process; raise `RuntimeError` if it is not ready within some seconds."""
         single = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
         environment = {**dict.fromkeys(single, "1"), **os.environ}
         key = secrets.token_bytes(32)
@@ -134,10 +131,7 @@ class _Worker:
 
 
 class _Pool:
-    """Workers, each with a task or idle.
-
-    A task whose process dies is tried `attempts` times.
-    """
+    """Workers, each with a task or idle; a task whose process dies is tried `attempts` times."""
 
     def __init__(self, count: int, limit: float | None, attempts: int = 2):
         self.limit, self.count, self.attempts = limit, count, attempts

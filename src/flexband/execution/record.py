@@ -30,26 +30,16 @@ from flexband.words import are, number_of
 class RunRecorder:
     """The runs of a store, and a thread that writes what is added.
 
-    Runs are in the journal as soon as `add` returns, so that they survive the end of the process;
-    a thread writes them to the arrays from time to time, and syncs these.
-
-    Attributes
-    ----------
-    labels : no runs with the dims and coordinates of the response; None if no run has succeeded.
-    status : of every run.
-    confirmed : whether runs of the store have been made again and agree.
-    period : time [s] between two writings of the arrays.
-    most_waiting : runs that wait to be written to the arrays [bytes], at most.
-    slow : runs that took longer [s] are synced at once, unless others were within this time.
+    Runs are in the journal as soon as `add` returns, so that they survive the end of the process; a
+    thread writes them to the arrays every `period` [s], or when `most_waiting` bytes wait, and
+    syncs these. Runs that took longer than `slow` [s] are synced at once, unless others were just
+    now.
     """
 
     period, most_waiting, slow = 0.5, 64e6, 0.1
 
     def __init__(self, store: Store, owner: Owner, about: Mapping[str, str] | None = None):
-        """Open or make the store; find damaged runs, and those of an unfinished session.
-
-        `about` says which intervals and which random inputs the runs to come are for.
-        """
+        """Open or make the store; `about` says which inputs the runs to come are for."""
         self.store, self.owner, self.about = store, owner, dict(about or {})
         folder = Path(store.folder)
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +28,7 @@ PACKAGES = ("flexband", "numpy", "scipy", "numba", "xarray")
 """Those whose versions are told in results."""
 
 
+@cache
 def versions() -> str:
     """Return the versions of the packages that compute, as text."""
     return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
@@ -133,8 +135,7 @@ class Owner(NamedTuple):
             changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
-                f"{OTHER_FOLDER}"
-                f"{remedy * ('inputs' not in differ)}"
+                f"{OTHER_FOLDER}{remedy * ('inputs' not in differ)}"
             )
 
 

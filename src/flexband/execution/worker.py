@@ -36,10 +36,7 @@ def main() -> None:
 
 
 def _watch(study: int, period: float = 1.0) -> None:
-    """End this process once that of the study is gone, also in the midst of a task.
-
-    That is looked for once in a period [s].
-    """
+    """End this process, in the midst of a task even, once that of the study is gone."""
     while os.getppid() == study:
         time.sleep(period)
     os._exit(1)

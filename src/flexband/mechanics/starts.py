@@ -18,7 +18,7 @@ from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH
 from flexband.mechanics.periodic_start import PeriodicStart
-from flexband.mechanics.time_functions.slowed import slowed
+from flexband.mechanics.time_functions.ramps import slowed
 
 
 @dataclass(frozen=True)

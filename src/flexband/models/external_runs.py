@@ -17,18 +17,13 @@ from flexband.response import Response
 
 @dataclass(frozen=True)
 class Elsewhere(Response):
-    """A response that is not called: its runs come from a store.
-
-    Attributes
-    ----------
-    elsewhere : a study raises `RunsNeeded` with the points that the store does not have.
-    """
+    """A response that is not called: its runs come from a store."""
 
     names: tuple[str, ...]
     outputs: tuple[str, ...] | None = None
     times: tuple[float, ...] | None = None
 
-    elsewhere = True
+    elsewhere = True  # a study raises `RunsNeeded` with the points that the store does not have
 
     @property
     def __signature__(self) -> inspect.Signature:

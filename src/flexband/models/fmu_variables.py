@@ -21,10 +21,7 @@ NOT_SCALAR = ("Binary", "Clock")
 def recorded(
     description: fmi.ModelDescription, names: list[str] | None
 ) -> list[fmi.ScalarVariable]:
-    """Return the variables of these names, or all outputs; they are scalar numbers.
-
-    Raise `InputError` if there is none of a name, or it is no number.
-    """
+    """Return the scalar numbers of these names, or all outputs; raise `InputError` for others."""
     possible = {v.name: v for v in description.modelVariables if _is_number(v)}
     if names is None:
         names = [name for name, v in possible.items() if v.causality == "output"]
@@ -34,10 +31,7 @@ def recorded(
 
 
 def assigned(description: fmi.ModelDescription, values: dict[str, Any]) -> Assignments:
-    """Return the variables that are to be set and their values, by name.
-
-    Raise `InputError` if there is no variable of a name, it cannot be set, or not to this value.
-    """
+    """Return the variables to be set and their values; raise `InputError` if they cannot be."""
     possible = {v.name: v for v in description.modelVariables if _refusal(v) == ""}
     every = {v.name: v for v in description.modelVariables}
     assignments: Assignments = {}
@@ -69,10 +63,7 @@ def unit(variable: fmi.ScalarVariable) -> str:
 
 
 def differs(value: float | str, actual_value: Any, rounding: float = 1e-6) -> bool:
-    """Return whether an FMU has another value than it was given.
-
-    `rounding` is the relative difference that single precision may make.
-    """
+    """Return whether a value is not that given, beyond rounding of single precision."""
     if isinstance(value, str):
         return value != (actual_value.decode() if isinstance(actual_value, bytes) else actual_value)
     return abs(actual_value - value) > rounding * abs(value)

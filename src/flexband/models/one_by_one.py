@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, check_function, shown
 from flexband.response import Response
 from flexband.words import number_of
 
@@ -18,12 +20,8 @@ class OneByOne(Response):
     """A response that is made of the results of single samples.
 
     A subclass is a frozen dataclass that holds nothing but what describes the model, so that it can
-    be sent to other processes.
-
-    Attributes
-    ----------
-    one_by_one : flexband calls the response with one sample at a time: results are recorded, and
-        distributed to processes, sample by sample.
+    be sent to other processes. Results are recorded, and distributed to processes, sample by sample
+    (`one_by_one`).
     """
 
     one_by_one = True
@@ -32,25 +30,15 @@ class OneByOne(Response):
     def sample(self, **values: Any) -> Any:
         """Return the result of one sample: a number, an array or a `xarray.DataArray`.
 
-        Parameters
-        ----------
-        values : every input by name: a number or text, or a function of position that returns one
-            value per position.
+        Every input is a number, a text, or a function of position that returns one value per
+        position.
         """
 
     def __call__(self, **values: Any) -> np.ndarray | xr.DataArray:
-        """Return the results of all samples, shape (n, ...), dims (sample, ...).
+        """Return the results of all samples by their inputs, shape (n, ...), dims (sample, ...).
 
-        Parameters
-        ----------
-        values : every input by name: an array of shape (n,), or a function of position that returns
-            shape (n, points).
-
-        Raises
-        ------
-        InputError
-            If a sample returns no real numbers, or not the shape and the labels of the first one;
-            if the values are not equally many.
+        Raise `InputError` if a sample returns no real numbers, or not the shape and the labels of
+        the first one, or if the values are not equally many.
         """
         rows = _Rows(values)
         results: list[np.ndarray | xr.DataArray] = []
@@ -75,10 +63,7 @@ class OneByOne(Response):
 
 
 class _Rows:
-    """Values of several samples, one sample at a time.
-
-    How many samples functions of position have is known when one of them is first evaluated.
-    """
+    """Values of several samples by sample; functions of position tell their number when called."""
 
     def __init__(self, values: Mapping[str, Any]):
         self.values = {k: v if callable(v) else np.atleast_1d(v) for k, v in values.items()}
@@ -158,3 +143,49 @@ def _like_first(
             if not both or not result.coords[name].variable.equals(first.coords[name].variable):
                 raise InputError(f"coordinate {name!r} must be the same in all samples")
     return result
+
+
+@dataclass(frozen=True)
+class Samplewise(OneByOne):
+    """``response(**values)``: call a function once per sample and stack what it returns."""
+
+    function: Callable[..., Any]
+
+    @property
+    def __wrapped__(self) -> Callable[..., Any]:
+        """The function that reads the arguments."""
+        return self.function
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.function)
+
+    def sample(self, **values: Any) -> Any:
+        return self.function(**values)
+
+
+def samplewise(function_of_one: Callable[..., Any]) -> Samplewise:
+    """Return a function of one sample as a response, which is called once per sample.
+
+    Parameters
+    ----------
+    function_of_one : function that takes every input by name, as a plain number or text, or, for a
+        field, as a function of positions of shape (points,) that returns as many values. It returns
+        a number, an array or a `xarray.DataArray`, of the same shape and with the same labels for
+        all samples.
+
+    Raises
+    ------
+    InputError
+        If it is no function.
+
+    Examples
+    --------
+    >>> import math
+    >>> import flexband as fb
+    >>> response = fb.models.samplewise(lambda x: math.sin(x) if x > 0 else 0.0)
+    >>> response(x=[0.0, math.pi / 2])
+    array([0., 1.])
+    """
+    check_function("function_of_one", function_of_one)
+    return Samplewise(function_of_one)

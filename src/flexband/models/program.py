@@ -284,10 +284,7 @@ def _last_lines(folder: Path) -> str:
 
 
 def has_ended(process: subprocess.Popen, time_limit: float | None) -> bool:
-    """Wait for the end of a process; return whether it has ended within the time limit [s].
-
-    Where the system allows, its number stays taken, so that its group can safely be killed.
-    """
+    """Return whether a process has ended within a time limit [s]; it keeps its number if it can."""
     try:
         descriptor = os.pidfd_open(process.pid)
     except (AttributeError, OSError):  # not Linux, or a Python that was built on an old one

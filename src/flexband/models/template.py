@@ -13,9 +13,6 @@ PLACEHOLDER = re.compile(
     r"(?P<literal>\$\$\{)|\$\{(?P<name>[^{}:]*)(?::(?P<spec>[^{}]*))?\}|(?P<open>\$\{)"
 )
 
-LARGEST_ROUNDING = 1e-3
-"""Relative change of a value by its format above which there is a warning."""
-
 
 @dataclass(frozen=True)
 class Template:
@@ -23,11 +20,6 @@ class Template:
 
     The format is one of Python's, such as ``.6e``; without one, a number is written with all its
     digits. Other braces and dollars stay as they are; ``$${`` becomes ``${``.
-
-    Raises
-    ------
-    InputError
-        If a placeholder is not of this form.
     """
 
     text: str
@@ -56,11 +48,7 @@ class Template:
         return list(dict.fromkeys(match["name"] for match in self._placeholders()))
 
     def filled(self, values: Mapping[str, Any]) -> str:
-        """Return the text with the values of all inputs, numbers or texts.
-
-        Warn of a format that rounds a number by more than 0.1 %; raise `InputError` if a value
-        cannot be written in its format.
-        """
+        """Return the text with all values; warn of rounding by more than 0.1 %, refuse misfits."""
 
         def written(match: re.Match[str]) -> str:
             if match["literal"]:
@@ -71,7 +59,7 @@ class Template:
                 raise InputError(
                     f"{self.source}: {name} = {shown(values[name])} cannot be written as {spec!r}"
                 )
-            if _rounded(values[name], text) > LARGEST_ROUNDING:
+            if _rounded(values[name], text) > 1e-3:
                 warn(
                     f"{self.source}: format {spec!r} of {name} changes a value by more than 0.1 %; "
                     "use one with more digits, such as .9g"

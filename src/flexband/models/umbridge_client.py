@@ -117,14 +117,12 @@ class UMBridgeModel(OneByOne):
         if len(self.inputs) != sum(self.input_sizes):
             raise InputError(
                 f"inputs must be {number_of(sum(self.input_sizes), 'name')}, for input vectors of "
-                "lengths "
-                f"{list(self.input_sizes)}; got {len(self.inputs)}"
+                f"lengths {list(self.input_sizes)}; got {len(self.inputs)}"
             )
         if self.outputs is not None and len(self.outputs) != len(self.output_sizes):
             raise InputError(
                 f"outputs must be {number_of(len(self.output_sizes), 'name')}, for output vectors "
-                "of lengths "
-                f"{list(self.output_sizes)}; got {len(self.outputs)}"
+                f"of lengths {list(self.output_sizes)}; got {len(self.outputs)}"
             )
         if self.times is not None and {len(self._times)} != set(self.output_sizes):
             raise InputError(

@@ -104,8 +104,7 @@ class _Offered:
             raise _RefusedError(
                 "InvalidInput",
                 f"input must be one vector of {number_of(self.input_size, 'number')}, "
-                f"{', '.join(self.inputs)}; "
-                f"got {shown(vectors)}",
+                f"{', '.join(self.inputs)}; got {shown(vectors)}",
             )
         for number in vectors[0]:
             if type(number) not in (int, float) or not math.isfinite(number):
@@ -145,10 +144,8 @@ class _Handler(BaseHTTPRequestHandler):
         size = int(text) if text.isdecimal() and len(text) < 10 else MAX_BYTES + 1
         if size > MAX_BYTES:  # which is not read, so that nothing can follow
             self.close_connection = True
-            kind, message = (
-                "InvalidInput",
-                f"Content-Length must be {MAX_BYTES} or less; got {text}",
-            )
+            kind = "InvalidInput"
+            message = f"Content-Length must be {MAX_BYTES} or less; got {text}"
             self._answer(413, {"error": {"type": kind, "message": shown(message)}})
             return
         self._reply(self.rfile.read(size))
@@ -171,10 +168,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(status, answer)
 
     def _check_host(self) -> None:
-        """Refuse requests that a web page of another host makes a browser send to this computer.
-
-        A server that other computers reach has names of which it cannot know.
-        """
+        """Refuse requests that a page of another host makes a browser send to this computer."""
         listening = self.listening
         host = self.headers.get("Host", listening).rpartition(":")
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)

@@ -20,10 +20,7 @@ PERIOD = 10.0
 
 @contextmanager
 def progress_bars() -> Iterator[Callable[[str], Progress]]:
-    """Give the function that begins a task by its name, and returns what reports its progress.
-
-    What is done now is told beside the task that was begun last.
-    """
+    """Give the function that begins a named task; stages are shown beside the latest one."""
     console = Console(stderr=True, markup=False, emoji=False, highlight=False)
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     tasks: list[_Lines | _Bar] = []
@@ -88,11 +85,7 @@ def progress_bar(name: str = "runs") -> Iterator[Progress]:
 
 
 def _told(done: int, total: int, *, most: bool = False) -> str:
-    """Return how many runs are done, and of how many if that is known.
-
-    `most` is whether to tell how many there are at most with the same step and elements, if only
-    that is known.
-    """
+    """Return how many runs are done, and of how many; `most` if known per discretization only."""
     budget = Budget.from_total(total)
     if budget.each:
         limit = f", at most {budget.each} with the same step and elements"
@@ -156,8 +149,7 @@ class _Lines(ProgressListener):
 
     def left(self, now: float, done: int, total: int) -> str:
         """Return the time left in words, once it is known from more than the first batch."""
-        # Time [s] after the first batch, which may compile, from which on the time left
-        # is told
+        # Time [s] after the first batch, which may compile, from which on the time left is told
         measured = 5.0
         begin, before = self.measured or (now, done)
         budget = Budget.from_total(total)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import warnings
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from io import BytesIO
-from itertools import chain, count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,13 +40,13 @@ def write_comparison_report(
     results: Sequence[Comparison],
     orders: Iterable[tuple[int, int]],
 ) -> Path:
-    """Write figures and report.html on several methods; return the path of the report.
+    """Write figures and report.html on methods, the reference first; return the path.
 
-    Results are those of `compare`, the reference first. The bands of PCCI and improved PCCI are
-    drawn for the orders k and q, together with those of the reference and of adaptive PCCI.
+    PCCI and improved PCCI are drawn for the orders k and q, with the reference and adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
     fields, response, drawn = study.fields(), study.nominal(), []
+    adaptive = AdaptivePCCI(correct=False)
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
@@ -61,12 +60,7 @@ def write_comparison_report(
         drawn.append(Drawing("Response without uncertainty", draw))
     for name in outputs:
         for k, q in dict.fromkeys(orders):
-            compared = (
-                results[0].method,
-                PCCI(k, q),
-                ImprovedPCCI(k, q),
-                AdaptivePCCI(correct=False),
-            )
+            compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)
@@ -81,20 +75,12 @@ def write_comparison_report(
     return write_figures(file, title, about, tables.error_table(results), drawn, text)
 
 
-def file_name(name: str, taken: Collection[str] = ()) -> str:
-    """Return a name as that of a file, other than those taken, which are in lower case."""
-    longest_name = 100  # bytes of a file name, without its suffix
-    words = "".join(c if c.isalnum() else " " for c in name).split()
-    start = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
-    numbered = (f"{start}_{k}" for k in count(2))
-    return next(
-        candidate for candidate in chain([start], numbered) if candidate.casefold() not in taken
-    )
-
-
 def data_file(folder: Path, result: Comparison) -> Path:
     """Return the file for the bands of one of several methods."""
-    return folder / f"{file_name(result.method.label.lower())}.nc"
+    longest_name = 100  # bytes of a file name, without its suffix
+    words = "".join(c if c.isalnum() else " " for c in result.method.label.lower()).split()
+    name = "_".join(words).encode()[:longest_name].decode(errors="ignore") or "response"
+    return folder / f"{name}.nc"
 
 
 def write_figures(
@@ -105,10 +91,7 @@ def write_figures(
     drawings: Sequence[Drawing],
     remarks: Sequence[str] = (),
 ) -> Path:
-    """Write a page with a table, remarks and figures; return its path.
-
-    A figure that cannot be drawn is a remark.
-    """
+    """Write a page with a table, remarks and figures that can be drawn; return its path."""
     pictures, remarks = [], list(remarks)
     for caption, draw in drawings:
         try:

@@ -27,8 +27,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 def report_study(study: Study, result: StudyResult, title: str, file: Path | None) -> Path:
     """Write report.html with a title into the folder of a result; return its path.
 
-    What it shows of the study's code is written beside it, in page.json, so that it can be written
-    again without that code. The docstring of the study's file is its question.
+    page.json beside it has what it shows of the study's code, to write it again without that.
     """
     folder, signed = result.folder, StudyFolder(result.folder).signed
     _write_path(result)

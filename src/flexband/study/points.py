@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from flexband.study.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
 from flexband.uncertainty.inputs.fields.random_field import RandomField
-from flexband.uncertainty.inputs.unfolding import cases
+from flexband.uncertainty.inputs.unfolding import GivenInputs, cases
 
 
 @dataclass
@@ -46,7 +45,7 @@ class RequestedPoints:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise StoreError(f"{file} is damaged: {error}") from None
 
-    def ask(self, needed: RunsNeeded, inputs: Mapping[str, Any]) -> Path:
+    def ask(self, needed: RunsNeeded, inputs: GivenInputs) -> Path:
         """Write the points that are needed as a table, and keep them; return its path."""
         if self.names != list(needed.names):
             self.names, self.asked = list(needed.names), []
@@ -123,7 +122,7 @@ class RequestedPoints:
                     )
 
 
-def ask_points(folder: Path, needed: RunsNeeded, inputs: Mapping[str, Any]) -> Path:
+def ask_points(folder: Path, needed: RunsNeeded, inputs: GivenInputs) -> Path:
     """Write the points that are to be run elsewhere into a folder; return the path of their table.
 
     Raise `InputError` if an input is neither a number nor a text.
@@ -143,7 +142,7 @@ class Result:
     reason: str
 
 
-def _options(inputs: Mapping[str, Any], setting: str) -> dict[str, str]:
+def _options(inputs: GivenInputs, setting: str) -> dict[str, str]:
     """Return the inputs of a combination of options that are texts."""
     case = cases(inputs).get(setting, {})
     return {

@@ -97,7 +97,7 @@ def test_two_compensators():
         fb.analysis.check_limits(fb.expand(both, three, fb.PCCI(1, 1)), fb.Limit(below=1.0))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_quadratic_responses_against_brute_force(seed):
     rng = np.random.default_rng(seed)
     linear, square = rng.normal(size=(3, 6)), 0.3 * rng.normal(size=(3, 3, 6))

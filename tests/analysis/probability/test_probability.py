@@ -276,7 +276,7 @@ def tolerances_and_chance(inputs):
 FIVE = {f"e{k}": fb.Interval(-1.0, 1.0) for k in range(5)} | {"b": NORMAL, "c": NORMAL}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_limit_that_one_corner_breaks_beside_one_that_chance_breaks(seed):
     """At another time of the same output: no rare sample of all inputs is in that corner."""
 
@@ -295,7 +295,7 @@ def test_a_limit_that_one_corner_breaks_beside_one_that_chance_breaks(seed):
     assert least == pytest.approx(norm.sf(4.9 / 2.5 + 0.04 * 5), rel=0.15)  # elsewhere
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed):
     def response(**inputs):
         y = np.stack(tolerances_and_chance(inputs), axis=1)[:, :, None] * np.ones(3)
@@ -310,7 +310,7 @@ def test_leaving_any_limit_is_as_likely_as_leaving_one_of_them(seed):
     assert found["confidence_high"].values[1, 2] == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
     """Weights of samples that stay within the limits tell it exactly: there are none."""
 

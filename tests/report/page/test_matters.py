@@ -5,8 +5,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.report.page.definitions import definitions
-from flexband.report.page.matters import what_matters
-from flexband.report.page.verdict import verdict
+from flexband.report.page.verdict import verdict, what_matters
 from flexband.report.text import tables
 from flexband.study.results.reliability import Doubt, DoubtKind
 

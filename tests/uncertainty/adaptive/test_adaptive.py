@@ -289,13 +289,15 @@ def exact(f):
     own = [axes[name] for name in names if name not in intervals]
     points = np.array(list(itertools.product(*(p for p, _ in own)))).T
     weights = np.array(list(map(np.prod, itertools.product(*(w for _, w in own)))))
+    eta = list(itertools.product(np.linspace(-1, 1, 41), repeat=len(intervals)))
+    if not own:
+        values = f(*np.transpose(eta))
+        return (values.min(), values.max()), (values.min(), values.max())
     found = []
-    for eta in itertools.product(np.linspace(-1, 1, 41), repeat=len(intervals)):
-        values = f(*points, *(np.array([e]) for e in eta)) if own else f(*map(np.array, eta))
-        mean = np.average(np.broadcast_to(values, weights.shape), weights=weights)
-        found.append(
-            (mean, np.sqrt(np.average((values - mean) ** 2 + 0 * weights, weights=weights)))
-        )
+    for e in eta:
+        values = np.broadcast_to(f(*points, *e), weights.shape)
+        mean = np.average(values, weights=weights)
+        found.append((mean, np.sqrt(np.average((values - mean) ** 2, weights=weights))))
     mean, std = np.array(found).T
     return (mean.min(), mean.max()), ((mean - std).min(), (mean + std).max())
 

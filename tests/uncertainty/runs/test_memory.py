@@ -24,7 +24,6 @@ MOST, LEAST = 1 / 1.2, 2.0
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, False),
         (fb.AdaptivePCCI(1e-14, 48), 15, 20, False),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, True),
-        (fb.AdaptivePCCI(1e-14, 40), 2, 2, 2),
         (fb.AdaptivePCCI(1e-14, 40), 2, 2, 3),
         (fb.methods.PhaseResolvedPCCI(1, 2), 2, 2, True),
         (fb.methods.PhaseResolvedPCCI(1, 2), 2, 2, 3),

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
-from flexband.report.page.matters import what_matters
+from flexband.report.page.verdict import what_matters
 from flexband.report.text import tables
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import units_of

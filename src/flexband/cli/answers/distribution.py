@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.plot.figures import bounds_figure
     from flexband.report.text.drawable import drawable_outputs
     from flexband.report.text.numbers import number
-    from flexband.report.text.tables import outputs_of, select
+    from flexband.report.text.tables import outputs_of, select, unit_of
     from flexband.study.presentation.display import Display
 
 
@@ -140,7 +140,6 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
     rows: list[list[str]] = []
     for output in outputs_of(bounds[name]):
         selection = select(bounds, output)
-        unit = f" [{selection['unit'].values}]" if "unit" in selection.coords else ""
         several: Sequence[float | None] = [None]
         if "probability" in selection[name].dims:
             several = selection["probability"].values.tolist()
@@ -153,7 +152,7 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
             level = f"{bounds.attrs.get('probability', 1):g}" if p is None else f"{p:g}"
             scale = float(abs(selection[name]).max())
             ends = [number(v, 5, scale) for v in (row_bounds[name].min(), row_bounds[name].max())]
-            rows.append([f"{output or 'response'}{unit}", level, *ends, *errors])
+            rows.append([f"{output or 'response'}{unit_of(selection)}", level, *ends, *errors])
     return header, rows
 
 

@@ -46,18 +46,11 @@ Seed = Annotated[int, typer.Option(help="Seed of the samples.")]
 
 
 class SavedResult(NamedTuple):
-    """What a question is asked of.
+    """What a question is asked of."""
 
-    Attributes
-    ----------
-    surrogate : of the study.
-    folder : where it is, and where answers are written.
-    display : in which units numbers are shown.
-    """
-
-    surrogate: AnySurrogate
-    folder: Path
-    display: Display
+    surrogate: AnySurrogate  # of the study
+    folder: Path  # where it is, and where answers are written
+    display: Display  # in which units numbers are shown
 
     def study(self, *, trust: bool) -> Study:
         """Return the study; raise `UsageError` if its file is run only with `trust`."""
@@ -67,10 +60,7 @@ class SavedResult(NamedTuple):
             return plan_in(self.folder, trust=trust).study()
 
     def limits(self, *, trust: bool) -> list[fb.Requirement]:
-        """Return the limits of the study; print a remark if it cannot be read.
-
-        Raise `UsageError` if its file is run only with `trust`.
-        """
+        """Return the limits of the study; print a remark, or raise `UsageError` without `trust`."""
         from flexband.study.nominal import around_nominal  # noqa: PLC0415
 
         if not (self.folder / FileName.STUDY).is_file():
@@ -87,10 +77,7 @@ class SavedResult(NamedTuple):
     def response_and_store(
         self, purpose: str, *, trust: bool
     ) -> tuple[ResponseFunction, Path | None]:
-        """Return the response of the study, and the folder of its runs if there are any.
-
-        Raise `InputError` if there is no study, `UsageError` if its file is run only with `trust`.
-        """
+        """Return the response of the study and its folder of runs; refuse what is not there."""
         if not (self.folder / FileName.STUDY).is_file():
             raise InputError(f"there is no study in '{self.folder}' whose response {purpose}")
         store = self.folder if (self.folder / FileName.RUNS).is_dir() else None
@@ -99,25 +86,17 @@ class SavedResult(NamedTuple):
 
 @dataclass(frozen=True)
 class CommandOutput:
-    """What a command answers.
+    """What a command answers."""
 
-    Attributes
-    ----------
-    content : what --json prints.
-    tables : titles and tables that are printed otherwise, before the text.
-    text : lines that follow.
-    name : of the files that are written: NAME.nc and NAME.png.
-    data : content of NAME.nc; None writes none.
-    figure : makes the figure of NAME.png; None for a command that draws none.
-    drawable : whether there is something to draw; otherwise an older picture is deleted.
-    """
-
-    content: Mapping[str, object]
+    content: Mapping[str, object]  # what --json prints
+    # titles and tables that are printed otherwise, before the text
     tables: Sequence[tuple[str, Table]] = ()
-    text: str = ""
-    name: str = ""
-    data: xr.Dataset | None = None
+    text: str = ""  # lines that follow
+    name: str = ""  # of the files that are written: NAME.nc and NAME.png
+    data: xr.Dataset | None = None  # content of NAME.nc; None writes none
+    # makes the figure of NAME.png; None for a command that draws none
     figure: Callable[[], Figure] | None = None
+    # whether there is something to draw; otherwise an older picture is deleted
     drawable: bool = True
 
     def write(self, folder: Path) -> list[Path]:
@@ -150,10 +129,7 @@ class CommandOutput:
 def answer_command(
     name: str,
 ) -> Callable[[Callable[..., CommandOutput]], Callable[..., CommandOutput]]:
-    """Return a decorator that makes a command of a function ``question(result, ...)``.
-
-    The command takes the folder of a study, the options of the function, and --json.
-    """
+    """Return a decorator: ``question(result, ...)`` as a command with its folder and --json."""
 
     def registered(question: Callable[..., CommandOutput]) -> Callable[..., CommandOutput]:
         def folder_and_json(
@@ -172,11 +148,8 @@ def answer_command(
 
         of_frame = inspect.signature(folder_and_json, eval_str=True).parameters
         asked = list(inspect.signature(question, eval_str=True).parameters.values())[1:]
-        parameters = [
-            of_frame["folder"],
-            *(p.replace(kind=p.KEYWORD_ONLY) for p in asked),
-            of_frame["as_json"],
-        ]
+        options = (parameter.replace(kind=parameter.KEYWORD_ONLY) for parameter in asked)
+        parameters = [of_frame["folder"], *options, of_frame["as_json"]]
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         app.command(name)(reported_errors()(command))
         return question
@@ -185,20 +158,14 @@ def answer_command(
 
 
 def one_of(sigmas: float | None, probability: float | None, usual: float) -> float:
-    """Return k of μ ± kσ, which is the usual one if none is given.
-
-    Raise `UsageError` if a probability is given too, which would take its place.
-    """
+    """Return k of μ ± kσ, the usual one by default; refuse one beside a probability."""
     if sigmas is not None and probability is not None:
         raise UsageError("--sigmas and --probability exclude each other; give one of them")
     return usual if sigmas is None else sigmas
 
 
 def saved_result(folder: Path) -> SavedResult:
-    """Return the surrogate of a folder, or of a file.
-
-    A remark says if the result of the study was not reliable.
-    """
+    """Return the surrogate of a folder or file; remark if its result was not reliable."""
     from flexband.report.page.page_file import read_given  # noqa: PLC0415
     from flexband.report.text.doubts import doubt_text  # noqa: PLC0415
     from flexband.study.presentation.display import Display  # noqa: PLC0415

@@ -120,11 +120,7 @@ def limits_of(
     *,
     trust: bool,
 ) -> list[fb.Requirement]:
-    """Return one limit per output, or those of the study in a folder if none is given.
-
-    `only` are the outputs whose limits are meant, if not all in the study are. Raise `UsageError`
-    if a text is not OUTPUT=NUMBER, if a limit does not fit the surrogate, or if there is none.
-    """
+    """Return limits one by one, or those of the study for the outputs `only`; refuse misfits."""
     if only and (below or above or during is not None):
         raise UsageError("--only selects limits of the study; leave out --below, --above, --during")
     sides: dict[str | None, dict[str, float]] = {}

@@ -78,10 +78,8 @@ def narrow(
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")
     if earlier is not None and earlier.attrs.get("changes") != changed:
-        text = (
-            f"The earlier narrowed.nc is replaced ({earlier.attrs.get('changes', 'other inputs')})"
-        )
-        print_text(text, error=True)
+        others = earlier.attrs.get("changes", "other inputs")
+        print_text(f"The earlier narrowed.nc is replaced ({others})", error=True)
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
     both_shown = [result.display.data(bands) for bands in (before, after)]
@@ -89,16 +87,12 @@ def narrow(
     of_unit = {name: unit_of(select(both_shown[0], name)) for name in widths[0]}
     pairs = {name: (old, shown[1][name]) for name, old in shown[0].items()}
     still = constants(before)
-    rows = [
-        [f"{name or 'response'}{of_unit[name]}", CONSTANT, "", ""]
-        if name in still
-        else [
-            f"{name or 'response'}{of_unit[name]}",
-            *map(number, (old, new)),
-            percent_to_tenth(new / old),
-        ]
-        for name, (old, new) in pairs.items()
-    ]
+    rows = []
+    for name, (old, new) in pairs.items():
+        cells = [CONSTANT, "", ""]
+        if name not in still:
+            cells = [number(old), number(new), percent_to_tenth(new / old)]
+        rows.append([f"{name or 'response'}{of_unit[name]}", *cells])
     width = f"width of the error bar{averaged(before)}"
     header = ["output", width, "narrowed", "of what it was"]
     printed = [(f"Narrowed inputs: error bar μ ± {deviations(after)}", (header, rows))]
@@ -124,11 +118,11 @@ def limits_before_and_after(
     *,
     likely: bool,
 ) -> list[dict[str, Any]]:
-    """Return the least margin of each limit by two surrogates; if asked, how likely it is left.
+    """Return the least margin of each limit by two surrogates, and how likely it is left.
 
-    A probability is that at the worst values of the interval inputs, None where no input scatters;
-    where it is only bounded, it is 0, and `confidence_high` is the bound.
-    Raise `UsageError` if probabilities are asked for, but there are none.
+    A probability is that at the worst interval inputs, None where no input scatters; where it is
+    only bounded, it is 0, with `confidence_high`. Raise `UsageError` if one is asked for, but there
+    is none.
     """
     if likely and not (limits and has_probability(both[0])):
         raise UsageError("--probability requires random inputs, no Compensator, and study limits")
@@ -225,9 +219,8 @@ def tolerance(
         row = [f"{output or 'response'}{unit_of(select(factors, output))}"]
         row += [*(number(v, scale=width) for v in (width, least)), least_share]
         if reached:
-            with_unit = (
-                f"{number(size * scale)} {result.display.input_units().get(name, '')}".rstrip()
-            )
+            unit = result.display.input_units().get(name, "")
+            with_unit = f"{number(size * scale)} {unit}".rstrip()
             row += [with_unit, percent_to_tenth(factor)] if output in reached else ["none", ""]
         rows.append(row)
     time = axes_of(labels_of(surrogate)).time
@@ -284,11 +277,8 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
         given.add(name)
         owner, _, parameter = name.rpartition(".")
         uncertain_input: Any = inputs.get(owner)
-        names = (
-            [field.name for field in fields(uncertain_input) if field.init]
-            if is_dataclass(uncertain_input)
-            else []
-        )
+        own_fields = fields(uncertain_input) if is_dataclass(uncertain_input) else ()
+        names = [field.name for field in own_fields if field.init]
         if name not in inputs and uncertain_input is not None and names and parameter not in names:
             raise InputError(f"{narrowed_by(owner, uncertain_input, names)}; got {text!r}")
         if name not in inputs and parameter in names:

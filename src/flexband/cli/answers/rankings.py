@@ -72,10 +72,7 @@ def _part(share: float) -> str:
 def _tables(
     title: str, names: list[str], parts: dict[str, dict], cell: Callable
 ) -> list[tuple[str, Table]]:
-    """Return what parts tell of the inputs: a table of all, or one of each for several outputs.
-
-    There is a row per name. `parts` has, for every kind of number, those of all inputs by output.
-    """
+    """Return what parts, (kind of number, output, inputs), tell: one table, or one of each kind."""
     outputs = list(next(iter(parts.values())))
     if len(outputs) == 1 and len(parts) > 1:
         columns = {kind: by_output[outputs[0]] for kind, by_output in parts.items()}
@@ -85,19 +82,12 @@ def _tables(
             f"{title}, {kind}".rstrip(", "): {of or "response": by_output[of] for of in outputs}
             for kind, by_output in parts.items()
         }
-    return [
-        (
-            heading,
-            (
-                ["input", *columns],
-                [
-                    [name, *(cell(column[k]) for column in columns.values())]
-                    for k, name in enumerate(names)
-                ],
-            ),
-        )
-        for heading, columns in tables.items()
-    ]
+    titled_tables = []
+    for heading, columns in tables.items():
+        cells = ([cell(part) for part in column] for column in columns.values())
+        rows = list(map(list, zip(names, *cells, strict=True)))
+        titled_tables.append((heading, (["input", *columns], rows)))
+    return titled_tables
 
 
 def _by_output(share: xr.DataArray) -> dict[str, list[float]]:

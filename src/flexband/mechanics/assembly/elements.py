@@ -29,12 +29,7 @@ class FreeTerm(NamedTuple):
 
 
 class ElementTable:
-    """The elements of all cables, or of all beams without an integration rule.
-
-    Parameters
-    ----------
-    free : strains without stress, of which all members take their own.
-    """
+    """The elements of all cables, or of all beams without an integration rule."""
 
     def __init__(self, free: Sequence[FreeStrainEntry] = ()):
         self.free, self.free_terms = free, list[FreeTerm]()
@@ -142,11 +137,8 @@ def rigidity(
 ) -> np.ndarray:
     """Return a weight [s²] that makes beams almost rigid: 10¹⁰ over the highest ω².
 
-    It is that of their stiffness against their inertia in the projections at the start.
-
-    For a beam this is about the frequency of the section's breathing, ∫ c dx over the inertia of
-    r_y with the stiffness c against changes of |r_y|; for a cable that of a node on the axial
-    stiffness, ∫ EA dx / l² over the node's inertia.
+    For a beam, ω² is about ∫ c dx with the stiffness c against changes of |r_y| over the inertia of
+    r_y; for a cable, ∫ EA dx / l² over the node's inertia.
     """
     squares = []
     if beams.groups:

@@ -13,12 +13,7 @@ from flexband.mechanics.kernels.forms import TimeFunction
 
 
 class FrictionTable:
-    """What sticks or slides.
-
-    Parameters
-    ----------
-    vectors : the tables of the mechanism's vectors.
-    """
+    """What sticks or slides."""
 
     def __init__(self, mechanism: Mechanism, vectors: VectorTables):
         state = mechanism.state
@@ -80,18 +75,12 @@ class FrictionTable:
 
     def values(self) -> FrictionValues:
         numbers = [friction.numbers for friction in self.frictions]
-        static, kinetic, rise, viscous, inverse_square = (
-            stack([row[n] for row in numbers]) for n in range(5)
-        )
+        names = ("static", "kinetic", "rise", "viscous", "inverse_square")
         coefficients = self.terms.terms
         return FrictionValues(
             terms=self.terms.values(),
             orbits=stack([coefficients[term].c for term, _ in self.orbits]),
             normals=self.normals.values(),
-            static=static,
-            kinetic=kinetic,
-            rise=rise,
-            viscous=viscous,
-            inverse_square=inverse_square,
+            **{name: stack([row[n] for row in numbers]) for n, name in enumerate(names)},
             radius=stack([f.sliding.action.radius for f in self.frictions if f.sliding.action]),
         )

@@ -13,33 +13,26 @@ from flexband.mechanics.bodies.body import MassEntries
 
 
 class MassOptions(NamedTuple):
-    """Masses and inertias of rigid bodies in place of those that are small.
-
-    Attributes
-    ----------
-    turning : how much more assembly minds turning a rigid body by 1 rad than moving it by the size
-        of all.
-    massless : what counts as none, relative to the whole mechanism.
-    regular, min_regular : what matrices have instead, relative to the smallest that is not zero,
-        and to the whole mechanism at least; see `projection.refine`.
-    min_sharing : redundant constraints share forces by at least this part of the whole mechanism's.
-    """
+    """Masses and inertias of rigid bodies in place of those that are small."""
 
     turning: float = 1e3
+    """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of
+    all."""
     massless: float = 1e-12
+    """What counts as none, relative to the whole mechanism."""
     regular: float = 1e-4
+    """What matrices have instead, relative to the smallest that is not zero …"""
     min_regular: float = 1e-10
+    """… and to the whole mechanism at least; see `projection.refine`."""
     min_sharing: float = 1e-6
+    """Redundant constraints share forces by at least this part of the whole mechanism's."""
 
 
 class Inertia:
     """The mass matrices of a mechanism.
 
-    Attributes
-    ----------
-    inverse_scale : for each row of the guess [1, q], 1/size for positions and 1 for directions,
-        with the size of the whole mechanism.
-    regular_mass : the mass matrix with small masses and inertias of rigid bodies in place of zeros.
+    `inverse_scale` is 1/size of the whole for positions in [1, q], else 1; `regular_mass` has small
+    masses of rigid bodies in place of zeros.
     """
 
     def __init__(self, mechanism: Mechanism, options: MassOptions = MassOptions()):
@@ -53,10 +46,7 @@ class Inertia:
         self.regular_mass = self._regular()
 
     def _inverse_scale(self) -> list[ArrayLike]:
-        """Return 1/size for positions and 1 for directions.
-
-        The size is the diagonal of the box around the nodes, plus the largest radius of gyration.
-        """
+        """Return 1/size for positions, of the nodes' box and the largest gyration, and 1 else."""
         start, nodes, mass = self._mechanism.guess, self._mechanism.node_rows, self._mass
         x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
         none = np.zeros(())

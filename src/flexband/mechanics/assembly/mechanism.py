@@ -421,12 +421,8 @@ class Mechanism:
     @cached_property
     def contact_laws(self) -> list[tuple[str, LawEntry]]:
         """The laws of contacts as the engine numbers them, each with the name of its part."""
-        return [
-            (name, law)
-            for name, entries in self.entries.items()
-            for law in entries.laws
-            if law.gap_kind != GAP.event
-        ]
+        laws = [(name, law) for name, entries in self.entries.items() for law in entries.laws]
+        return [(name, law) for name, law in laws if law.gap_kind != GAP.event]
 
     @cached_property
     def moments(self) -> list[MomentEntry]:
@@ -439,14 +435,10 @@ class Mechanism:
         return [force for entries in self.entries.values() for force in entries.following]
 
     def forces(self, load: str) -> GeneralizedForce:
-        """Return the generalized forces of a load, apart from those of springs and force laws.
+        """Return the generalized forces of a load, on coordinates and, of moments, on angles.
 
-        They act on the coordinates, and moments on the angles.
-
-        Raises
-        ------
-        InputError
-            If a force of the load acts on anything else.
+        Those of springs and force laws are left out. Raise `InputError` if one acts on anything
+        else.
         """
         entries, state = self.entries[load], self.state
         for j in entries.forces:
@@ -550,25 +542,17 @@ class Mechanism:
         owners = [name for name, _ in self.frictions]
         _within("part with friction", part, dict.fromkeys(owners))
         speeds = self.state.sliding + 2 * len(owners)
-        return [
-            FrictionRows(
-                Form.variable(self.state.friction + k),
-                Form.variable(speeds + k),
-                friction.angular,
-            )
-            for k, (owner, friction) in enumerate(self.frictions)
-            if owner == part
-        ]
+        rows = []
+        for k in (k for k, owner in enumerate(owners) if owner == part):
+            multiplier, speed = map(Form.variable, (self.state.friction + k, speeds + k))
+            rows.append(FrictionRows(multiplier, speed, self.frictions[k][1].angular))
+        return rows
 
     @cached_property
     def watched(self) -> list[Watched]:
         """The forms whose extremes and integrals sensors want, as the engine numbers them."""
         sensors = [s for s in self.sensors.values() if isinstance(s, OverSteps)]
-        return [
-            Watched(form, kind, sensor.times, sensor)
-            for sensor in sensors
-            for form, kind in sensor.watched(self)
-        ]
+        return [Watched(*form, s.times, s) for s in sensors for form in s.watched(self)]
 
     def over_steps(self, sensor: OverSteps) -> list[Form]:
         """Return what the engine makes of the outputs of a sensor over its steps."""

@@ -22,14 +22,7 @@ AT_START = np.array([0.0, 1e-4])
 
 
 class Packed:
-    """The numbers of the samples of a run; called with the number of a block, it returns those.
-
-    A block is made when it is needed, so that only the blocks at work take memory.
-
-    Attributes
-    ----------
-    schedule : the rounds of all samples.
-    """
+    """The numbers of the samples of a run by block, each made when it is called for."""
 
     def __init__(self, schedule: Schedule, values: Values, samples: np.ndarray | None):
         self.schedule = schedule.of(samples)
@@ -72,15 +65,9 @@ def pack(
     samples: np.ndarray | None = None,
     tolerance: float | None = None,
 ) -> Packed:
-    """Return the blocks of all samples, or of those with these numbers, for a run over `times` [s].
+    """Return the blocks of samples for a run over `times` [s].
 
     With the tolerance of steps that are chosen freely, functions of time are polynomials.
-
-    Raises
-    ------
-    InputError
-        If a function of time returns values that are not finite or not one number per sample, or
-        one that prescribes a motion jumps.
     """
     terms, first = system.structure.terms, system.structure.state.multiplier
     entries = zip(terms.f.tolist(), terms.k.tolist(), strict=True)

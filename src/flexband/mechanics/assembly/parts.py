@@ -51,13 +51,7 @@ class Fixed(Mapping[str, Part]):
 
 
 def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) -> Fixed[Part]:
-    """Return a copy of one of the mappings of a mechanism.
-
-    Raises
-    ------
-    InputError
-        If it is no mapping from names to parts of this kind.
-    """
+    """Return a copy of one of the mappings of a mechanism."""
     check_instance(kinds, parts, Mapping, f"a mapping from names to {kinds}")
     copies = {}
     for name, part in parts.items():
@@ -73,6 +67,8 @@ def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) ->
 
 def _owned(value):
     """Return a copy of data and of the data in it; functions and other objects are kept."""
+    if type(value) in (float, int, str, bool, type(None), type):  # most are
+        return value
     if isinstance(value, np.ndarray):
         duplicate = value.copy()
         duplicate.flags.writeable = False
@@ -81,9 +77,7 @@ def _owned(value):
         return Fixed({key: _owned(element) for key, element in value.items()})
     if type(value) in (list, tuple):
         return tuple(map(_owned, value))
-    if isinstance(value, type):
-        return value
-    if is_dataclass(value):
+    if is_dataclass(value) and not isinstance(value, type):
         duplicate = copy.copy(value)
         for field in fields(value):
             object.__setattr__(duplicate, field.name, _owned(getattr(value, field.name)))

@@ -14,10 +14,7 @@ from flexband.rounding import rounding_attributes
 
 
 def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
-    """Return the rounding errors of outputs by their unit, with steps of h [s]; ∞ is statics.
-
-    The result has them as attributes of the coordinate "unit".
-    """
+    """Return rounding errors by unit, for the attributes of "unit"; steps h [s], ∞ in statics."""
     mechanism, values, start = system.mechanism, system.values, system.values.start
     nodes = mechanism.node_rows
     relative = 128 * np.finfo(float).eps  # of some tens of operations, with angles of some turns

@@ -24,13 +24,7 @@ def stack(values: Sequence[ArrayLike]) -> np.ndarray:
 
 
 def count_samples(arrays: Sequence[np.ndarray]) -> int:
-    """Return the number of samples: the length of the last axis of all arrays, unless it is 1.
-
-    Raises
-    ------
-    InputError
-        If the numbers differ.
-    """
+    """Return the number of samples: the length of the last axis of all arrays, unless it is 1."""
     sizes = sorted({a.shape[-1] for a in arrays} - {1})
     if len(sizes) > 1:
         raise InputError(f"parameters have different numbers of samples: {sizes}")

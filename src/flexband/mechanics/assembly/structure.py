@@ -48,10 +48,7 @@ class Continua(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors that are linear in the coordinates; the first ones have angles or lengths.
-
-    Those of the constraints come first, then those of springs, laws and moments.
-    """
+    """Vectors linear in q, with angles or lengths first: of constraints, springs, laws, moments."""
 
     start: np.ndarray  # vector -> first of its entries
     coordinate: np.ndarray  # of an entry

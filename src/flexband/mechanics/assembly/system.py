@@ -38,42 +38,30 @@ from flexband.mechanics.sensors.motion import Sensor
 
 @dataclass(frozen=True)
 class System:
-    """A mechanism as arrays.
+    """A mechanism as arrays."""
 
-    Attributes
-    ----------
-    structure : sizes and indices, the same for all samples.
-    samples : number of samples, 1 if no parameter is an array.
-    values : the numbers of all samples, arrays of shape (rows, samples or 1). The functions of time
-        are tabulated in `packing`.
-    functions : the functions of time in use, except for the constant one.
-    constraints : the part that each row of Φ belongs to.
-    turning : the part that each of the turning vectors belongs to.
-    outputs, units : name and unit of each output.
-    sensors : for each sensor, what computes its outputs from its rows, and which rows are its own.
-    conditions : the joint behind each further row, which must stay positive.
-    laws : the compiled force laws, which must exist as long as the engine calls them, each with the
-        name of its load.
-    law_failures, numbers : number -> load and reason, as the engine finds them, and new numbers.
-    mechanism : what the arrays are of.
-    given : the start [1, q] that the bodies state, shape (rows, samples or 1).
-    first_time : of a motion [s].
-    """
-
-    structure: Structure
-    samples: int
+    structure: Structure  # sizes and indices, the same for all samples
+    samples: int  # number of samples, 1 if no parameter is an array
+    # the numbers of all samples, arrays of shape (rows, samples or 1). The functions of time are
+    # tabulated in `packing`.
     values: Values
-    functions: list[TimeFunction]
-    constraints: list[str]
-    turning: list[str]
+    functions: list[TimeFunction]  # the functions of time in use, except for the constant one
+    constraints: list[str]  # the part that each row of Φ belongs to
+    turning: list[str]  # the part that each of the turning vectors belongs to
+    # name and unit of each output
     outputs: list[str]
     units: list[str]
+    # for each sensor, what computes its outputs from its rows, and which rows are its own
     sensors: list[tuple[Callable[[np.ndarray], np.ndarray], slice]]
-    conditions: list[str]
+    conditions: list[str]  # the joint behind each further row, which must stay positive
+    # the compiled force laws, which must exist as long as the engine calls them, each with the name
+    # of its load
     laws: Sequence[tuple[str, CompiledLaw]]
-    mechanism: Mechanism
-    given: np.ndarray
+    mechanism: Mechanism  # what the arrays are of
+    given: np.ndarray  # the start [1, q] that the bodies state, shape (rows, samples or 1)
     first_time: float = 0.0
+    """Of a motion [s]."""
+    # number -> load and reason, as the engine finds them, and new numbers
     law_failures: dict[int, str] = field(default_factory=dict)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 
@@ -96,14 +84,7 @@ class System:
 
 
 def assemble(mechanism: Mechanism) -> System:
-    """Return the arrays of a mechanism.
-
-    Raises
-    ------
-    InputError
-        If numbers of samples do not fit each other or a function of position returns values that
-        are not allowed.
-    """
+    """Return the arrays of a mechanism."""
     mechanism.warn_of_elements()
     state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
     velocity: list[ArrayLike] = [0.0]
@@ -158,6 +139,7 @@ def assemble(mechanism: Mechanism) -> System:
         pattern=pattern,
         **{name: table.structure(places) for name, table in tables.items()},
     )
+    of_runs = ("parts", "numbers", "moments", "functions", "rates", "polynomials")
     values = Values(
         start=stack(mechanism.guess),
         velocity=stack(velocity),
@@ -167,14 +149,9 @@ def assemble(mechanism: Mechanism) -> System:
         sharing_mass=stack(list(inertia.sharing_mass().values())),
         metric=stack(inertia.metric()),
         weight=stack(weight),
-        parts=np.empty((0, 1)),
-        numbers=np.empty((0, 1)),
-        moments=np.empty((0, 1)),
         windows=stack([time for w in watched for time in w.times]),
-        functions=np.empty((0, 1)),
-        rates=np.empty((0, 1)),
-        polynomials=np.empty((0, 1)),
         law_states=vectors.laws.starting_states(),
+        **dict.fromkeys(of_runs, np.empty((0, 1))),
         **{name: table.values() for name, table in tables.items()},
     )
     driven = [np.atleast_1d(returned(f, 0.0)) for f in functions]
@@ -233,10 +210,7 @@ def _derived(
 
 
 def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
-    """Return the generalized forces on each of [1, q, λ, θ]: what is constant, and all other terms.
-
-    What is constant is that on [1, q].
-    """
+    """Return the generalized forces: what is constant on [1, q], and all other terms."""
     count = 1 + mechanism.state.coordinates
     rows = [Form({})] * mechanism.state.velocity
     for name in mechanism.loads:

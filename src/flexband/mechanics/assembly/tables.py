@@ -25,20 +25,12 @@ Couples = Iterator[tuple[int, int]]
 
 @dataclass(frozen=True)
 class Places:
-    """Where the numbers of a mechanism are.
+    """Where the numbers of a mechanism are."""
 
-    Attributes
-    ----------
-    state : the rows of z.
-    functions : the number of each function of time, 0 for None.
-    slots : (i, j), i ≤ j -> row of the matrix.
-    nowhere : the row of the matrix that all other pairs share.
-    """
-
-    state: State
-    functions: dict[TimeFunction | None, int]
-    slots: dict[tuple[int, int], int]
-    nowhere: int
+    state: State  # the rows of z
+    functions: dict[TimeFunction | None, int]  # the number of each function of time, 0 for None
+    slots: dict[tuple[int, int], int]  # (i, j), i ≤ j -> row of the matrix
+    nowhere: int  # the row of the matrix that all other pairs share
 
     def slot(self, i: int, j: int) -> int:
         """Return the row of the matrix for (i, j)."""
@@ -160,14 +152,7 @@ class ExtremeTable(ProductTable):
 
 
 class TermTable(_FormTable):
-    """The products of constraints: those of two variables first, then with functions, angles last.
-
-    Parameters
-    ----------
-    rows : the forms, whose multipliers are in the rows of z from `first_multiplier` on.
-    first_angle : the row of z from which on variables are angles.
-    turning : the coordinates that these angles depend on.
-    """
+    """Products of constraints: of two variables, with functions, angles (from `first_angle` on)."""
 
     def __init__(
         self, rows: Sequence[Form], first_multiplier: int, first_angle: int, turning: set[int]

@@ -30,17 +30,10 @@ def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
 
 
 class VectorTable:
-    """The vectors, those with angles or lengths first.
+    """The vectors, linear in q, those with `angles` or lengths first.
 
-    Parameters
-    ----------
-    vectors : linear in the coordinates.
-    angles : number of angles and lengths.
-    multipliers : row of z of the multiplier, for each angle or length of a constraint; these come
-        first.
-    lengths : for each of these, whether it is a length.
-    direction : number of the first vector along which a following force acts.
-    turning : number of the first vector that turns with a body or a rod.
+    The first ones belong to constraints whose multipliers are these rows of z, and `lengths` tells
+    which are lengths; those of following forces begin at `direction`, those that turn at `turning`.
     """
 
     functions = ()
@@ -82,23 +75,12 @@ class VectorTable:
         )
 
     def values(self) -> VectorValues:
-        return VectorValues(
-            *(
-                stack([c[axis] for vector in self.vectors for c in vector.values()])
-                for axis in range(2)
-            )
-        )
+        entries = [entry for vector in self.vectors for entry in vector.values()]
+        return VectorValues(*(stack([entry[axis] for entry in entries]) for axis in range(2)))
 
 
 class SpringTable:
-    """The springs.
-
-    Parameters
-    ----------
-    springs : the entries, translational springs first.
-    numbers : of the vectors of each spring.
-    groups : the rows of z that each vector depends on.
-    """
+    """The springs, translational ones first; `numbers` are those of their vectors."""
 
     def __init__(
         self,
@@ -141,15 +123,7 @@ class SpringTable:
 
 
 class LawTable:
-    """The force laws.
-
-    Parameters
-    ----------
-    laws : the entries.
-    angle, position : numbers of the vectors of the first point, its normal and its position.
-    groups : the rows of z that each vector depends on.
-    margins : number of frictions, whose margins are gaps as well.
-    """
+    """The force laws; `angle` and `position` number the vectors of the first point of each."""
 
     def __init__(
         self,
@@ -181,6 +155,7 @@ class LawTable:
         return pairs_of(self.groups)
 
     def structure(self, places: Places) -> Laws:
+        gap_kinds = [law.gap_kind for law in self.laws for _ in law.events]
         return Laws(
             address=indices(law.address for law in self.compiled),
             time=places.functions.get(time, 0),
@@ -189,12 +164,7 @@ class LawTable:
             point_start=starts([law.points for law in self.laws]),
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
-            gap_kind=indices(
-                [
-                    *(law.gap_kind for law in self.laws for _ in law.events),
-                    *[GAP.margin] * self.margins,
-                ]
-            ),
+            gap_kind=indices([*gap_kinds, *[GAP.margin] * self.margins]),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -235,12 +205,11 @@ class VectorTables(NamedTuple):
 
     @staticmethod
     def of(mechanism: Mechanism) -> VectorTables:
-        """Return the tables of a mechanism.
+        """Return the tables of a mechanism, vectors with angles first.
 
-        Vectors with angles come first: those of constraints and of friction, of torsion springs, of
-        points of laws and of moments. Those of translational springs, the positions of points of
-        laws, the directions of following forces, those of where friction acts in contacts, and what
-        turns with bodies and rods come after them.
+        These are those of constraints and of friction, of torsion springs, of points of laws and of
+        moments. Translational springs, positions of points of laws, directions of following forces,
+        friction in contacts, and what turns with bodies and rods come after them.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
@@ -260,9 +229,8 @@ class VectorTables(NamedTuple):
             [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
             [vector for _, vector in mechanism.turning],
         ]
-        _, torsion, normal, _, straight, position, direction, actions, turning, _ = starts(
-            parts
-        ).tolist()
+        firsts = starts(parts).tolist()
+        _, torsion, normal, _, straight, position, direction, actions, turning, _ = firsts
         vectors = VectorTable(
             [v for part in parts for v in part],
             straight,

@@ -37,11 +37,7 @@ def bending(xi: np.ndarray | float) -> np.ndarray:
 
 
 def stiffness(shapes: np.ndarray, number: np.ndarray) -> list[np.ndarray]:
-    """Return ∫ c L_a L_b ds for shapes L at the Gauss points, the upper triangle row by row.
-
-    `number` holds c at the Gauss points times their weights, shape (n or 1, elements, points). The
-    integrals have the shape (n or 1, elements).
-    """
+    """Return ∫ c L_a L_b ds, upper triangle by rows, from weighted c (n or 1, elements, points)."""
     pairs = [(a, b) for a in range(len(shapes)) for b in range(a, len(shapes))]
     return [np.sum(number * shapes[a] * shapes[b], axis=-1) for a, b in pairs]
 
@@ -51,10 +47,8 @@ def line_stiffness(
 ) -> list[np.ndarray]:
     """Return E_m, α, β, E_ii, E_ij, E_jj, B_0, ρ and B_1, see `kernels.elements.centre_line`.
 
-    EA [N], EI [N m²] and the result are as in `stiffness`; `length` [m] is that of the elements,
-    shape (n or 1, elements).
-    `held` is added to EA where the axis is stretched at the ends and compressed in the middle, so
-    that its mean strain and the slope of it vanish; it has the shape of EA.
+    EA [N] and EI [N m²] are as in `stiffness`, `length` [m] has shape (n or 1, elements). `held` is
+    added to EA where the axis is stretched at the ends and compressed in the middle.
     """
     more = np.sum(held * np.ones_like(EA), axis=-1) / 45  # of Legendre's parabola
     ii, im, ij, mm, mj, jj = (
@@ -69,10 +63,7 @@ def line_stiffness(
 
 
 def bent(angle: np.ndarray, q: np.ndarray, length: np.ndarray) -> list[np.ndarray]:
-    """Return the two strains of bending: an angle less than a half turn, and κ₂ − κ₁.
-
-    `q` as in `slope`.
-    """
+    """Return the strains of bending at q as in `slope`: the angle, less than π, and κ₂ − κ₁."""
     turned = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
     return [turned, curvature(q, GAUSS[1], length) - curvature(q, GAUSS[0], length)]
 
@@ -85,18 +76,12 @@ def interpolated(points: Sequence[float], strains: np.ndarray, xi: float) -> np.
 def axial_strain(
     xi: float, axial: np.ndarray, bent: np.ndarray, shear: np.ndarray, pull: ArrayLike
 ) -> np.ndarray:
-    """Return N/EA at ξ, shape (…).
+    """Return N/EA at ξ, shape (…), from axial strains (3, …), bending (2, …) and shear Q/EA.
 
     It is the line through the axial strain at the two Gauss points, and the parabola beside it that
-    N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′².
-
-    Parameters
-    ----------
-    axial : strains at `AXIAL`, shape (3, …), less those at the start.
-    bent : the strains of bending, shape (2, …), with those at the start.
-    shear : Q/EA in the middle.
-    pull : change of N/EA along the element that the line misses, 5 times that of Qγ/EA: where the
-        axis shears by γ, Γ at the ends is that of N − 5 Qγ, in the middle that of N + 5/2 Qγ.
+    N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′². The line misses a
+    `pull`, 5 times that of Qγ/EA: where the axis shears by γ, Γ at the ends is that of N − 5 Qγ, in
+    the middle that of N + 5/2 Qγ.
     """
     first, last = (interpolated(AXIAL, axial, point) for point in GAUSS)
     middle, (angle, change) = 0.5 * (first + last), bent
@@ -106,10 +91,7 @@ def axial_strain(
 
 
 def slope(q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:
-    """Return p = r₀′ at ξ, shape (2, …).
-
-    `q` holds r and r_x of both nodes of elements of this length [m], shape (4, 2, …).
-    """
+    """Return p = r₀′ at ξ, (2, …), from r and r_x of both nodes, (4, 2, …), and the length [m]."""
     ri, gi, rj, gj = q
     _, hi, h, hj = hermite_slope(xi)
     return h / length * (rj - ri) + hi * gi + hj * gj

@@ -64,13 +64,7 @@ class Body(ABC):
 
     @abstractmethod
     def frame(self, name: str, first: int) -> Frame:
-        """Return the frame of a named point, position [m] and axes as forms of z.
-
-        Raises
-        ------
-        InputError
-            If the body has no point of this name.
-        """
+        """Return the frame of a named point, position [m] and axes as forms of z; refuse others."""
 
     def constraints(self, first: int) -> list[Form]:
         """Return the forms of z that the body itself requires to vanish; none by default."""
@@ -107,10 +101,7 @@ def point(name: str, value: Point) -> tuple[np.ndarray, np.ndarray]:
 
 
 def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:
-    """Add a symmetric block (n, i, j) to the X and to the Y components of vectors.
-
-    `places` holds the indices of their X components.
-    """
+    """Add a symmetric block (n, i, j) to vectors whose X components are at `places`."""
     for a, i in enumerate(places):
         for b, j in enumerate(places[a:], start=a):
             for axis in range(2):

@@ -35,22 +35,13 @@ from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, su
 
 
 class ElementState(NamedTuple):
-    """A place in elements of a member.
+    """A place in elements of a member."""
 
-    Attributes
-    ----------
-    q : coordinates of the elements, shape (element coordinates, …).
-    xi : the place ξ.
-    length : of the elements [m], shape (…).
-    initial : their `element_strains` at the start.
-    section : the `section_stiffness` at ξ.
-    """
-
-    q: np.ndarray
-    xi: float
-    length: np.ndarray
-    initial: np.ndarray
-    section: Sequence[np.ndarray] | np.ndarray
+    q: np.ndarray  # coordinates of the elements, shape (element coordinates, …)
+    xi: float  # the place ξ
+    length: np.ndarray  # of the elements [m], shape (…)
+    initial: np.ndarray  # their `element_strains` at the start
+    section: Sequence[np.ndarray] | np.ndarray  # the `section_stiffness` at ξ
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,11 +147,10 @@ class CentreLine(Body):
 
     @abstractmethod
     def element_strains(self, q: np.ndarray, length: np.ndarray) -> np.ndarray:
-        """Return the strains of elements, or what determines them, shape (strains, …).
+        """Return the strains of elements at q, as in `strains`, or what determines them.
 
-        `q` as in `strains`. The member is free of stress at those of the undeformed elements. They
-        contain the curvature and the error of the Hermite cubics, which follow a curve closely but
-        not exactly.
+        The member is free of stress at those of the undeformed elements, which contain the
+        curvature and the error of the Hermite cubics.
         """
 
     @abstractmethod
@@ -315,13 +305,7 @@ class CentreLine(Body):
         return self if divisions == self.divisions else replace(self, divisions=divisions)
 
     def located(self, name: str) -> float:
-        """Return the position of a named point, in elements from the start.
-
-        Raises
-        ------
-        InputError
-            If the body has no point of this name.
-        """
+        """Return the position of a named point, in elements from the start; refuse others."""
         return self.mesh.located(self._place(name))
 
     def _place(self, name: str) -> float:

@@ -26,13 +26,7 @@ class Curve(NamedTuple):
 
 
 def measured(path: Path) -> Curve:
-    """Return the length, the start and the curvature of a path.
-
-    Raises
-    ------
-    InputError
-        If the path has no tangent somewhere, or does not consist of points of the plane.
-    """
+    """Return the length, the start and the curvature of a path."""
     count = 2001
     u = np.linspace(0.0, 1.0, count)
     if callable(path):
@@ -68,10 +62,9 @@ def measured(path: Path) -> Curve:
 def drawn(
     curvature: np.ndarray, step: np.ndarray, places: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrate a curvature to x [m], y [m] and θ [rad], all zero at the start.
+    """Integrate a curvature [1/m], (n, count), to x [m], y [m] and θ [rad] from zero.
 
-    The curvature [1/m], shape (n, count), is given at `places`, whose unit is a `step` [m], shape
-    (n, 1); without them, one step apart. The results have its shape.
+    It is given at `places`, in units of a `step` [m], shape (n, 1); by default one step apart.
     """
     angle = step * scipy.integrate.cumulative_simpson(curvature, x=places, axis=-1, initial=0)
     x, y = (
@@ -82,11 +75,7 @@ def drawn(
 
 
 def arc(curvature: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return x [m], y [m] and θ [rad] along a circular arc, all zero at the start.
-
-    The curvature [1/m] has shape (n or 1, 1), the places s along the arc [m] and the results
-    (n or 1, places).
-    """
+    """Return x [m], y [m] and θ [rad] at places s [m] along an arc of curvature (n or 1, 1)."""
     half = curvature * s / 2
     chord = s * np.sinc(half / np.pi)
     return chord * np.cos(half), chord * np.sin(half), 2 * half

@@ -13,22 +13,15 @@ import numpy as np
 
 
 class Mesh(NamedTuple):
-    """Nodes of a line.
+    """Nodes of a line."""
 
-    Attributes
-    ----------
-    nodes : their places in units, shape (elements + 1,).
-    doubled : which nodes are doubled, shape (divisions,).
-    even : whether all elements are equal.
-    parts : the number of parts that the line should have.
-    rounding : difference of places that are the same, in units.
-    """
-
-    nodes: np.ndarray
-    doubled: np.ndarray
-    even: bool
+    nodes: np.ndarray  # their places in units, shape (elements + 1,)
+    doubled: np.ndarray  # which nodes are doubled, shape (divisions,)
+    even: bool  # whether all elements are equal
     parts: int = 1
+    """The number of parts that the line should have."""
     rounding: float = 1e-9
+    """Difference of places that are the same, in units."""
 
     def at(self, places: np.ndarray) -> np.ndarray:
         """Return places in elements from the start in units."""
@@ -44,11 +37,7 @@ class Mesh(NamedTuple):
 
 
 def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[float]) -> Mesh:
-    """Return the mesh of a line with nodes at these fractions of its length, in ascending order.
-
-    The mesh of `elements_per_node` elements in place of each is that of a coarser one. With fewer
-    elements than parts, the line is not divided.
-    """
+    """Return the mesh with nodes at these ascending fractions, if it has enough elements."""
     even = np.arange(elements + 1.0)
     for coarse in (elements // elements_per_node, elements):
         places = _apart(coarse * np.asarray(divisions, dtype=float), coarse)
@@ -69,11 +58,7 @@ def divided_mesh(elements: int, elements_per_node: int, divisions: Sequence[floa
 
 
 def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[float]:
-    """Return the places that are not too close to the ends and to the place before, in units.
-
-    A place that is closer is not at a node, but so near that the element beside the node carries
-    its load.
-    """
+    """Return the places that are not too close to the ends and to the place before, in units."""
     kept = [0.0]
     for place in places:
         if min(place - kept[-1], end - place) > min_distance:
@@ -82,10 +67,7 @@ def _apart(places: np.ndarray, end: float, min_distance: float = 0.01) -> list[f
 
 
 def _shared(lengths: np.ndarray, elements: int) -> np.ndarray:
-    """Return numbers of elements of parts, such that the longest element is as short as it can be.
-
-    `lengths` are those of the parts in units, whose sum is the number of elements.
-    """
+    """Return elements per part of these lengths, such that the longest is as short as can be."""
     spare = elements - len(lengths)
     counts = np.maximum(1, np.floor(lengths / elements * spare)).astype(int)
     while counts.sum() < elements:

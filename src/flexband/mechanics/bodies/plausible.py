@@ -31,10 +31,7 @@ def plausible_thickness(what: str, size: np.ndarray, limit: float = 2.0) -> None
 
 
 def plausible_length(what: str, length: np.ndarray, thickness: np.ndarray) -> None:
-    """Warn if a bar is so long [m] for its thickness that its length may be in millimetres.
-
-    Such a bar is longer and more slender than blades, booms and masts.
-    """
+    """Warn if a bar is so long [m] and slender that its length may be in millimetres."""
     longest, thin = float(np.median(length)), float(np.median(thickness))
     if longest > max(50.0, 2000.0 * thin):
         warn(

@@ -21,19 +21,7 @@ The result has shape (n or 1, …)."""
 
 
 def evaluated(x: np.ndarray, name: str, value: Property, check: Callable) -> np.ndarray:
-    """Return a property at positions x [m], shape (n or 1, positions).
-
-    Parameters
-    ----------
-    x : positions, shape (positions,) or (n, positions).
-    name, value : the property and its name in messages.
-    check : a function of the name and the values that raises `InputError`.
-
-    Raises
-    ------
-    InputError
-        If `check` refuses a value, or the shape of the values does not match the positions.
-    """
+    """Return a property at positions x [m] of one or all samples, shape (n or 1, positions)."""
     values = returned(value, x, name) if callable(value) else np.asarray(value, float)[..., None]
     try:
         shape = np.broadcast_shapes(np.shape(values), x.shape)

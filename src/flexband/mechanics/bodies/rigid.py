@@ -270,13 +270,7 @@ def _sizes(shape: str, density: ArrayLike, **sizes: ArrayLike) -> list[np.ndarra
 
 
 def _touching_edges(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
-    """Return two edges of an outline that meet elsewhere than at a common corner, or None.
-
-    Parameters
-    ----------
-    x, y : corners, shape (corners, n); edge k runs from corner k to the next. No corner equals
-        the next one.
-    """
+    """Return two edges of an outline (corners, n) that meet but at a common corner, or None."""
     count = len(x)
     start = np.stack([x, y])
     end = np.roll(start, -1, axis=1)

@@ -163,10 +163,7 @@ class GeneralSection(_Given):
 
 
 def curved_second_moment(section: Section, curvature: np.ndarray, along: Along) -> np.ndarray:
-    """Return ∫y²/(1 − κ₀y) dA over ∫y² dA of a section of an arc of curvature κ₀ [1/m].
-
-    A section that is neither a rectangle nor a circle counts as a rectangle of its height.
-    """
+    """Return ∫y²/(1 − κ₀y) dA / ∫y² dA, κ₀ [1/m]; of other shapes as of a rectangle."""
     x = curvature * section.across(along) / 2
     if not isinstance(section, Circle):
         small = np.abs(x) < 0.1

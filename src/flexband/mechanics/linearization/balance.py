@@ -31,61 +31,44 @@ SINGULAR = 1e-14
 
 
 class BalanceTolerances(NamedTuple):
-    """What counts as balanced.
-
-    Attributes
-    ----------
-    force
-        Force that counts as none, relative to the largest one.
-    lost_force
-        What may be unbalanced along directions whose stiffness counts as none, relative to the
-        largest force.
-    rank
-        Relative size below which a direction of Φ_qᵀ cannot carry a force.
-    iterations
-        In which reactions settle that friction follows, at most.
-    """
+    """What counts as balanced."""
 
     force: float = 1e-9
+    """Force that counts as none, relative to the largest one."""
     lost_force: float = 1e-4
+    """What may be unbalanced along directions whose stiffness counts as none, relative to the
+    largest force."""
     rank: float = 1e-6
+    """Relative size below which a direction of Φ_qᵀ cannot carry a force."""
     iterations: int = 20
+    """In which reactions settle that friction follows, at most."""
 
 
 class RestSearch(NamedTuple):
-    """How an equilibrium is searched for. Lengths are relative to the size of the mechanism.
-
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    max_step
-        Longer steps are shortened. It grows by a fifth with every step that is.
-    rest_step, stuck_step
-        Steps at rest, and without progress.
-    violation
-        Of the constraints, at most.
-    push, max_pushes
-        Displacement out of a place where Newton's method makes no progress; the next ones are ten
-        times as large.
-    growth
-        Of the weight of the stiffness against the inertia, with every step that succeeds.
-    state_step, state_steps, state_change
-        Step of the states of force laws [s], longer than any time constant, the most of them, and
-        the change of a state that rests, relative to its largest value so far.
-    """
+    """How an equilibrium is searched for. Lengths are relative to the size of the mechanism."""
 
     iterations: int = 100
+    """Of Newton's method, at most."""
     max_step: float = 0.1
+    """Longer steps are shortened. It grows by a fifth with every step that is."""
     rest_step: float = 1e-8
+    """Steps at rest."""
     stuck_step: float = 1e-11
+    """Steps without progress."""
     violation: float = 1e-9
+    """Of the constraints, at most."""
     push: float = 1e-4
+    """First displacement out of a place where Newton's method makes no progress."""
     max_pushes: int = 3
+    """Such displacements, each ten times as large as the one before."""
     growth: float = 100.0
+    """Of the weight of the stiffness against the inertia, with every step that succeeds."""
     state_step: float = 1e5
+    """Step of the states of force laws [s], longer than any time constant."""
     state_steps: int = 20
+    """The most of these steps."""
     state_change: float = 1e-9
+    """Change of a state that rests, relative to its largest value so far."""
 
 
 Factors = tuple[np.ndarray, np.ndarray]
@@ -93,15 +76,10 @@ Factors = tuple[np.ndarray, np.ndarray]
 
 
 class Balance:
-    """The forces and the linearization at a state, with multipliers of least norm.
+    """The forces and the linearization at a state z, with multipliers of least norm.
 
-    Attributes
-    ----------
-    z : the state with its multipliers.
-    linear, basis : the linearization, and the allowed directions.
-    forces : what is not balanced along each of the allowed directions [N m].
-    violation : Φ, each row over its largest gradient by a vector of the plane, so that multipliers
-        compare as forces on points, whatever the lever arms.
+    `forces` [N m] are not balanced along the allowed directions `basis`; `violation` is Φ, each row
+    over its largest gradient, so that multipliers compare as forces on points.
     """
 
     def __init__(
@@ -135,10 +113,7 @@ class Balance:
         z[equations.y] = equations.solved_states()
 
     def _with_friction(self, z: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Let friction that slides follow the reactions, which it changes; return the residual.
-
-        That is Newton's method for the reactions, which are left as they are if it fails.
-        """
+        """Let sliding friction follow the reactions by Newton's method; return the residual."""
         equations, size = self.equations, self.equations.size
         for _ in range(self.tolerances.iterations):
             if not equations.follows(z):
@@ -156,8 +131,7 @@ class Balance:
     def following(self, rows: np.ndarray) -> np.ndarray | None:
         """Return R of `Linear.following` with these constraints, the first of which are of joints.
 
-        The changes of reactions are those that balance forces on the directions of the constraints,
-        δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr.
+        δλ = −(I + Φ⁺ᵀ G)⁻¹ Φ⁺ᵀ δr balances forces on the directions of the constraints.
         """
         if not self.equations.follows(self.z):
             return None
@@ -168,10 +142,7 @@ class Balance:
         return -(G / self.norms) @ np.linalg.solve(change, across)[:count]
 
     def contraction(self, rows: np.ndarray, M: np.ndarray) -> float:
-        """Return how much larger a change of reactions becomes by the friction that it causes.
-
-        From 1 on, friction does not determine the accelerations: it has none, or several.
-        """
+        """Return the gain of the friction loop; from 1 on, accelerations are none or several."""
         n, count, size = len(M), len(self.rows), self.equations.size
         matrix = np.zeros((n + len(rows),) * 2)
         matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M * size * size[:, None], rows.T, rows
@@ -256,10 +227,7 @@ class Balance:
         return Balance(self.equations, z, self.spin, self.tolerances)
 
     def push(self) -> np.ndarray:
-        """Return the direction, of length one, in which the forces accelerate the mechanism.
-
-        Springs without a direction are left out.
-        """
+        """Return the unit direction in which forces accelerate, without directionless springs."""
         M = reduced(self.linear.M, self.basis)
         forces = self.forces - self.loose
         if not np.abs(forces).max(initial=0.0) > 0:
@@ -289,10 +257,7 @@ class Balance:
 
 
 def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
-    """Return a matrix with rows and columns over the roots of its diagonal, 1 over these, factors.
-
-    The factors are None if the matrix is singular.
-    """
+    """Return a matrix scaled by the roots of its diagonal, 1 over these, and factors or None."""
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
     matrix = matrix * scale * scale[:, None]
     return matrix, scale, _factored(matrix)
@@ -353,11 +318,8 @@ def find_rest(
 ) -> tuple[Balance, bool]:
     """Move to an equilibrium; return the balance there, or where the search ended, and success.
 
-    If the equilibrium near z is not stable, or there is none, the search goes downhill: from
-    `start`, where the loads decide to which side an unstable equilibrium is left, or from z.
-
-    States of force laws take long steps, each to a rest of the mechanism, until they remain, and
-    modes of gaps become the signs of the gaps.
+    If none near z is stable, the search goes downhill from `start`, or from z. States of force laws
+    take long steps, each to a rest, and modes of gaps become the signs of the gaps.
     """
     if equations.state.rule == equations.state.extreme:
         return _rest(equations, z, spin, start, search)
@@ -408,10 +370,10 @@ def _rest(
 def _searched(
     equations: Equations, z: np.ndarray, spin: Spin, search: RestSearch, *, downhill: bool
 ) -> tuple[Balance, bool]:
-    """Move to an equilibrium, any one or, if `downhill`, one that is stable.
+    """Move to an equilibrium, a stable one if `downhill`.
 
-    Inertia keeps the first steps short and loses weight as the forces become smaller. Downhill it
-    keeps so much weight that the energy decreases.
+    Inertia keeps the first steps short and loses weight as the forces become smaller, downhill only
+    as far as the energy decreases.
     """
     rigidity, pushes, before = float(equations.values.rigidity[0, 0]), 0, np.inf
     weight = rigidity if downhill else 1e3 * rigidity

@@ -26,10 +26,10 @@ PURE = 1e-9
 
 
 class Eigenmodes(NamedTuple):
-    """Eigenvalues s [1/s] in order of their frequencies, and their vectors φ as columns.
+    """Eigenvalues s [1/s] by frequency, one of each conjugate pair, and vectors, φᴴMφ = 1.
 
-    One of each conjugate pair is given, and one of each pair ±s if velocities do not enter. The
-    vectors have φᴴMφ = 1; they are real if all that could make them complex is absent.
+    Of pairs ±s, one is given if velocities do not enter. The vectors are real if all that could
+    make them complex is absent.
     """
 
     s: np.ndarray
@@ -61,11 +61,7 @@ class Eigenmodes(NamedTuple):
 
 
 def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray:
-    """Return a basis of the displacements with Φ_q δq = 0, as columns.
-
-    Its variables are some of the coordinates, so that parts of very different stiffness that are
-    not joined stay apart. `size` is that of each coordinate.
-    """
+    """Return a basis of Φ_q δq = 0 in some coordinates, which keeps soft and stiff parts apart."""
     n = len(size)
     if not len(Phi):
         return np.diag(size)
@@ -82,10 +78,7 @@ def allowed(Phi: np.ndarray, size: np.ndarray, rank: float = RANK) -> np.ndarray
 
 
 def reduced(matrix: np.ndarray, basis: np.ndarray, *, sparse_from: int = 150) -> np.ndarray:
-    """Return a matrix on the directions of a basis.
-
-    From so many coordinates on products of sparse matrices take less time than of dense ones.
-    """
+    """Return a matrix on the directions of a basis, by sparse products of large ones."""
     if not matrix.any():
         return np.zeros((basis.shape[1],) * 2)
     if len(matrix) < sparse_from:
@@ -101,10 +94,7 @@ def _pivoted(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def is_symmetric(loads: np.ndarray, *, asymmetry: float = 1e-7) -> bool:
-    """Return whether the stiffness of loads is symmetric, so that they have a potential.
-
-    A smaller relative `asymmetry` counts as none.
-    """
+    """Return whether the stiffness of loads is symmetric up to a relative `asymmetry`."""
     return bool(np.abs(loads - loads.T).max() <= asymmetry * np.abs(loads).max())
 
 
@@ -207,11 +197,7 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
 def _with_states(
     linear: Linear, states: LinearStates, basis: np.ndarray, count: int, *, alone: float = 1e-13
 ) -> Eigenmodes:
-    """Solve the first-order system of the coordinates, their rates and states of force laws.
-
-    A motion of states `alone`, relative to that of coordinates, has no modal mass; its largest
-    state moves by one.
-    """
+    """Solve for the modes of q, q̇ and states of laws; states `alone` have no modal mass."""
     n, m = basis.shape[1], len(states.by_state)
     parts = linear.inertia, linear.D, linear.K + linear.L
     M, D, K = (reduced(part, basis) for part in parts)
@@ -249,10 +235,10 @@ def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:
 
 
 def rounding(linear: Linear, vectors: np.ndarray) -> np.ndarray:
-    """Return what rounding of the stiffness makes of s² of each mode.
+    """Return the error of s² of each mode by rounding of the stiffness.
 
-    The force in a stretched member is rounded relative to its axial stiffness and resists motions
-    across it, so both components of a vector of the plane count as one.
+    Stretched members round relative to their axial stiffness, so components of a vector count as
+    one.
     """
     size = np.abs(vectors).reshape(-1, 2, vectors.shape[1]).max(axis=1)
     pairs = linear.terms.reshape(len(size), 2, len(size), 2).max(axis=(1, 3))

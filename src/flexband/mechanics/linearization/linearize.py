@@ -74,15 +74,11 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True)
 class Spin:
-    """A steady rotation of everything at `rate` Ω [rad/s], or none.
-
-    Attributes
-    ----------
-    centre : the coordinates of a mechanism shrunk to the centre of rotation: its position in the
-        rows of positions, zero in those of directions.
-    """
+    """A steady rotation of everything at `rate` Ω [rad/s], or none."""
 
     rate: float
+    # the coordinates of a mechanism shrunk to the centre of rotation: its position in the rows of
+    # positions, zero in those of directions
     centre: np.ndarray
 
     def raised(self, part: float) -> Spin:
@@ -104,13 +100,9 @@ class Spin:
 
 @dataclass(frozen=True)
 class Driven(Spin):
-    """The steady motion of what drives move, while all else rests.
+    """The steady motion of what drives move, while all else rests."""
 
-    Attributes
-    ----------
-    v, a : the velocities and accelerations of the coordinates.
-    """
-
+    # the velocities and accelerations of the coordinates
     v: np.ndarray
     a: np.ndarray
 
@@ -139,17 +131,10 @@ def turning(matrix: np.ndarray) -> np.ndarray:
 class Equations:
     """The equations of motion of one sample, of which the engine computes eight copies.
 
-    Attributes
-    ----------
-    perturbation, of_depth, of_speed
-        Displacement of the central differences of loads, relative to the size of the mechanism, and
-        the same relative to the depth of a contact, and to a Stribeck speed, where that is less.
-    still
-        Sliding speed that counts as none, relative to the largest velocity.
-    min_length
-        Length of a spring, relative to the size of the mechanism, below which it counts as none.
-    damping_weight
-        Weight of the damping against the stiffness [1/s] in the matrix that damping is taken from.
+    Loads are differentiated over a `perturbation` of the size, or `of_depth` of a contact and
+    `of_speed` of a Stribeck speed, if less. Sliding speeds below `still`, relative to the largest
+    velocity, and springs shorter than `min_length` of the size, count as none; `damping_weight`
+    [1/s] is that of the damping against the stiffness.
     """
 
     perturbation = 1e-6
@@ -188,10 +173,7 @@ class Equations:
         return z
 
     def switched(self, z: np.ndarray) -> np.ndarray:
-        """Return the state with the modes of force laws that its gaps have.
-
-        Contacts are left as they are: without a depth, those that are closed have no force.
-        """
+        """Return the state with the modes of laws, but not of contacts, that its gaps have."""
         z, count = z.copy(), (self.state.extreme - self.state.gap) // GAP_ROWS
         self.loads(z[:, None])
         gaps = self.work.z[self.state.gap :][:count, 0]
@@ -290,10 +272,9 @@ class Equations:
         return self.values.weight[self.q, 0], self.loads(z[:, None])[:, 0]
 
     def directionless(self, z: np.ndarray) -> tuple[bool, np.ndarray]:
-        """Return whether springs of no length pull with a force that they cannot have.
+        """Return whether springs of no length pull without a direction, and their residual.
 
-        The other result is the residual's part that stems from springs of no length. Their pull
-        has no direction, so they hold any force up to their tension, and none if they push.
+        Such a spring holds any force up to its tension, and none if it pushes.
         """
         springs, vectors = self.system.structure.springs, self.system.structure.vectors
         wrong, part = False, np.zeros(self.state.coordinates)
@@ -340,10 +321,7 @@ class Equations:
         return self.linear(z, spin)._replace(states=states)
 
     def state_sizes(self, z: np.ndarray, spin: Spin) -> np.ndarray:
-        """Return sizes of the states of force laws, by which they compare: more than zero.
-
-        They are those of the values, or those that a motion by the size of the mechanism causes.
-        """
+        """Return positive sizes of the states of laws: their values, or those of a motion."""
         z = self.held(z)
         first = self._state_derivatives(z, spin, np.maximum(np.abs(z[self.y]), 1.0))
         caused = np.abs(first.by_place * self.size).max(axis=1, initial=0.0)
@@ -403,10 +381,7 @@ class Equations:
         return LinearStates(by_state[:n], by_place, by_rate[n:], by_state[n:])
 
     def _differences(self, z: np.ndarray, first: int, steps: np.ndarray) -> np.ndarray:
-        """Return the derivatives of loads and rates by rows of z from `first` on.
-
-        They are central differences, four columns at a time.
-        """
+        """Return the derivatives of loads and rates by rows of z, four columns at a time."""
         n, half = len(steps), WIDTH // 2
         derivatives = np.zeros((self.state.coordinates + self.state_count, n))
         for begin in range(0, n, half):

@@ -24,26 +24,19 @@ from flexband.mechanics.linearization.linearize import Equations, Spin
 
 
 class SnapThroughSearch(NamedTuple):
-    """How a snap-through is searched for.
-
-    Attributes
-    ----------
-    steps, rounds
-        Into how many steps of the loads the one in which the rest jumps is divided, and how often.
-    max_ratio
-        Of the longest move to the second longest in so many equal steps, if there is no jump. Where
-        the loads end at a limit point, it is 2.4.
-    min_jump
-        Relative to the size of the mechanism; shorter moves are none.
-    softness
-        What is left of the lowest ω² without loads at a snap-through, at most.
-    """
+    """How a snap-through is searched for."""
 
     steps: int = 4
+    """Parts that the step of the loads is divided into in which the rest jumps."""
     rounds: int = 5
+    """Such divisions, one after the other."""
     max_ratio: float = 3.0
+    """Of the longest move to the second longest in so many equal steps, if there is no jump. Where
+    the loads end at a limit point, it is 2.4."""
     min_jump: float = 1e-3
+    """Relative to the size of the mechanism; shorter moves are none."""
     softness: float = 0.25
+    """What is left of the lowest ω² without loads at a snap-through, at most."""
 
 
 def raised(values: Values, part: float | np.ndarray) -> Values:
@@ -58,14 +51,10 @@ def snap_throughs(
     failure: np.ndarray,
     search: SnapThroughSearch = SnapThroughSearch(),
 ) -> None:
-    """Mark the samples of a block that snap through before the loads act in full.
+    """Mark the samples of a block, from `start` (rows, WIDTH), that snap through on the way.
 
-    What has no rest near its start without loads, as a pendulum, does not snap through there.
-
-    Parameters
-    ----------
-    start : the assembled state, shape (rows, WIDTH).
-    failure : see `entries`; the part of the loads that is reached is filled in the last row.
+    What has no rest near its start without loads, as a pendulum, does not snap through there. The
+    part of the loads that is reached is filled in the last row of `failure`.
     """
     if not (values.weight.any() or values.forces.any()):
         return
@@ -87,11 +76,8 @@ def snap_throughs(
         if not jumps.any():
             return
         at = moves.argmax(axis=0)
-        first, last, before = (
-            parts[at, lanes],
-            parts[at + 1, lanes],
-            np.stack(rests)[at, :, lanes].T,
-        )
+        first, last = parts[at, lanes], parts[at + 1, lanes]
+        before = np.stack(rests)[at, :, lanes].T
     for lane in np.flatnonzero(jumps & (first > 0)):
         soft = _lowest(system, raised(values, first), before, int(lane))
         if soft < search.softness * _lowest(system, raised(values, 0.0), unloaded, int(lane)):

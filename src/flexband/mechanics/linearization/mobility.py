@@ -17,19 +17,12 @@ from flexband.mechanics.kernels.lanes import WIDTH
 
 
 class Mobility(NamedTuple):
-    """The first sample of a mechanism at its start.
-
-    Attributes
-    ----------
-    z : the states of the first samples, (rows, lanes).
-    redundant : number of constraints that depend on others.
-    joints : those that these belong to.
-    """
+    """The first sample of a mechanism at its start."""
 
     system: System
-    z: np.ndarray
-    redundant: int
-    joints: list[str]
+    z: np.ndarray  # the states of the first samples, (rows, lanes)
+    redundant: int  # number of constraints that depend on others
+    joints: list[str]  # those that these belong to
 
     @staticmethod
     def of(mechanism: Mechanism) -> Mobility:
@@ -50,8 +43,8 @@ class Mobility(NamedTuple):
 def instantaneous(mechanism: Mechanism) -> list[str]:
     """Return the outputs that follow from the parameters at each instant, whatever was before.
 
-    These are positions, angles and lengths of a mechanism whose motion is prescribed, without
-    joints, such as gears, that go on from the start.
+    These are positions, angles and lengths where the motion is prescribed, without gears and the
+    like.
     """
     mobility = Mobility.of(mechanism)
     holds_start = any(joint.holds_start for joint in mechanism.joints.values())

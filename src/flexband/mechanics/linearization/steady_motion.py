@@ -23,22 +23,18 @@ from flexband.mechanics.linearization.linearize import Driven, Equations, Linear
 
 
 class SteadyChecks(NamedTuple):
-    """How steady motions are told from others.
+    """How steady motions are told from others."""
 
-    Attributes
-    ----------
-    angles : by which a rotation is turned [rad]; none is symmetric under both by chance.
-    shifts : by which drives go on, relative to the size of the mechanism or in rad.
-    step : of the differences of velocities of drives, in the same unit.
-    difference : of the equations, relative, from which on they count as different.
-    max_excess : of the forces, as `Balance` measures it, that counts as no difference.
-    """
-
+    # by which a rotation is turned [rad]; none is symmetric under both by chance
     angles: tuple[float, ...] = (1.0, 2.4)
+    # by which drives go on, relative to the size of the mechanism or in rad
     shifts: tuple[float, ...] = (0.2, 0.37)
     step: float = 1e-3
+    """Of the differences of velocities of drives, in the same unit."""
     difference: float = 1e-5
+    """Of the equations, relative, from which on they count as different."""
     max_excess: float = 1e3
+    """Of the forces, as `Balance` measures it, that counts as no difference."""
 
 
 CHECKS = SteadyChecks()
@@ -47,12 +43,7 @@ CHECKS = SteadyChecks()
 def check_steady(
     system: System, sample: int, balance: Balance, modes: Eigenmodes, spin: Spin
 ) -> None:
-    """Raise `InputError` if the equations differ when the motion has gone on.
-
-    Parameters
-    ----------
-    balance, modes : the relative equilibrium of a sample, and its modes.
-    """
+    """Raise `InputError` if the equations of a balance differ when the motion has gone on."""
     refused = f"the mechanism does not rotate steadily at {spin.rate:g} rad/s"
     reasons = "turn with it", "depend on its angle", "depends on its angle"
     if isinstance(spin, Driven):
@@ -80,13 +71,7 @@ def check_steady(
 
 
 def driven(system: System, samples: np.ndarray) -> list[Spin]:
-    """Return the motion at the start of what drives move, of some samples of a block.
-
-    Raises
-    ------
-    InputError
-        If no drive moves.
-    """
+    """Return the motion at the start of what drives move, of some samples of a block."""
     n = system.structure.state.coordinates
     values, motion, _ = _on_way(system, samples, 0.0, AT_START[1])
     paces = np.abs(motion.v * values.inverse_scale[1 : 1 + n]).max(axis=0)[: len(samples)]
@@ -100,11 +85,7 @@ def driven(system: System, samples: np.ndarray) -> list[Spin]:
 def _on_way(
     system: System, samples: np.ndarray, time: float, step: float
 ) -> tuple[Values, Driven, np.ndarray]:
-    """Return the numbers of samples at a time, and how drives move there: rows of lanes.
-
-    The last result is z, assembled there with the least velocities. Accelerations are differences
-    of velocities over a `step` [s].
-    """
+    """Return numbers of samples at a time, how drives move, and z, assembled: rows of lanes."""
     packed = pack(system, time + step * np.arange(3), samples)
     values, state = packed(0), system.structure.state
     if not packed.schedule.is_regular:

@@ -24,14 +24,7 @@ class Thickness:
         ]  # fmt: skip
 
     def share(self, sample: int, z: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Return the share of the kinetic energy of modes that is in changes of |d|.
-
-        Parameters
-        ----------
-        sample : whose mechanism it is.
-        z : the state about which it moves.
-        vectors : the modes with a modal mass of 1 kg, shape (coordinates, modes).
-        """
+        """Return the share of kinetic energy in changes of |d|, of modes (q, modes) of 1 kg."""
         share = np.zeros(vectors.shape[1])
         for rows, *numbers in self._beams:
             shapes, inertia = (a[min(sample, len(a) - 1)] for a in numbers)

@@ -37,13 +37,7 @@ class _Local(Sensor):
         return member, first, element, place - element
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        """Return the element's coordinates, its length and strains at the start, and `_numbers`.
-
-        Raises
-        ------
-        InputError
-            If the mechanism has no such member, or the member no such place.
-        """
+        """Return the element's coordinates, its length and strains at the start, and `_numbers`."""
         member, first, element, xi = self._located(model)
         first, at = first + int(member.element_rows[element]), np.array([element + xi])
 

@@ -1,9 +1,10 @@
-"""Loads that vibrate faster than the steps of a run can follow.
+"""Loads that change within the steps of a run: which steps are divided, and which averaged.
 
 A load that differs between the times of a run from the chords between its values, and that half
 the step would not resolve either, is replaced at the ends of such steps by its average with a hat
 of two steps, ∫ f(t) (1 − |t − tₙ|/h) dt / h. The sum of these averages is the impulse of the load,
-and their first moment is its own, so that the motion is right to second order.
+and their first moment is its own, so that the motion is right to second order. Steps of a load that
+changes as fast in few steps only, as in short pulses, are divided.
 """
 
 from __future__ import annotations
@@ -14,27 +15,18 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import ResolutionWarning, named, warn
-from flexband.mechanics.time_functions.breakpoints import BreakpointSearch
+from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch, few
 from flexband.mechanics.time_functions.evaluation import Evaluation
 
 
 class ChordMiss(NamedTuple):
-    """What a function does between its values, each column judged alone, shape (steps, n).
+    """What a function does between its values, each column judged alone, shape (steps, n)."""
 
-    Attributes
-    ----------
-    chord : largest distance from the chord of a step.
-    half_chord : the same for half the step.
-    beyond : how far the function exceeds both values.
-    spread : range of the function, shape (n,).
-    largest : of the absolute values, shape (n,).
-    """
-
-    chord: np.ndarray
-    half_chord: np.ndarray
-    beyond: np.ndarray
-    spread: np.ndarray
-    largest: np.ndarray
+    chord: np.ndarray  # largest distance from the chord of a step
+    half_chord: np.ndarray  # the same for half the step
+    beyond: np.ndarray  # how far the function exceeds both values
+    spread: np.ndarray  # range of the function, shape (n,)
+    largest: np.ndarray  # of the absolute values, shape (n,)
 
     @staticmethod
     def of(
@@ -70,36 +62,26 @@ class ChordMiss(NamedTuple):
 
 @dataclass(frozen=True)
 class Averaging:
-    """Which steps a load is averaged over, and how.
-
-    What is missed of a load between its values is relative to its range over the run.
-
-    Attributes
-    ----------
-    noticed_miss
-        What kinks and jumps are looked for in.
-    min_miss, max_miss
-        What may be averaged, and what no step resolves.
-    resolved_fall
-        What is missed at half the step over what is missed at the step, where the step resolves it.
-        It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half
-        the frequency of the steps.
-    vibrating
-        Part of the steps of a run in which a function misses `min_miss` where it vibrates.
-    points, calls
-        Points per step of averages, with one call for many of them or for each.
-    frequency_points
-        Points per step from which a frequency is taken.
-    """
+    """Which steps a load is averaged over; what is missed is relative to the range of the load."""
 
     noticed_miss: float = 2e-3
+    """What kinks and jumps are looked for in."""
     min_miss: float = 0.03
+    """What may be averaged."""
     max_miss: float = 0.25
+    """What no step resolves."""
     resolved_fall: float = 0.6
+    """What is missed at half the step over what is missed at the step, where the step resolves it.
+    It is 1/4 for smooth functions, 1/2 at a kink amid a step, about 1 at a jump or above half the
+    frequency of the steps."""
     vibrating: float = 0.2
+    """Part of the steps of a run in which a function misses `min_miss` where it vibrates."""
     points: int = 2048
+    """Points per step of averages, with one call for many of them."""
     calls: int = 256
+    """The same, with a call for each."""
     frequency_points: int = 64
+    """Points per step from which a frequency is taken."""
 
     def noticed(self, missed: ChordMiss) -> np.ndarray:
         """Return where something is missed that may be a kink or a jump."""
@@ -120,11 +102,7 @@ class Averaging:
         missed: ChordMiss,
         rough: np.ndarray,
     ) -> np.ndarray:
-        """Return the values with averages at both ends of the steps that are `rough`.
-
-        A warning names the function, and the time where it exceeds its values most, or its
-        frequency if it vibrates.
-        """
+        """Return the values with averages at both ends of the steps that are `rough`, and warn."""
         if not rough.any():
             return values
         peaks = np.where(rough, missed.beyond / missed.spread, 0.0)
@@ -148,21 +126,14 @@ class Averaging:
     def warn_of_vibrations(
         self, at: Evaluation, times: np.ndarray, missed: ChordMiss, followed: np.ndarray
     ) -> None:
-        """Warn of a function that the chords of many steps are far from: few steps per period.
-
-        Parameters
-        ----------
-        followed : steps whose function is averaged, or that breakpoints divide, shape (steps, n).
-        """
+        """Warn if the chords of many steps that are not `followed` are far from a function."""
         coarse = np.where(followed, 0.0, missed.chord / missed.spread)
         column = int((coarse > self.min_miss).sum(axis=0).argmax())
         far = coarse[:, column] > self.min_miss
         if far.mean() <= self.vibrating:
             return
-        frequency, h = (
-            self._frequency(at, times, int(coarse[:, column].argmax()), column),
-            times[1] - times[0],
-        )
+        frequency = self._frequency(at, times, int(coarse[:, column].argmax()), column)
+        h = times[1] - times[0]
         warn(
             f"{named(at.function)} has about {frequency:.3g} Hz, which steps of {h:.3g} s do not "
             f"resolve: with {1 / (frequency * h):.2g} steps per period the motion may be off by "
@@ -190,3 +161,47 @@ class Averaging:
             "keep its impulse; take a shorter step to see more of it",
             ResolutionWarning,
         )
+
+
+def divisions(
+    at: Evaluation,
+    times: np.ndarray,
+    missed: ChordMiss,
+    located: Breakpoints,
+    averaging: Averaging,
+    *,
+    points: int = 17,
+    remaining_miss: float = 1e-3,
+    max_parts: int = 32,
+    max_divided: float = 0.25,
+) -> Breakpoints:
+    """Return times that divide steps so that a function is nearly linear between them.
+
+    `points` on each part of a step tell how far it is from its chord, relative to its range;
+    `max_divided` is the part of the steps up to which those that miss little are divided.
+    """
+    h, last = times[1] - times[0], len(times) - 2
+    at_break = np.clip(((located.after - times[0]) / h).astype(int), 0, last)
+    looked_at = averaging.noticed(missed)
+    looked_at[at_break, located.column] = True
+    steps, columns = np.nonzero(looked_at)
+    step, column = np.r_[steps, at_break], np.r_[columns, located.column]
+    before, low = np.r_[times[steps], located.before], np.r_[times[steps], located.after]
+    order = np.lexsort((low, step, column))
+    step, column, before, low = (array[order] for array in (step, column, before, low))
+    high = times[step + 1]
+    same = (np.diff(column) == 0) & (np.diff(step) == 0)
+    high[:-1] = np.where(same, before[1:], high[:-1])
+    grid = np.linspace(low, np.maximum(low, high), points, axis=1)
+    f = at.points(grid.ravel(), np.repeat(column, points)).reshape(grid.shape)
+    chords = np.linspace(f[:, 0], f[:, -1], points, axis=1)
+    miss = np.abs(f - chords).max(axis=1, initial=0.0) / missed.spread[column]
+    brief = few(column[miss > averaging.noticed_miss], at.columns, max_divided * (last + 1))
+    chosen = miss > np.where(brief, averaging.noticed_miss, averaging.min_miss)[column]
+    parts = np.ceil(np.sqrt(miss / remaining_miss)).clip(1, max_parts)
+    parts = np.where(chosen, parts, 1).astype(int)
+    part = np.repeat(np.arange(len(parts)), parts - 1)
+    place = np.arange(len(part)) - np.searchsorted(part, part) + 1
+    moments = low[part] + (high - low)[part] * place / parts[part]
+    divided = Breakpoints(column[part], moments, moments, np.full(len(part), np.inf))
+    return divided.those(few(divided.column, at.columns, last + 1)[divided.column])

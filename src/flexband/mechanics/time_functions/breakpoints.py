@@ -18,12 +18,6 @@ from flexband.mechanics.time_functions.evaluation import Evaluation
 ROUNDING = 64 * np.finfo(float).eps
 """Of a second difference relative to the values, and of an interval relative to its times."""
 
-ROUNDING_OF_SUMS = 64 * ROUNDING
-"""Of a third difference relative to the values, which may be sums of larger ones."""
-
-ROUNDING_OF_TIME = 8 * np.finfo(float).eps
-"""Of a time: a function changes by its rate times this."""
-
 
 class Breakpoints(NamedTuple):
     """Kinks and jumps, sorted by column and time, arrays of shape (breakpoints,)."""
@@ -68,52 +62,37 @@ def _distinct(located: Breakpoints, apart: float) -> Breakpoints:
 
 @dataclass(frozen=True)
 class BreakpointSearch:
-    """How kinks and jumps are searched for between the steps of a run.
-
-    Attributes
-    ----------
-    points_per_step
-        Points at which a function is looked at in each step, at most.
-    max_points, max_calls
-        Points of a run, if the function takes many times at once or is called for each.
-    points_at_once
-        The most numbers that a function is asked for in one call.
-    min_change
-        Smallest second difference over two points that is looked at, in parts of the function's
-        scale.
-    prominence
-        Such a difference over the median of its neighbours; it is at most 2 near an inflection.
-    finer_points
-        Points on the four intervals around such a difference, so that both ends of a pulse are
-        seen.
-    max_per_step
-        Such differences per step in a column that is looked at further.
-    curvature_points
-        Points per step at which jumps of second derivatives are looked for: differences over
-        shorter times would be those of rounding.
-    parts, levels
-        An interval is divided into so many parts, the two of the largest difference again, and so
-        on for so many levels.
-    below_order
-        By how much less than its order the power of the spacing is with which a difference falls
-        where a function is not smooth.
-    latest_levels
-        Last levels that rounding does not spoil, from which that power is taken.
-    """
+    """How kinks and jumps are searched for between the steps of a run."""
 
     points_per_step: int = 64
+    """Points at which a function is looked at in each step, at most."""
     max_points: int = 2**18
+    """Points of a run, if the function takes many times at once."""
     max_calls: int = 2**14
-    points_at_once: int = 2**20
+    """The same, if it is called for each."""
+    points_at_once: int = 2**20  # the most numbers that a function is asked for in one call
     min_change: float = 1e-3
+    """Smallest second difference over two points that is looked at, in parts of the function's
+    scale."""
     prominence: float = 4.0
+    """Such a difference over the median of its neighbours; it is at most 2 near an inflection."""
     finer_points: int = 65
+    """Points on the four intervals around such a difference, so that both ends of a pulse are
+    seen."""
     max_per_step: int = 4
+    """Such differences per step in a column that is looked at further."""
     curvature_points: int = 16
+    """Points per step at which jumps of second derivatives are looked for: differences over shorter
+    times would be those of rounding."""
     parts: int = 8
+    """Parts of an interval, of which the two of the largest difference are divided again."""
     levels: int = 26
+    """Such divisions, one after the other."""
     below_order: float = 0.5
+    """By how much less than its order the power of the spacing is with which a difference falls
+    where a function is not smooth."""
     latest_levels: int = 5
+    """Last levels that rounding does not spoil, from which that power is taken."""
 
     def points_in_step(self, at: Evaluation, steps: int) -> int:
         """Return at how many points of each step a function is looked at, an even number."""
@@ -128,17 +107,11 @@ class BreakpointSearch:
         scale: np.ndarray,
         largest: np.ndarray,
     ) -> Breakpoints:
-        """Return the kinks and jumps of a function in some steps, each column judged alone.
+        """Return the kinks and jumps of a function, or those it states, each column judged alone.
 
-        A column with more of them than the run has steps is left as it is. Breakpoints that the
-        function states, as `breakpoints` [s], are taken instead of being searched.
-
-        Parameters
-        ----------
-        times : equidistant [s].
-        noticed : the steps to look at, a mask of shape (steps, columns).
-        scale : of each column; smaller changes than a part of it are not looked at.
-        largest : value of each column, of which rounding errors are a part.
+        `noticed` masks the steps to look at, (steps, columns); changes below a part of a column's
+        `scale`, or of rounding of its `largest` value, do not count, nor more breakpoints than
+        steps.
         """
         h, per = times[1] - times[0], self.points_in_step(at, len(times) - 1)
         spacing, noise = h / per, ROUNDING * largest
@@ -165,21 +138,15 @@ class BreakpointSearch:
         curvature: np.ndarray,
         largest: np.ndarray,
     ) -> Breakpoints:
-        """Return breakpoints with those at which only the second derivative of a function jumps.
+        """Return breakpoints with those of the second derivative, and with small kinks.
 
-        Kinks that are less than the curvature of a few points, and so not yet located, are added
-        too.
-
-        Parameters
-        ----------
-        times : equidistant [s].
-        curvature : largest second derivative of each column; jumps by less than a part of it are
-            not looked for.
-        largest : value of each column, of which rounding errors are a part.
+        Jumps below a part of a column's largest `curvature` are not looked for, nor those by
+        rounding of its `largest` value.
         """
         steps = len(times) - 1
         per = min(self.curvature_points, self.points_in_step(at, steps))
-        spacing, noise = (times[1] - times[0]) / per, ROUNDING_OF_SUMS * largest
+        rounding_of_sums = 64 * ROUNDING  # of third differences: values may be sums of larger ones
+        spacing, noise = (times[1] - times[0]) / per, rounding_of_sums * largest
         smallest = np.maximum(self.min_change * curvature * spacing**2, noise)
         everywhere = np.ones((steps, at.columns), dtype=bool)
         column, centre = self._suspected(at, times, everywhere, smallest, per, order=3)
@@ -225,10 +192,7 @@ class BreakpointSearch:
     def _spikes(
         self, f: np.ndarray, smallest: np.ndarray, order: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return row and place of differences that stand out in rows of values.
-
-        Equal ones side by side, as of a pulse of a few points, are all returned.
-        """
+        """Return row and place of all differences that stand out in rows of values."""
         size = np.abs(np.diff(f, order, axis=1))
         if not size.size:
             return np.zeros(0, dtype=int), np.zeros(0, dtype=int)
@@ -248,6 +212,7 @@ class BreakpointSearch:
         order: int,
     ) -> Breakpoints:
         """Return the kinks and jumps between two times each, from differences of an order."""
+        rounding_of_time = 8 * np.finfo(float).eps  # a function changes by its rate times this
         sizes = np.zeros((self.levels, len(column)))
         before, after = before.copy(), after.copy()
         going = np.ones(len(column), dtype=bool)
@@ -260,7 +225,7 @@ class BreakpointSearch:
             differences = np.abs(np.diff(f, order, axis=1))
             place = differences.argmax(axis=1)
             size = differences.max(axis=1)
-            late = ROUNDING_OF_TIME * np.abs(after[k]) / (x[:, 1] - x[:, 0])
+            late = rounding_of_time * np.abs(after[k]) / (x[:, 1] - x[:, 0])
             mask = size > np.maximum(
                 noise[column[k]], late * np.abs(np.diff(f, axis=1)).max(axis=1)
             )

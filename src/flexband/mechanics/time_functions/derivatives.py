@@ -12,18 +12,10 @@ def derivatives(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return f′ and f″ at every other time of a table, shape (times, 2, n).
 
-    Further results are how far from each time the values are that they are taken from [s], shape
-    (times,), and the distance of these values [s]. The derivatives are those of the polynomial
-    through the value and the two on each side of it, or through seven values at the ends of the
-    table. Where the step is so short that rounding errors would show in f″, the values are taken
-    further apart.
-
-    Parameters
-    ----------
-    values : f at equidistant times, shape (2 times − 1 or more, n).
-    half : distance of the times [s].
-    noise : rounding errors of f″ that are accepted, relative to its largest value.
-    max_reach : of the values that a derivative is taken from, as a part of the table.
+    Further results are how far from each time the values are that they are taken from [s], and the
+    distance of these values [s]. They are those of the polynomial through five values, or seven at
+    the ends, which are further apart than `half` [s] where rounding errors would be above the part
+    `noise` of the largest f″.
     """
     rounding = 6 * np.finfo(float).eps * np.abs(values).max(initial=0.0)
     apart = 1
@@ -56,10 +48,7 @@ def _differences(values: np.ndarray, apart: int) -> np.ndarray:
 
 
 def _weighted(weights: np.ndarray, values: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
-    """Return the sums over k of the weights (2, k) times values, in the order of k.
-
-    `einsum` and products of matrices add in an order that depends on the number of samples.
-    """
+    """Return Σ_k weights (2, k) × values in the order of k, which `einsum` does not keep."""
     total = weights[:, 0, None] * values[0]
     for weight, value in zip(weights.T[1:], values[1:], strict=True):
         total = total + weight[:, None] * value
@@ -79,15 +68,9 @@ def derivatives_within(
     high: np.ndarray,
     spacing: float,
 ) -> np.ndarray:
-    """Return f′ and f″ at some times from values between two other times, shape (times, 2).
+    """Return f′ and f″ at times between smooth ends `low` and `high`, shape (times, 2).
 
     They are those of the polynomial through seven values, `spacing` apart or nearer.
-
-    Parameters
-    ----------
-    points : returns the values at times of shape (times, 7).
-    low, high : between which f is smooth, with each of the `times` [s] in the interval or at its
-        ends.
     """
     apart = np.minimum(spacing, (high - low) / 6)
     first = np.clip(times - 3 * apart, low, np.maximum(low, high - 6 * apart))

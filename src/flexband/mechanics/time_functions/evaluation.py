@@ -14,12 +14,8 @@ from flexband.words import number_of
 class Evaluation:
     """A function of time with one column per sample, or one that all samples share.
 
-    Attributes
-    ----------
-    columns : number of columns.
-    at_once : whether the function takes many times, one per row, or one per column as fields do: it
-        returns the values of single times, up to `rounding` of the largest.
-    stated : times of kinks and jumps that the function states itself [s], or None.
+    `at_once` tells whether it takes many times, in rows, or in columns as fields do; `stated` are
+    times of kinks and jumps that it states itself [s], or None.
     """
 
     def __init__(
@@ -92,13 +88,7 @@ class Evaluation:
 
 
 def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
-    """Return a function of time at the times, shape (times, n) or (times, 1).
-
-    Raises
-    ------
-    InputError
-        If it returns values that are not finite or not one number per sample.
-    """
+    """Return a function of time at the times, shape (times, n) or (times, 1)."""
     values = [returned(function, time, name) for time in times.tolist()]
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:

@@ -53,10 +53,8 @@ def table(times: ArrayLike, values: ArrayLike) -> PiecewiseLinear:
     >>> [float(torque(t)) for t in (0.5, 1.5, 9.0)]
     [2.5, 4.5, 4.0]
     """
-    moments, rows = (
-        check_finite("times [s]", times, rank=None),
-        check_finite("values", values, rank=None),
-    )
+    moments = check_finite("times [s]", times, rank=None)
+    rows = check_finite("values", values, rank=None)
     if moments.ndim != 1 or len(moments) < 2:
         raise InputError(f"times must be at least two numbers; got shape {moments.shape}")
     if rows.ndim not in (1, 2) or len(rows) != len(moments):

@@ -11,52 +11,35 @@ from flexband.mechanics.kernels.forms import TimeFunction
 
 
 class JumpSearch(NamedTuple):
-    """How jumps of a prescribed motion are searched for.
-
-    Attributes
-    ----------
-    sharpest, most
-        Number of the intervals between times that are looked into: the sharpest, and the most.
-    lasting
-        Sharpness at half the distance of the times, relative to that at the whole distance: 1 at a
-        jump, between 1/6 and 3/2 at a kink, and 1/16 where a function is smooth.
-    parts, divisions
-        An interval is divided into so many parts, the one that differs most again, and so on.
-    min_jump, rounding, floor
-        Relative to the range of the values in the table and to the values themselves, and [m] or
-        [rad].
-    """
+    """How jumps of a prescribed motion are searched for."""
 
     sharpest: int = 4
+    """Intervals between times that are looked into at least, the sharpest first."""
     most: int = 100
+    """The same at most."""
     lasting: float = 0.5
+    """Sharpness at half the distance of the times, relative to that at the whole distance: 1 at a
+    jump, between 1/6 and 3/2 at a kink, and 1/16 where a function is smooth."""
     parts: int = 8
+    """Parts of an interval, of which the one that differs most is divided again."""
     divisions: int = 14
+    """Such divisions, one after the other."""
     min_jump: float = 1e-6
+    """Smallest jump, relative to the range of the values in the table."""
     rounding: float = 1e-9
+    """The same, relative to the values themselves."""
     floor: float = 1e-12
+    """The same [m] or [rad]."""
 
 
-def refuse_jumps(
-    name: str,
-    function: TimeFunction,
-    times: np.ndarray,
-    values: np.ndarray,
-    search: JumpSearch = JumpSearch(),
-) -> None:
+def refuse_jumps(name: str, function: TimeFunction, times: np.ndarray, values: np.ndarray) -> None:
     """Raise `InputError` if a function of time jumps between two of the times.
 
-    A change that is left in an interval after many divisions is a jump: that of a continuous
-    function becomes smaller with the interval. Looked into are intervals in which fourth
-    differences do not become smaller with the distance of the times, and the sharpest ones; a jump
-    makes them larger than itself.
-
-    Parameters
-    ----------
-    name : of what the function prescribes, for the message.
-    values : those of the function at the times [s], shape (times, n), an odd number of times.
+    A change that is left in an interval after many divisions is a jump. Looked into are intervals
+    in which fourth differences do not become smaller with the distance of the times, and the
+    sharpest ones. `values` have shape (times, n), an odd number of times.
     """
-    spread, largest = np.ptp(values, axis=0).max(), np.abs(values).max()
+    search, spread, largest = JumpSearch(), np.ptp(values, axis=0).max(), np.abs(values).max()
     allowed = max(search.min_jump * spread, search.rounding * largest, search.floor)
     sharp = _sharpness(values)
     coarse = np.repeat(_sharpness(values[::2]), 2)

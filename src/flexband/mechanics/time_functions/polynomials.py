@@ -32,39 +32,23 @@ class SmoothFunction(Protocol):
 
 @dataclass(frozen=True)
 class PolynomialFit:
-    """How functions become polynomials.
-
-    Attributes
-    ----------
-    error_part
-        Error of a polynomial, relative to the range of the function in the run, over the tolerance
-        of the steps.
-    motion_part
-        The same of a prescribed motion, whose second derivative matters.
-    rounding
-        Error that counts as none, relative to the largest value.
-    halvings
-        The most of a round.
-    """
+    """How functions become polynomials."""
 
     error_part: float = 1e-2
+    """Error of a polynomial, relative to the range of the function in the run, over the tolerance
+    of the steps."""
     motion_part: float = 1e-5
+    """The same of a prescribed motion, whose second derivative matters."""
     rounding: float = 1e-13
+    """Error that counts as none, relative to the largest value."""
     halvings: int = 12
+    """The most of a round."""
 
     def fitted(
         self, functions: Sequence[SmoothFunction], schedule: Schedule, times: np.ndarray,
         tolerance: float,
     ) -> tuple[Schedule, np.ndarray]:  # fmt: skip
-        """Return the rounds and the polynomials of 1 and the functions in them.
-
-        The coefficients have shape (rounds, 1 + functions, `COEFFICIENTS`, n or 1).
-
-        Raises
-        ------
-        InputError
-            If a function is not smooth even in small parts of a step.
-        """
+        """Return the rounds and the coefficients in them, (rounds, 1 + functions, …, n or 1)."""
         fits: list[tuple[np.ndarray, np.ndarray]] = []
         for halving in range(self.halvings + 1):
             fits = [self._fit(function, schedule, tolerance) for function in functions]
@@ -128,10 +112,7 @@ class PolynomialFit:
 
 
 def rates(polynomials: np.ndarray, schedule: Schedule, step: float) -> np.ndarray:
-    """Return f′ and f″ of polynomials in the rounds of a run, shape (rounds, 2, functions, n or 1).
-
-    They are those at the end of a step, and just after it where a round is no step.
-    """
+    """Return f′ and f″ at ends of steps, or after them, (rounds, 2, functions, n or 1)."""
     count, width = len(polynomials), polynomials.shape[-1]
     stepping = np.broadcast_to(schedule.parts > 0, (count, schedule.parts.shape[1])).copy()
     stepping[0] = False

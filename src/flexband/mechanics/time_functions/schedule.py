@@ -24,10 +24,7 @@ SHORTEST_PART = 1e-4
 
 
 class Breaks(NamedTuple):
-    """The breakpoints of a function with one column or one per sample.
-
-    Its jumps and kinks are impulsive if it prescribes a motion.
-    """
+    """Breakpoints of a function's columns; kinks are impulsive where it prescribes a motion."""
 
     points: Breakpoints
     columns: int
@@ -41,25 +38,16 @@ class Breaks(NamedTuple):
 
 @dataclass(frozen=True)
 class Schedule:
-    """The rounds of a run, arrays of shape (rounds, n), or (rounds, 1) if all samples share them.
+    """The rounds of a run, arrays of shape (rounds, n), or (rounds, 1) if samples share them."""
 
-    Attributes
-    ----------
-    parts : lengths in parts of the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds
-        than others restarts at the end until they have finished.
-    numbers : which time of the run each round belongs to or leads to.
-    times : of the rounds [s].
-    limits : just before or just after a breakpoint, where functions may jump [s].
-    sides : −1 or 1 where that is just before or after, 0 where there is no breakpoint.
-    last : the last round of each time of the run, shape (times, n or 1).
-    """
-
+    # lengths in parts of the step, or `IMPULSE` or `RESTART`. A sample with fewer rounds than
+    # others restarts at the end until they have finished.
     parts: np.ndarray
-    numbers: np.ndarray
-    times: np.ndarray
-    limits: np.ndarray
-    sides: np.ndarray
-    last: np.ndarray
+    numbers: np.ndarray  # which time of the run each round belongs to or leads to
+    times: np.ndarray  # of the rounds [s]
+    limits: np.ndarray  # just before or just after a breakpoint, where functions may jump [s]
+    sides: np.ndarray  # −1 or 1 where that is just before or after, 0 where there is no breakpoint
+    last: np.ndarray  # the last round of each time of the run, shape (times, n or 1)
 
     @staticmethod
     def regular(times: np.ndarray) -> Schedule:
@@ -78,10 +66,7 @@ class Schedule:
         return rows[:, samples if rows.shape[1] > 1 else np.zeros(len(samples), dtype=int)]
 
     def halved(self, chosen: np.ndarray, times: np.ndarray) -> Schedule:
-        """Return the rounds with some steps in two halves, over the times [s] of the run.
-
-        `chosen` has shape (rounds, n or 1).
-        """
+        """Return the rounds with the chosen steps, (rounds, n or 1), in two halves; times [s]."""
         runs, columns = [], np.arange(chosen.shape[1])
         arrays = [self.lanes(array, columns) for array in self._rows]
         for column in columns:

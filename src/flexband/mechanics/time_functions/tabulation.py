@@ -10,10 +10,9 @@ import numpy as np
 
 from flexband.errors import ResolutionWarning, named, warn
 from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impulse
-from flexband.mechanics.time_functions.averages import Averaging, ChordMiss
+from flexband.mechanics.time_functions.averages import Averaging, ChordMiss, divisions
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
-from flexband.mechanics.time_functions.divisions import divisions
 from flexband.mechanics.time_functions.evaluation import Evaluation, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
 from flexband.mechanics.time_functions.polynomials import PolynomialFit, held
@@ -29,21 +28,14 @@ from flexband.prescribed_motion import prescribing
 
 
 class FunctionTables(NamedTuple):
-    """The functions of time of a run: 1 and the functions.
+    """The functions of time of a run: 1 and the functions."""
 
-    Attributes
-    ----------
-    schedule : the rounds of the run.
-    values : of the functions, shape (rounds, 1 + functions, n or 1).
-    rates : f′ and f″ of functions in constraints, shape (rounds, 2, 1 + functions, n or 1). Those
-        of all other functions, which may jump, are not needed and zero.
-    polynomials : in each round, see `PolynomialFit`, or None.
-    """
-
-    schedule: Schedule
-    values: np.ndarray
+    schedule: Schedule  # the rounds of the run
+    values: np.ndarray  # of the functions, shape (rounds, 1 + functions, n or 1)
+    # f′ and f″ of functions in constraints, shape (rounds, 2, 1 + functions, n or 1). Those of all
+    # other functions, which may jump, are not needed and zero.
     rates: np.ndarray
-    polynomials: np.ndarray | None = None
+    polynomials: np.ndarray | None = None  # in each round, see `PolynomialFit`, or None
 
 
 def tabulate(
@@ -51,24 +43,13 @@ def tabulate(
     driven: Mapping[int, str],
     samples: int,
     times: np.ndarray,
-    search: BreakpointSearch = BreakpointSearch(),
-    averaging: Averaging = Averaging(),
     tolerance: float | None = None,
 ) -> FunctionTables:
     """Return the rounds of a run over equidistant times [s], and functions of time in them.
 
-    Parameters
-    ----------
-    driven : number of a function that prescribes a motion -> name of what it drives.
-    times : two for a run that only starts; functions are not looked at between them.
-    tolerance : of steps that are chosen freely, for which functions are polynomials in each round;
-        loads are then neither averaged nor divided.
-
-    Raises
-    ------
-    InputError
-        If a function returns values that are not finite or not one number per sample, or one that
-        prescribes a motion jumps.
+    `driven` names what functions drive, by number. Functions are not looked at between two times of
+    a run that only starts. With the `tolerance` of steps that are chosen freely they are
+    polynomials, and loads are neither averaged nor divided.
     """
     series: list[_TabulatedFunction] = []
     motions: dict[TimeFunction, _Motion] = {}
@@ -77,15 +58,15 @@ def tabulate(
         if function is during_impulse:
             series.append(_Impulses())
         elif f not in driven:
-            chosen = averaging if tolerance is None else None
-            series.append(_Load.of(function, samples, times, search, chosen))
+            averaging = Averaging() if tolerance is None else None
+            series.append(_Load.of(function, samples, times, averaging))
         else:
             user, outer = function, None
             if isinstance(function, Composed):
                 user, outer = function.inner, function.outer
             with prescribing(driven[f]):
                 if user not in motions:
-                    motions[user] = _Motion.of(function, samples, times, search)
+                    motions[user] = _Motion.of(function, samples, times)
                     names.append(driven[f])
                 drive = _Drive.of(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
@@ -173,13 +154,9 @@ class _Load(_TabulatedFunction):
 
     @staticmethod
     def of(
-        function: TimeFunction,
-        samples: int,
-        times: np.ndarray,
-        search: BreakpointSearch,
-        averaging: Averaging | None,
+        function: TimeFunction, samples: int, times: np.ndarray, averaging: Averaging | None
     ) -> _Load:
-        values = table(function, samples, times)
+        values, search = table(function, samples, times), BreakpointSearch()
         if len(times) == 2 and averaging:
             return _Load(None, values)
         at = Evaluation(function, values.shape[1], times)
@@ -223,10 +200,8 @@ class _Motion:
     breaks: Breaks | None
 
     @staticmethod
-    def of(
-        function: TimeFunction, samples: int, times: np.ndarray, search: BreakpointSearch
-    ) -> _Motion:
-        fine = _fine(times)
+    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+        fine, search = _fine(times), BreakpointSearch()
         user, text = function, ""
         if isinstance(function, Composed):
             user, text = function.inner, function.name
@@ -249,21 +224,15 @@ class _Motion:
 
 @dataclass(frozen=True, eq=False)
 class _Drive(_TabulatedFunction):
-    """A function in constraints: a prescribed motion, or a function of it such as its sine.
-
-    Attributes
-    ----------
-    reach : how far from each time the values are that its rates are taken from [s].
-    spacing : distance of these values [s].
-    """
+    """A function in constraints: a prescribed motion, or a function of it such as its sine."""
 
     motion: _Motion
     outer: Callable[[np.ndarray], np.ndarray] | None
     fine: np.ndarray
     values: np.ndarray
     rates: np.ndarray
-    reach: np.ndarray
-    spacing: float
+    reach: np.ndarray  # how far from each time the values are that its rates are taken from [s]
+    spacing: float  # distance of these values [s]
     breaks: Breaks | None
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""The canvas that mechanisms are drawn on, whatever its surface is.
+"""The canvas that mechanisms are drawn on, whatever its surface is: Matplotlib or SVG.
 
 Places are in metres, sizes of symbols in points (1/72 inch). The canvas records as ink where it is
 covered, so that names can be written where there is little ink.
@@ -8,14 +8,56 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.report.drawing.surface import Lettering, Surface
 from flexband.report.shapes.shapes import FieldArrow, Line, Mark, Name, Shape, Stroke
 from flexband.report.shapes.sketch import Sketch, arrow
+
+COLORS = {
+    "": "none", "ink": "#262626", "paper": "#ffffff", "hole": "#ffffff", "pale": "#e6e6e6",
+    "muted": "#999999", "flexible": "#1f78b4", "filled": "#c6dbef", "load": "#d95f02",
+    "drive": "#1b7837", "length": "#666666", "realization": "#5b9bd0",
+}  # fmt: skip
+"""Colours by their names in shapes."""
+
+
+class Lettering(NamedTuple):
+    """How a text is written, centred at its place."""
+
+    color: str = "ink"  # name of a colour
+    italic: bool = False
+    size: float = 9.0
+    """Of the letters [pt]."""
+    angle: float = 0.0
+    """Of the line [degrees]."""
+    backed: bool = False  # whether what is behind the text is hidden
+    layer: float = 10.0
+
+
+class Surface(Protocol):
+    """Where shapes are drawn: places are in metres, sizes in points."""
+
+    def line(self, points: np.ndarray, style: Line) -> None:
+        """Draw a line through points; NaN interrupts the line."""
+
+    def area(self, points: np.ndarray, style: Line) -> None:
+        """Fill a polygon."""
+
+    def marks(self, points: np.ndarray, mark: Mark) -> None:
+        """Draw a marker at each point."""
+
+    def text(self, place: np.ndarray, text: str, lettering: Lettering) -> None:
+        """Write a text."""
+
+    def note(self, text: str) -> None:
+        """Write a text into the lower left corner."""
+
+    def extent(self, text: str, lettering: Lettering) -> np.ndarray:
+        """Return the width and the height of a text [pt]."""
+        ...
 
 
 class Label(NamedTuple):
@@ -37,27 +79,19 @@ class Dimension(NamedTuple):
 
 @dataclass
 class Canvas:
-    """A surface with a scale, and the ink on it.
+    """A surface with a scale, and the ink on it."""
 
-    Attributes
-    ----------
-    surface : to draw on.
-    box : two opposite corners of the drawing [m], shape (2, 2).
-    unit : metres per point.
-    position, direction : those that the shapes are placed by, shape (tracks, 2).
-    names, dimensions : whether these are written.
-    ink : points [m] that are covered.
-    labels, measured, notes : what is to be written.
-    """
-
-    surface: Surface
-    box: np.ndarray
-    unit: float
+    surface: Surface  # to draw on
+    box: np.ndarray  # two opposite corners of the drawing [m], shape (2, 2)
+    unit: float  # metres per point
+    # those that the shapes are placed by, shape (tracks, 2)
     position: np.ndarray
     direction: np.ndarray
+    # whether these are written
     names: bool
     dimensions: bool
-    ink: list[np.ndarray] = field(default_factory=list)
+    ink: list[np.ndarray] = field(default_factory=list)  # points [m] that are covered
+    # what is to be written
     labels: list[Label] = field(default_factory=list)
     measured: list[Dimension] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

@@ -33,11 +33,7 @@ def mechanism_picture(mechanism: Mechanism) -> str:
 
 
 class FieldSeries(NamedTuple):
-    """What is drawn of a field: places x, (points,), and functions of them.
-
-    These are `realizations`, (realizations, points), and `lines`: limits or a standard deviation
-    about the mean, as `key` tells.
-    """
+    """What is drawn of a field at x, (points,): `realizations`, and `lines` that `key` names."""
 
     x: np.ndarray
     realizations: np.ndarray
@@ -58,10 +54,7 @@ def field_series(field: Field, points: int) -> FieldSeries:
 
 
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:
-    """Return realizations of fields, below each other, with their limits, as an image's address.
-
-    Of each field, `along` says if it is a function of "position" or "time", as far as is known.
-    """
+    """Return realizations of fields along "position" or "time" as an image's address."""
     size, top, below = np.array([330.0, 110.0]), 8.0, 44.0  # [pt]
     margins = 60.0, 14.0  # [pt]: left, right
     parts: list[str] = []

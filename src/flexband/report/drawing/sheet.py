@@ -10,8 +10,7 @@ import numpy as np
 from flexband.errors import AssemblyError, warn
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration, assembled, given
-from flexband.report.drawing.canvas import Canvas
-from flexband.report.drawing.surface import Surface
+from flexband.report.drawing.canvas import Canvas, Surface
 from flexband.report.drawing.words import write
 from flexband.report.shapes.mechanism import extent, sketch_mechanism
 from flexband.report.shapes.scene import Scene
@@ -26,25 +25,15 @@ BEFORE, AFTER = np.array([54.0, 39.6]), np.array([10.8, 10.8])
 
 
 class Sheet(NamedTuple):
-    """Where a mechanism is drawn.
+    """Where a mechanism is drawn."""
 
-    Attributes
-    ----------
-    box : lower left and upper right corner [m], shape (2, 2).
-    unit : metres per point.
-    space : width and height between the margins [pt].
-    """
-
-    box: np.ndarray
-    unit: float
-    space: np.ndarray
+    box: np.ndarray  # lower left and upper right corner [m], shape (2, 2)
+    unit: float  # metres per point
+    space: np.ndarray  # width and height between the margins [pt]
 
 
 def sheet_for(extremes: np.ndarray, space: np.ndarray | None = None) -> Sheet:
-    """Return a sheet that holds a mechanism between its extremes, (2, 2) [m], and its symbols.
-
-    Its space, width and height [pt], is by default as large as needed.
-    """
+    """Return a sheet for extremes (2, 2) [m] and symbols, as large as needed or as `space` [pt]."""
     smallest, largest = POINTS_PER_INCH * np.array([[2.5, 1.8], [8.0, 6.0]])
     most = largest - BEFORE - AFTER if space is None else space
     margin = min(60.0, 0.2 * most.min())
@@ -64,10 +53,7 @@ def draw_on(
     names: bool = True,
     dimensions: bool = True,
 ) -> S:
-    """Draw a mechanism at its start on a surface, and return it; other parameters as of `draw`.
-
-    The surface and its sheet depend on `extremes`, as of `sheet_for`.
-    """
+    """Draw a mechanism at its start on a surface of its extremes, and return it; see `draw`."""
     scene, tracks = Scene(mechanism, _start(mechanism, sample)), Tracks(mechanism)
     first = sketch_mechanism(scene, tracks)
     surface, (box, unit, _) = surface_for(extent(first, *tracks.at_start(scene.start)))

@@ -10,7 +10,7 @@ from unicodedata import east_asian_width
 
 import numpy as np
 
-from flexband.report.drawing.surface import COLORS, Lettering
+from flexband.report.drawing.canvas import COLORS, Lettering
 from flexband.report.shapes.shapes import Line, Mark
 
 Attributes = dict[str, str | float]
@@ -18,19 +18,12 @@ Attributes = dict[str, str | float]
 
 @dataclass(frozen=True)
 class SvgAxes:
-    """Axes of a picture, a `Surface`: places are in their units, sizes in points.
+    """Axes of a picture, a `Surface`: places are in their units, sizes in points."""
 
-    Attributes
-    ----------
-    box : their lower left and their upper right corner, shape (2, 2).
-    size : width and height [pt].
-    names : of the horizontal and the vertical axis.
-    elements : what has been drawn so far, each with its layer.
-    """
-
-    box: np.ndarray
-    size: np.ndarray
-    names: tuple[str, str]
+    box: np.ndarray  # their lower left and their upper right corner, shape (2, 2)
+    size: np.ndarray  # width and height [pt]
+    names: tuple[str, str]  # of the horizontal and the vertical axis
+    # what has been drawn so far, each with its layer
     elements: list[tuple[float, str]] = field(default_factory=list)
 
     def line(self, points: np.ndarray, style: Line) -> None:
@@ -78,10 +71,7 @@ class SvgAxes:
         return lettering.size * np.array([ems, 1.0])
 
     def picture(self, x: float, y: float) -> str:
-        """Return all that was drawn, with a frame, in layers from the lowest to the highest.
-
-        The frame's upper left corner is at (x, y) in the picture [pt].
-        """
+        """Return all that was drawn, in layers; the frame's upper left corner is (x, y) [pt]."""
         self._frame()
         drawn = "\n".join(text for _, text in sorted(self.elements, key=lambda drawn: drawn[0]))
         return f'<g transform="translate({x:.2f} {y:.2f})">\n{drawn}\n</g>'
@@ -146,14 +136,9 @@ def svg_address(width: float, height: float, parts: Sequence[str]) -> str:
     """Return a picture of a size [pt], made of `SvgAxes.picture`, as an image's address."""
     size = f'width="{width:.2f}pt" height="{height:.2f}pt" viewBox="0 0 {width:.2f} {height:.2f}"'
     fonts = "system-ui, -apple-system, Segoe UI, Roboto, sans-serif"
-    text = "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{fonts}">',
-            '<rect width="100%" height="100%" fill="#ffffff"/>',
-            *parts,
-            "</svg>",
-        ]
-    )
+    start = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{fonts}">'
+    paper = '<rect width="100%" height="100%" fill="#ffffff"/>'
+    text = "\n".join([start, paper, *parts, "</svg>"])
     return f"data:image/svg+xml;base64,{b64encode(text.encode()).decode()}"
 
 

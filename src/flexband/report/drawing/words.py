@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flexband.report.drawing.canvas import Canvas, Dimension, Label
-from flexband.report.drawing.surface import Lettering
+from flexband.report.drawing.canvas import Canvas, Dimension, Label, Lettering
 from flexband.report.shapes.shapes import Line
 
 
@@ -79,8 +78,7 @@ def _merged(canvas: Canvas, labels: list[Label]) -> list[Label]:
 
 def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.ndarray]]) -> None:
     """Write a name where it covers least and add its centre and size [m] to the boxes."""
-    # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of
-    # covered ink
+    # Cost of a distance of 1 pt, and of text on text or outside the axes, in points of covered ink
     distance_cost, overlap_cost = 0.1, 100.0
     label_padding = 3.0  # free space [pt] around a name
     leader_distance = 20.0  # distance [pt] from which on a line connects a name with its place

@@ -43,11 +43,7 @@ class Answer(NamedTuple):
 
 
 def answers_in(folder: Path, display: Display) -> tuple[list[Answer], LimitCheck | None]:
-    """Return the answers in a folder, and whether limits are kept.
-
-    They are in display units. Answers of earlier results, and those that are not as written, are
-    left out, and named.
-    """
+    """Return the valid answers in a folder, in display units, and whether limits are kept."""
     likely = (
         "Below: how likely each limit is left at a time, for the worst values of the interval "
         "inputs"
@@ -126,12 +122,8 @@ def _caption(name: str, answer: xr.Dataset) -> str:
         where = "".join(
             f", at {k} {number(c) if c.dtype.kind == 'f' else c.values}" for k, c in at.items()
         )
-        of = (
-            f" of values of {answer['output'].values}"
-            if "output" in answer.coords
-            else " of values"
-        )
-        caption = caption.format(of + where + ",")
+        output = f" of {answer['output'].values}" if "output" in answer.coords else ""
+        caption = caption.format(f" of values{output}{where},")
     made = answer.attrs.get("made")
     return f"{caption}. From {made}." if made else f"{caption}."
 
@@ -169,17 +161,13 @@ def allocation_table(allocation: xr.Dataset) -> Table:
 
 def margins_left(allocation: xr.Dataset) -> str:
     """Return the least margins that allocated tolerances leave to requirements."""
-    count = allocation.sizes["limit"]
+    names, slack = allocation["limit"].values, allocation["slack"].values
     units = allocation["unit"].values if "unit" in allocation.coords else ""
+    units = np.broadcast_to(units, len(names))
     scale = float(abs(allocation["margin"]).max())
     margins = [
         f"{name}, by {number(margin, scale=scale)} {unit}".rstrip()
-        for name, margin, unit in zip(
-            allocation["limit"].values,
-            allocation["slack"].values,
-            np.broadcast_to(units, count),
-            strict=True,
-        )
+        for name, margin, unit in zip(names, slack, units, strict=True)
     ]
     return f"These tolerances keep: {'; '.join(margins)}."
 

@@ -14,14 +14,10 @@ JsonRecord = dict[str, Any]
 
 
 def packed(values: ArrayLike, quantum: float | None = None) -> JsonRecord:
-    """Return an array as a record that JSON can hold.
+    """Return an array as a JSON record: its `shape`, compressed `data` and `bytes` per number.
 
-    Numbers are rounded to multiples of `quantum`, if all are finite and the multiples have at most
-    32 bits; by default they keep all their digits.
-
-    The record has their `shape`; `data`, the bytes of all numbers, first bytes first, compressed,
-    in base 64; and `bytes` per number: eight of floating-point ones, fewer of multiples of
-    `quantum`.
+    Numbers are rounded to multiples of `quantum`, if these are finite and have at most 32 bits; by
+    default they keep all their digits.
     """
     array = np.ascontiguousarray(values, dtype="<f8")
     record, kind = {"shape": list(array.shape)}, "<f8"

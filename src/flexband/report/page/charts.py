@@ -12,7 +12,7 @@ from flexband.analysis.selection import AnySurrogate
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
-from flexband.report.text.tables import Table, deviations, outputs_of, select
+from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIGITS = 2e-6
@@ -32,11 +32,9 @@ def chart_data(
     limits: xr.Dataset | None = None,
     units: Mapping[str, str] | None = None,
 ) -> JsonRecord | None:
-    """Return what charts.js draws, or None if outputs are no functions of one increasing number.
+    """Return what charts.js draws, or None if outputs are no functions of one number.
 
-    `nominal` is the response with every input at its nominal value, dims (output, time);
-    `contributions` and `limits` are results of `contributions` and `check_limits`; `units` are
-    those of inputs, by name.
+    `nominal` has the dims (output, time); `units` are those of inputs, by name.
     """
     free = [str(d) for d in bands["mean"].dims if d not in ("output", "bound")]
     if len(free) != 1 or bands.sizes[free[0]] < 2:
@@ -70,8 +68,7 @@ def _output(
     contributions: xr.Dataset | None,
     limits: xr.Dataset | None,
 ) -> JsonRecord:
-    # Width of an error bar, as a part of the nominal range, below which its deviation is
-    # shown
+    # Width of an error bar, as a part of the nominal range, below which its deviation is shown
     narrow = 0.05
     output_bands = select(bands, name)
     bar = series(bands["error_bar"], name)[1]
@@ -86,29 +83,21 @@ def _output(
     }
     if error := next((name for name in ERRORS if name in output_bands), None):
         chart["error"] = packed(output_bands[error].values, quantum)
-        parts = {
-            words: output_bands[part].values
-            for part, words in PARTS.items()
-            if part in output_bands
-        }
-        chart["errors"] = {words: packed(values, quantum) for words, values in parts.items()}
+        parts = {words: part for part, words in PARTS.items() if part in output_bands}
+        chart["errors"] = {k: packed(output_bands[v].values, quantum) for k, v in parts.items()}
     if "error_bar_at" in output_bands:
-        chart["worst"] = packed(
-            output_bands["error_bar_at"].transpose("input", "bound", ...).values
-        )
+        worst = output_bands["error_bar_at"].transpose("input", "bound", ...)
+        chart["worst"] = packed(worst.values)
     if nominal is not None:
         values = series(nominal, name)[1]
         chart["nominal"] = packed(values, quantum)
         chart["narrow"] = bool(width < narrow * np.ptp(values))
     if contributions is not None and name in outputs_of(contributions["width"]):
-        output_contributions = select(contributions, name)
+        each, coarse = select(contributions, name)["contribution"], 100 * DIGITS * width or None
         chart["contributions"] = {
             "names": [str(k) for k in contributions["name"].values],
-            "values": packed(
-                output_contributions["contribution"].transpose("name", ...).values,
-                100 * DIGITS * width or None,
-            ),
-            "width": packed(series(contributions["width"], name)[1], 100 * DIGITS * width or None),
+            "values": packed(each.transpose("name", ...).values, coarse),
+            "width": packed(series(contributions["width"], name)[1], coarse),
         }
     if limits is not None:
         chart["limits"] = _limits(limits, output_bands, name)
@@ -139,10 +128,8 @@ def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[Jso
         for side in ("below", "above"):
             values = np.broadcast_to(limit[side].values, output_bands["mean"].shape[1:])
             if np.any(np.isfinite(values)):
-                curve = np.where(np.isfinite(values), values, np.nan)
-                curves.append(
-                    {"name": str(limit["limit"].values), "side": side, "values": packed(curve)}
-                )
+                curve = packed(np.where(np.isfinite(values), values, np.nan))
+                curves.append({"name": str(limit["limit"].values), "side": side, "values": curve})
     return curves
 
 
@@ -162,9 +149,8 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
     for name in outputs_of(bands["mean"]):
         output_bands = select(bands, name)
         (free,) = (d for d in output_bands["mean"].dims if d != "bound")
-        some = output_bands.isel(
-            {free: np.unique(np.linspace(0, output_bands.sizes[free] - 1, max_rows).astype(int))}
-        )
+        last = output_bands.sizes[free] - 1
+        some = output_bands.isel({free: np.unique(np.linspace(0, last, max_rows).astype(int))})
         some = some.dropna(free, subset=["mean"])  # those past the horizon
         error = next((some[k].values for k in ERRORS if k in some), None)
         columns = [some[free].values]
@@ -177,6 +163,5 @@ def numbers(bands: xr.Dataset, *, max_rows: int = 25) -> list[tuple[str, Table]]
             [number(v, 5, scale) for v, scale in zip(row, scales, strict=False)]
             for row in zip(*columns, strict=True)
         ]
-        unit = f" [{output_bands['unit'].values}]" if "unit" in output_bands.coords else ""
-        titled_tables.append((f"{name or 'response'}{unit}", (header, rows)))
+        titled_tables.append((f"{name or 'response'}{unit_of(output_bands)}", (header, rows)))
     return titled_tables

@@ -38,20 +38,12 @@ def given_by(
     *,
     seconds: float = 0.0,
 ) -> JsonRecord:
-    """Return what a report shows of a study's code.
+    """Return what a report shows of a study's code, whose docstring is its question.
 
-    Parameters
-    ----------
-    inputs : those of the study, fields with their domains.
-    surrogate : of the study, if its method makes one.
-    file : the study's, whose docstring is its question.
-    seconds : mean time of a run. The motion of one that takes long is the nominal one alone.
-
-    Returns
-    -------
-    `question`; `inputs`, a table; `units` of inputs, and `display_units`; `fields`, a picture of
-    realizations; `drawing`, the address of an image, and `description`, of a mechanism at the
-    nominal values; `motion`, what motion.js shows; `hidden`, sentences on what cannot be shown.
+    These are `question`; `inputs`, a table; `units` of inputs, and `display_units`; `fields`, a
+    picture; `drawing` and `description` of a mechanism at the nominal values; `motion`, what
+    motion.js shows, the nominal one alone if runs take many `seconds`; `hidden`, sentences on what
+    cannot be shown.
     """
     # Mean times [s] of a run from which on the motion is shown without samples of the
     # inputs, and not at all: the mechanism is simulated again for it. In a study in which
@@ -101,10 +93,7 @@ def _add(data: JsonRecord, name: str, what: str, make: Callable[[], str]) -> Non
 
 
 def field_axes(response: ResponseFunction, inputs: Mapping[str, Any]) -> dict[str, str]:
-    """Return what each field is a function of, "position" or "time", as far as that is known.
-
-    A property of a body varies with the position, what a drive prescribes with the time.
-    """
+    """Return what each field depends on, "position" or "time", as far as that is known."""
     if not isinstance(response, SensorResponse):
         return {}
     space, axes = Space(first_case(inputs)), {}

@@ -50,10 +50,10 @@ def _unit(name: str, input_: Any, units: Mapping[str, str]) -> str:
 
 
 def with_shares(table: Table, contributions: xr.Dataset | None) -> Table:
-    """Return the table of inputs with a column that tells how much each matters.
+    """Return the table of inputs with the part of the error bar that each is worth.
 
-    It is the part of the error bar's width that the input is worth, both as means over time, of the
-    outputs that it matters most for. Without contributions, the table is as it was.
+    It is that of the outputs that it matters most for, mean over time. Without contributions, the
+    table is as it was.
     """
     if contributions is None:
         return table
@@ -157,10 +157,7 @@ def _of_distribution(distribution: Input, scale: float) -> tuple[str, str]:
 
 
 def statistics(input_: Input) -> tuple[float, float, float, float] | None:
-    """Return the 5 % and 95 % quantiles, the mean and the standard deviation of a random number.
-
-    None of what is not one random number. Parameters that are intervals are at their midpoints.
-    """
+    """Return 5 % and 95 % quantiles, mean and std of a random number; None of anything else."""
     space = Space({"input": input_})
     if space.random_dimension != 1:
         return None

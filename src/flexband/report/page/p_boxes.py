@@ -15,11 +15,9 @@ from flexband.study.presentation.display import Display
 def p_boxes(surrogate: AnySurrogate, bands: xr.Dataset, count: int) -> xr.Dataset | None:
     """Return the bounds of the distribution function of every output at some times.
 
-    The times are those at which the error bars are the widest, and `count` equally spaced ones.
-    There are none if there are no random inputs, or if outputs are no functions of one variable.
-
-    The result has `distribution`, dims (output, place, bound, number), at `value` (output, place,
-    number), and `sampling_error` (output, place), the largest; the coordinate `place` is the time.
+    These are those of the widest error bars, and `count` equally spaced ones. The result has
+    `distribution` (output, place, bound, number) at `value` (output, place, number), and
+    `sampling_error` (output, place); None without random inputs or series.
     """
     samples = 1024  # of the random inputs
     first_surrogate = next(iter(surrogates_of(surrogate).values()))
@@ -65,10 +63,7 @@ def p_box_data(boxes: xr.Dataset | None, bands: xr.Dataset, display: Display) ->
 
 
 def _row(box: xr.Dataset) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return values, bounds of probabilities there, and the error of these.
-
-    What has one value only is a step there.
-    """
+    """Return values, bounds of probabilities, and their error; a single value is a step."""
     value = box["value"].values
     distribution = box["distribution"].transpose("bound", "value").values
     if len(value) == 1:

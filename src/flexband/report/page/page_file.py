@@ -14,20 +14,13 @@ from flexband.study.results.reliability import Doubt
 
 
 def write_given(folder: Path, given: JsonRecord) -> None:
-    """Write page.json into the folder of a study.
-
-    `given["doubts"]` are of class `Doubt`; `given["signed"]` are the checksums of the results that
-    it belongs to, by the files' names.
-    """
+    """Write page.json, with `doubts` and checksums `signed` of results, into a folder."""
     doubts = [doubt.as_json() for doubt in given["doubts"]]
     write_json(folder / FileName.PAGE, {**given, "doubts": doubts})
 
 
 def read_given(folder: Path) -> JsonRecord:
-    """Return what page.json has, nothing if there is none.
-
-    Raise `InputError` if it, or one of the results that it belongs to, is not as written.
-    """
+    """Return what page.json has, or nothing; raise `InputError` if it is not as written."""
     file = folder / FileName.PAGE
     try:
         given = read_json(file)

@@ -16,10 +16,7 @@ from flexband.uncertainty.surrogates.axes import axes_of
 def widest_path(
     surrogate: AnySurrogate | None, bands: xr.Dataset, sigmas: float
 ) -> xr.Dataset | None:
-    """Return the result of `path` for the point whose position is the most uncertain.
-
-    None if no pair of outputs is NAME_X and NAME_Y, in metres, over time.
-    """
+    """Return the path of the most uncertain point NAME_X, NAME_Y in metres over time, or None."""
     directions = 16
     names, axes = outputs_of(bands["mean"]), axes_of(bands["mean"].transpose("bound", ...))
     if surrogate is None or "unit" not in bands.coords or axes.dims != ("output",) or not axes.time:

@@ -43,11 +43,10 @@ def write_report(
     contributions: xr.Dataset | None = None,
     surrogate: AnySurrogate | None = None,
 ) -> Path:
-    """Write report.html into a folder, with the answers that are there; return its path.
+    """Write report.html with a folder's answers; return its path.
 
     `given` is what `given_by` returns, with `title`; `label` of the method; `computed`, command,
-    date and the like by name; `remarks` on the result; and `doubts`, why it is not what was asked
-    for. Results of `verify` and `contributions` are `checked` and `contributions`.
+    date and the like by name; `remarks`; and `doubts`, why the result is not what was asked for.
     """
     # The last starts all parts, however long a browser pauses between two scripts
     scripts = (
@@ -59,11 +58,9 @@ def write_report(
     )  # fmt: skip
     display = Display(given.get("display_units", {}), given.get("units", {}))
     answers, check = answers_in(folder, display)
-    limits, probability, production = (
-        (None, None, None)
-        if check is None
-        else (check.margins, check.probability, check.production)
-    )
+    limits, probability, production = None, None, None
+    if check is not None:
+        limits, probability, production = check.margins, check.probability, check.production
     raw = bands
     bands = display.data(bands)
     checked, contributions = (

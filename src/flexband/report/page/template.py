@@ -1,8 +1,12 @@
-"""Pages from templates: one file each, with all that it needs inside."""
+"""Pages from templates, one file each with all that it needs inside, and their prints as PDF."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Sequence
 from functools import cache
 from importlib import resources
@@ -13,25 +17,22 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from flexband.errors import InputError
 from flexband.files import replaced
 from flexband.report.text.numbers import with_minus
-
-STYLES = ("style.css", "motion.css", "what_if.css")
 
 ASSETS = resources.files("flexband.report.page").joinpath("assets")
 
 
 def write_page(file: Path, template: str, scripts: Sequence[str] = (), **values: Any) -> None:
-    """Write a web page from a template in assets, which appears only once it is complete.
-
-    Every text in `values` is escaped. Scripts read `data`, a tree that JSON can hold.
-    """
+    """Write a web page from a template in assets, complete at once; `data` is for scripts."""
     data = values.pop("data", None)
     if data is not None:
         text = json.dumps(data, allow_nan=False, separators=(",", ":"))
         values["data"] = Markup(text.replace("<", "\\u003c"))
         values["scripts"] = [_plotly(), *map(_script, scripts)]
-    styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in STYLES)
+    names = ("style.css", "motion.css", "what_if.css")
+    styles = (ASSETS.joinpath(name).read_text(encoding="utf-8") for name in names)
     page = _templates().get_template(template)
     html = page.render(style=Markup("".join(styles)), version=version("flexband"), **values)
     with replaced(file) as partial:
@@ -59,3 +60,38 @@ def _script(name: str) -> Markup:
 def _plotly() -> Markup:
     file = resources.files("plotly").joinpath("package_data/plotly.min.js")
     return Markup(file.read_text(encoding="utf-8").replace("</script", "<\\/script"))
+
+
+BROWSERS = (
+    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge",
+    "microsoft-edge",
+)  # fmt: skip
+"""Programs that can print a page without a window."""
+
+
+def print_pdf(page: Path, *, timeout: float = 120.0) -> Path:
+    """Print a web page into a PDF beside it; raise `InputError` if that takes too long [s]."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise InputError(
+            "a PDF needs Chromium, Chrome or Edge on the PATH; none is there. Open "
+            f"'{page}' in a browser and print it"
+        )
+    file = page.with_suffix(".pdf")
+    with tempfile.TemporaryDirectory() as profile:
+        printed = Path(profile) / "report.pdf"
+        root = ["--no-sandbox"] * (os.name == "posix" and os.geteuid() == 0)
+        command = [
+            browser, "--headless", *root, "--disable-gpu", f"--user-data-dir={profile}/user",
+            "--no-pdf-header-footer", "--virtual-time-budget=30000", f"--print-to-pdf={printed}",
+            page.resolve().as_uri(),
+        ]  # fmt: skip
+        try:
+            done = subprocess.run(command, capture_output=True, timeout=timeout, check=False)
+        except subprocess.TimeoutExpired:
+            raise InputError(f"{browser} has not printed the report within {timeout:g} s") from None
+        if not printed.is_file():
+            reason = done.stderr.decode(errors="replace").strip().splitlines()
+            raise InputError(f"{browser} has printed no PDF: {(reason or ['no reason given'])[-1]}")
+        shutil.move(printed, file)
+    return file

@@ -14,20 +14,7 @@ from flexband.report.plot.places import mechanism, path
 from flexband.report.plot.style import style
 
 __all__ = [
-    "bands",
-    "bounds",
-    "comparison",
-    "contributions",
-    "deviations",
-    "errors",
-    "field",
-    "margins",
-    "mechanism",
-    "p_box",
-    "path",
-    "probability",
-    "response",
-    "style",
-    "tolerances",
+    "bands", "bounds", "comparison", "contributions", "deviations", "errors", "field", "margins",
+    "mechanism", "p_box", "path", "probability", "response", "style", "tolerances",
     "variance_error",
-]
+]  # fmt: skip

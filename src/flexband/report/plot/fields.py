@@ -74,10 +74,8 @@ def variance_error(
     for name, random_field in fields.items():
         x = np.linspace(*random_field.located, 501)
         text = f"{literal(str(name))}, terms: {random_field.dimension}"
-        drawn[f"{text}, largest: {random_field.largest_variance_error():.4f}"] = (
-            x,
-            random_field.variance_error(x),
-        )
+        text += f", largest: {random_field.largest_variance_error():.4f}"
+        drawn[text] = x, random_field.variance_error(x)
     ax = axes_of(ax)
     for (text, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         ax.plot(x, values, label=text, **look)

@@ -23,10 +23,7 @@ WIDTH, HEIGHT = 5.6, 2.5
 
 
 def bands_figure(results: Mapping[str, xr.Dataset], output: str) -> Figure:
-    """Draw the interval mean and, below it, the interval error bar of one output.
-
-    Results are bands by their labels, all of the same multiple of σ.
-    """
+    """Draw interval mean and interval error bar of one output, of bands by their labels."""
     figure, rows = _stacked(2)
     titles = bounds(next(iter(results.values())))
     for axes, (variable, title) in zip(rows, titles.items(), strict=True):
@@ -59,10 +56,7 @@ def variance_error_figure(
 
 
 def fields_figure(fields: Mapping[str, Field], along: Mapping[str, str] | None = None) -> Figure:
-    """Draw some realizations of each field, with its limits, or its mean and standard deviation.
-
-    Of each field, `along` says if it is a function of "position" or "time", as far as is known.
-    """
+    """Draw some realizations of each field along "position" or "time", with its limits."""
     along = along or {}
     figure, rows = _stacked(len(fields))
     for axes, (name, field) in zip(rows, fields.items(), strict=True):
@@ -114,11 +108,7 @@ def derived_figure(bands: xr.Dataset) -> Figure:
 
 
 def limits_figure(checked: xr.Dataset, probability: xr.Dataset | None = None) -> Figure:
-    """Draw the margins of limits over time, those of each unit together; below, probabilities.
-
-    A least margin that is too small to be seen beside the others is drawn again from close by.
-    Probabilities are drawn where they are not zero at all times.
-    """
+    """Draw the margins of limits by unit, again from close by if needed, and probabilities."""
     units = checked["unit"].values if "unit" in checked.coords else np.array("")
     units = np.broadcast_to(units.astype(str), checked.sizes["limit"])
     groups = {u: checked.isel(limit=np.flatnonzero(units == u)) for u in dict.fromkeys(units)}

@@ -62,8 +62,7 @@ def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None)
 
 def too_small_to_see(limits: xr.Dataset) -> bool:
     """Return whether the least margin over time cannot be told from zero beside the others."""
-    # Part of the range of margins from which on the least one can be told from zero in a
-    # figure
+    # Part of the range of margins from which on the least one can be told from zero in a figure
     seen = 0.03
     margin = limits["margin"].transpose("limit", ...).values
     values = margin[np.isfinite(margin)]

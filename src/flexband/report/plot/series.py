@@ -54,17 +54,12 @@ def output_of(data: xr.DataArray, output: str | None) -> str:
 
 
 def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> None:
-    """Name the axes after one output and what it depends on.
-
-    `quantity` is what is drawn, in which {} stands for the output.
-    """
+    """Name the axes after an output, {} in the quantity that is drawn, and what it depends on."""
     output_data = select(data, output)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
-    unit = (
-        str(output_data["unit"].values)
-        if "unit" in output_data.coords
-        else output_data.attrs.get("units", "")
-    )
+    unit = output_data.attrs.get("units", "")
+    if "unit" in output_data.coords:
+        unit = str(output_data["unit"].values)
     named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
     axes.set(ylabel=with_unit(named.replace("{}", ""), unit))
     if last == "bound":
@@ -98,10 +93,7 @@ def with_unit(name: str, unit: Any) -> str:
 
 
 def legend_above(axes: Axes) -> None:
-    """Put the legend above the axes, where it hides neither data nor powers of ten at the left.
-
-    A title must be set afterwards, by `title_above`.
-    """
+    """Put the legend above the axes, where it hides nothing, before `title_above` is called."""
     names = [str(text) for text in axes.get_legend_handles_labels()[1]]
     long = 28  # letters of a name that has a row of its own
     columns = 1 if any(len(name) > long and "$" not in name for name in names) else 2

@@ -142,10 +142,7 @@ def _add_guide(
     metres: tuple[float, float] = (0.0, 0.0),
     points: tuple[float, float] = (26.0, 7.0),
 ) -> LocalFrame:
-    """Add the rails that a slider moves between; return the frame of the slider.
-
-    They reach so far beyond its middle along the guide and across it, in metres and in points.
-    """
+    """Add rails that reach beyond a slider's middle, in metres and points; return its frame."""
     first, second = sketch.points(joint.points)
     turn = sketch.tracks.axis(joint.second, joint.axis)
     sketch.line(at(first, second), **AXIS)

@@ -133,10 +133,8 @@ add_load.register(AngularStop, add_angular_stop)
 
 @add_load.register
 def _(load: Moment, sketch: Sketch, name: str) -> None:
-    frame, sense = (
-        LocalFrame(sketch.tracks.point(load.points[0])),
-        _sense(sketch.scene, load.moment),
-    )
+    frame = LocalFrame(sketch.tracks.point(load.points[0]))
+    sense = _sense(sketch.scene, load.moment)
     start, sweep = np.pi * (-0.5 - 0.25 * sense), 1.5 * np.pi * sense
     middle = sketch.turning(frame, start, sweep, 15.0, "load", f"load {name!r}")
     sketch.name(name, middle, color="load")

@@ -34,10 +34,7 @@ def sketch_mechanism(
 
 
 def extent(sketch: Sketch, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Return the lowest and the highest coordinates of shapes [m], shape (2, 2).
-
-    Positions and directions are those of all numbers, shape (tracks, 2, ...).
-    """
+    """Return extremes of shapes [m], (2, 2), from positions and directions (tracks, 2, ...)."""
     places = [np.moveaxis(position, 1, -1).reshape(-1, 2)]
     for stroke in (stroke for line in sketch.lines for stroke in line.strokes):
         places.append(np.moveaxis(stroke.places(position, direction), 1, -1).reshape(-1, 2))

@@ -51,20 +51,14 @@ class Scene:
         return self.start.vector(self.mechanism.velocity(point).position)
 
     def corners(self, name: str) -> np.ndarray:
-        """Return the hull of a body's named points [m], shape (points, 2).
-
-        The hull of a single point includes the centre.
-        """
+        """Return the hull of a body's named points [m], (points, 2); of one, and the centre."""
         points = named_points(self.mechanism.bodies[name])
         places = np.array([self.at(f"{name}.{point}") for point in points])
         named = hull(places[:-1])
         return named if len(named) > 1 else hull(places)
 
     def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ends [m] of the pitch line of a rack.
-
-        It spans the points of the rack's body and half the circumference of the pinion.
-        """
+        """Return the ends [m] of a rack's pitch line, over its points and half the pinion."""
         centre, radius = self.at(rack.first), self.start.number(rack.radius)
         x, y = axis = self.start.vector(along(self.mechanism.frame(rack.second), rack.axis))
         body = body_of(rack.second)
@@ -79,10 +73,7 @@ class Scene:
         return half_height(self.mechanism.bodies[name], self.start, places)
 
     def first_sense(self, motion: TimeFunction) -> float:
-        """Return the sign of the first motion of a drive, which may start from rest.
-
-        It is 1 for a drive that does not move, as far as its function can be evaluated.
-        """
+        """Return the sign of the first motion of a drive, 1 if it does not move."""
         start = self.start.number(motion(0.0))
         for time in 10.0 ** np.arange(-6, 3):
             try:

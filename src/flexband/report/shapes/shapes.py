@@ -21,22 +21,15 @@ PEN_UP = (np.nan, np.nan)
 
 @dataclass(frozen=True)
 class LocalFrame:
-    """Where vertices are counted from, and the direction of their x.
+    """Where vertices are counted from, and the direction of their x."""
 
-    Attributes
-    ----------
-    origin : number of a position.
-    turn : number of the direction of x, if it is a recorded one.
-    ends : numbers of two positions, if x points from the first to the second.
-    fixed : the direction of x otherwise, in global axes.
-    shares : whether the part of a vertex that scales is a part of the distance of the ends; by
-        default it is in metres.
-    """
-
-    origin: int
-    turn: int | None = None
+    origin: int  # number of a position
+    turn: int | None = None  # number of the direction of x, if it is a recorded one
+    # numbers of two positions, if x points from the first to the second
     ends: tuple[int, int] | None = None
-    fixed: tuple[float, float] = (1.0, 0.0)
+    fixed: tuple[float, float] = (1.0, 0.0)  # the direction of x otherwise, in global axes
+    # whether the part of a vertex that scales is a part of the distance of the ends; by default it
+    # is in metres
     shares: bool = False
 
     def axis(self, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -57,10 +50,7 @@ class Stroke:
     vertices: np.ndarray
 
     def places(self, position: np.ndarray, direction: np.ndarray, unit: float = 0.0) -> np.ndarray:
-        """Return the vertices [m], shape (vertices, 2, ...), with so many metres (unit) per point.
-
-        Positions and directions are those of all numbers, shape (tracks, 2, ...).
-        """
+        """Return vertices [m], (vertices, 2, ...), from tracks (tracks, 2, ...), `unit` m/pt."""
         x, y, right, up = self.vertices.T.reshape((4, -1, *np.ones(position.ndim - 1, dtype=int)))
         vector = np.stack([frame.axis(position, direction) for frame in self.frames])
         length = np.sqrt((vector**2).sum(axis=1, keepdims=True))
@@ -85,44 +75,31 @@ def in_points(frame: LocalFrame, shape: ArrayLike) -> Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Shape:
-    """What has an edge and an area.
+    """What has an edge and an area."""
 
-    Attributes
-    ----------
-    part : what it stands for, such as "body 'crank'".
-    layer : shapes of a higher layer cover those of a lower one.
-    color, fill : names of colours of the edge and of the area, which may be empty.
-    width : of the edge [pt].
-    alpha : opacity of the area.
-    spacing : it is not drawn if its places are less apart [pt], on average.
-    """
-
-    part: str = ""
+    part: str = ""  # what it stands for, such as "body 'crank'"
     layer: float = 4.0
+    """Shapes of a higher layer cover those of a lower one."""
+    # names of colours of the edge and of the area, which may be empty
     color: str = "ink"
     fill: str = ""
     width: float = 1.0
+    """Of the edge [pt]."""
     alpha: float = 1.0
+    """Opacity of the area."""
     spacing: float = 0.0
+    """It is not drawn if its places are less apart [pt], on average."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line(Shape):
-    """Lines along strokes; an area if it is `closed`, an arrow if it has a `head`.
+    """Lines along strokes; an area if it is `closed`, an arrow if it has a `head`."""
 
-    Attributes
-    ----------
-    strokes : what it consists of.
-    dash : lengths [pt] of dashes and gaps.
-    head : length [pt] of the head at its end.
-    start_only : whether it is true at the start alone, and not drawn in motion.
-    """
-
-    strokes: Sequence[Stroke] = ()
+    strokes: Sequence[Stroke] = ()  # what it consists of
     closed: bool = False
-    dash: Sequence[float] = ()
-    head: float = 0.0
-    start_only: bool = False
+    dash: Sequence[float] = ()  # lengths [pt] of dashes and gaps
+    head: float = 0.0  # length [pt] of the head at its end
+    start_only: bool = False  # whether it is true at the start alone, and not drawn in motion
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,48 +28,34 @@ from flexband.report.shapes.tracks import Tracks
 
 
 class Outline(NamedTuple):
-    """What is drawn of a body in other samples: a line through positions.
+    """What is drawn of a body in other samples: a line through positions."""
 
-    Attributes
-    ----------
-    points : numbers of positions.
-    closed : whether the line returns to the first.
-    radius : of a circle about the first [m], or zero.
-    """
-
-    points: Sequence[int]
-    closed: bool = False
+    points: Sequence[int]  # numbers of positions
+    closed: bool = False  # whether the line returns to the first
     radius: float = 0.0
+    """Of a circle about the first [m], or zero."""
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """Shapes of a mechanism, and the tracks that place them.
+    """Shapes of a mechanism, and the tracks that place them."""
 
-    Attributes
-    ----------
-    scene : the mechanism at its start.
-    tracks : positions and directions that the shapes name by numbers.
-    unit : metres per point, by which the numbers of teeth and coils are chosen.
-    ranges : joint -> lowest and highest place [m] of a slider along its guide during the motion; by
-        default that at the start.
-    gaps : least number of gaps between the points that the axis of a beam is drawn through.
-    lines, marks, names, lengths, fields : the shapes.
-    outlines : of bodies in other samples.
-    guides : joint -> numbers of the positions of a slider and of its guide, and of its direction.
-    """
-
-    scene: Scene
-    tracks: Tracks
-    unit: float
+    scene: Scene  # the mechanism at its start
+    tracks: Tracks  # positions and directions that the shapes name by numbers
+    unit: float  # metres per point, by which the numbers of teeth and coils are chosen
+    # joint -> lowest and highest place [m] of a slider along its guide during the motion; by
+    # default that at the start
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     gaps: int = 24
+    """Least number of gaps between the points that the axis of a beam is drawn through."""
+    # the shapes
     lines: list[Line] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
     names: list[Name] = field(default_factory=list)
     lengths: list[Length] = field(default_factory=list)
     fields: list[FieldArrow] = field(default_factory=list)
-    outlines: list[Outline] = field(default_factory=list)
+    outlines: list[Outline] = field(default_factory=list)  # of bodies in other samples
+    # joint -> numbers of the positions of a slider and of its guide, and of its direction
     guides: dict[str, tuple[int, int, int]] = field(default_factory=dict)
 
     def line(self, *strokes: Stroke, **style: Any) -> None:
@@ -91,10 +77,7 @@ class Sketch:
     def travel(
         self, name: str, part: PairJoint | PairLoad, axis: tuple[float, float]
     ) -> tuple[float, float]:
-        """Return the lowest and the highest place [m] of the first point of a part along an axis.
-
-        It is given in the frame of the second point.
-        """
+        """Return the extreme places [m] of a part's first point on an axis of the second."""
         first, second = part.points
         direction = self.scene.start.vector(along(self.scene.mechanism.frame(second), axis))
         place = float((self.scene.at(first) - self.scene.at(second)) @ direction)
@@ -145,10 +128,7 @@ class Sketch:
     def turning(
         self, frame: LocalFrame, start: float, sweep: float, radius: float, color: str, part: str
     ) -> Stroke:
-        """Add an arrow around a place, from angle `start` to `start + sweep` [rad].
-
-        Returns the middle of the arrow. The radius is in points.
-        """
+        """Add an arrow from angle `start` by `sweep` [rad], radius in points; return its middle."""
         angles = start + sweep * np.linspace(0.0, 1.0, 40)
         arc = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         self.lines.append(arrow([in_points(frame, arc)], color=color, part=part))
@@ -203,24 +183,13 @@ def in_metres(frame: LocalFrame, shape: ArrayLike) -> Stroke:
 def spring(
     frame: LocalFrame, length: float, *, elastic: bool, damped: bool
 ) -> tuple[Stroke, float]:
-    """Return a zigzag, a dashpot, or both side by side; an actuator if it is neither.
+    """Return a zigzag, a dashpot, both or an actuator, and how far [pt] it is to the left.
 
-    The frame is from end to end, in parts of the distance, which at the start is `length` [pt]. How
-    far [pt] the first symbol is to the left of the line is returned as well.
+    The frame is from end to end, in parts of the distance, at the start `length` [pt].
     """
     actuator = [(-12, 0), (-12, 5), (12, 5), (12, -5), (-12, -5), (-12, 0), PEN_UP, (12, 0)]
-    dashpot = [
-        (-2, 0),
-        (-2, 4),
-        (-2, -4),
-        PEN_UP,
-        (-10, 6),
-        (8, 6),
-        (8, -6),
-        (-10, -6),
-        PEN_UP,
-        (8, 0),
-    ]
+    piston, cylinder = [(-2, 0), (-2, 4), (-2, -4)], [(-10, 6), (8, 6), (8, -6), (-10, -6)]
+    dashpot = [*piston, PEN_UP, *cylinder, PEN_UP, (8, 0)]
     half = min(0.33, 45.0 / length) if length > 0 else 0.33
     parts: list[list[tuple[float, float, float, float]]] = []
     if elastic:

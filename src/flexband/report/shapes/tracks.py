@@ -91,10 +91,7 @@ class Tracks:
         }
 
     def split(self, outputs: ArrayLike) -> dict[str, np.ndarray]:
-        """Return the outputs of `sensors`, (samples, outputs, times), by kind.
-
-        Each array has the shape (samples, tracks, 2, times).
-        """
+        """Return outputs (samples, outputs, times) by kind, (samples, tracks, 2, times) each."""
         values = np.asarray(outputs, dtype=float)
         samples, rows, times = values.shape
         counts = [len(tracks) for tracks in self._tracks.values()]

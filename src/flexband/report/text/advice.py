@@ -15,10 +15,7 @@ from flexband.words import number_of
 
 
 def advice_on(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
-    """Return why an accuracy is missed and what to do next, without full stops.
-
-    Where it is met, a vibration that the start excites is stated alone. `verify` returns `checked`.
-    """
+    """Return why an accuracy is missed and what to do, or a vibration that the start excites."""
     attrs, lines = bands.attrs, list[str]()
     reasons = shortfalls(bands, checked)
     if Shortfall.RINGING not in reasons and of_attributes(attrs):

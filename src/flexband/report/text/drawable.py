@@ -10,11 +10,7 @@ from flexband.report.text.tables import deviations, outputs_of, select
 
 
 def series(data: xr.DataArray, output: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and the values of shape (..., x) of one output, those of bounds first.
-
-    This is what figures and charts draw. Raise `InputError` if the output depends on more than one
-    variable.
-    """
+    """Return x and values (..., x) of an output of one variable at most, bounds first."""
     output_data = select(data, output)
     if "bound" in output_data.dims:
         output_data = output_data.transpose("bound", ...)

@@ -8,10 +8,7 @@ from typing import Any
 
 
 def number(value: Any, digits: int = 4, scale: float = 0.0) -> str:
-    """Return a number as text: 0.0123 and 12300, but 7.67e-5 and 2.8e9.
-
-    `scale` is the largest value of what the number belongs to; its rounding errors are "0".
-    """
+    """Return a number as text: 0.0123 and 12300, but 7.67e-5; "0" for rounding of a `scale`."""
     noise = 1e-12  # below this part of the largest value of a series, numbers are rounding errors
     value = float(value)
     if abs(value) <= noise * scale or not math.isfinite(value):

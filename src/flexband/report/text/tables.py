@@ -23,9 +23,6 @@ Table = tuple[list[str], list[list[str]]]
 """A header and rows."""
 
 
-TOLD = 0.01
-"""Part of the largest width of an error bar that the digits of its ends tell."""
-
 CONSTANT = "constant"
 """In place of the width of an output that is constant, or nothing but rounding errors."""
 
@@ -53,17 +50,17 @@ def deviations(bands: xr.Dataset) -> str:
 def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table:
     """Return one row per output: its bands over all times, and the largest width of its error bar.
 
-    Their ends have so many digits that they are told apart from a limit which is near: four, and
-    those that tell `TOLD` of the width. The next column is its expected error in parts of the
-    width, both as means over time, or, for PCCI methods, the largest indicator of the truncation
-    error in parts of the largest width. The last one is whether verification runs confirm it: the
-    result of `verify`. Of an output that is constant there is none of these.
+    Their ends have so many digits that they are told apart from a limit which is near. The next
+    column is the expected error in parts of the width, both as means over time, or, for PCCI
+    methods, the largest truncation indicator in parts of the largest width; the last one is whether
+    verification runs confirm it. Of an output that is constant there is none of these.
     """
     bar = f"error bar μ ± {deviations(bands)}"
     shares, rows = expected_errors(bands), []
     kind = "expected error" if shares else "truncation indicator"
     header = ["output", "interval mean", bar, "largest width", "at", kind]
     header += ["confirmed"] * (checked is not None and "confirmed" in checked)
+    resolved = 0.01  # part of the largest width of an error bar that the digits of its ends tell
     still, largest = constants(bands), _largest_of_units(bands)
     for name in outputs_of(bands):
         output_bands = select(bands, name)
@@ -71,7 +68,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
         width = bar.sel(bound="upper") - bar.sel(bound="lower")
         widest, scale = float(width.max()), float(abs(bar).max())
         scale = largest[unit] if unit and name in still else scale
-        finest = 0.0 if name in still else TOLD * widest
+        finest = 0.0 if name in still else resolved * widest
         ends = [
             number(v, digits_for(v, finest), scale)
             for v in (float(end) for b in (output_bands["mean"], bar) for end in (b.min(), b.max()))
@@ -113,10 +110,7 @@ def unit_of(output_bands: xr.Dataset) -> str:
 
 
 def _largest_of_units(bands: xr.Dataset) -> dict[str, float]:
-    """Return the largest size of the error bars of all outputs of a unit, by `unit_of`.
-
-    Its rounding errors are not above `ROUNDING` times that.
-    """
+    """Return the largest error bar per unit, by `unit_of`; rounding is `ROUNDING` times that."""
     levels = rounding_levels(bands["unit"]) if "unit" in bands.coords else {}
     largest = {f" [{unit}]": level / ROUNDING for unit, level in levels.items()}
     for name in outputs_of(bands):
@@ -138,10 +132,7 @@ def constants(bands: xr.Dataset) -> list[str]:
 
 
 def expected_errors(bands: xr.Dataset) -> dict[str, float]:
-    """Return the expected error of every output, in parts of its error bar's width; or nothing.
-
-    Both are means over time, if there are times.
-    """
+    """Return expected errors of outputs in parts of the widths, means over time; or nothing."""
     # Factor between an error in parts of an output's own width and of that it is judged by,
     # beyond which the former is told. Where both widths are the output's, they differ by a
     # little, since the latter is found at fewer times
@@ -155,10 +146,10 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
 
 
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
-    """Return the expected error of every output as the method judges it; or nothing.
+    """Return the expected errors of outputs as the method judges them; or nothing.
 
-    It is that of `expected_errors`, but for components of a tensor, and for those of a vector that
-    are far smaller than others: their errors are in parts of the width of the largest one.
+    Those of components of a tensor, and of far smaller ones of a vector, are in parts of the width
+    of the largest one.
     """
     bar = bands["error_bar"].transpose("bound", ...)
     errors = with_relative_errors(bands, bar)  # of an earlier version, or of a method of one's own
@@ -187,10 +178,9 @@ def error_in_words(bands: xr.Dataset) -> str:
 
 
 def worst_time(bands: xr.Dataset) -> str:
-    """Return by how much an error bar may be off at the worst time, with output and time, in words.
+    """Return how far an error bar may be off at the worst time, with output and time, in words.
 
-    It is in parts of the width by which the method judges the output, mean over time. The text is
-    empty without times, or without an estimate.
+    It is in parts of the width by which the method judges the output, mean over time.
     """
     axes, shares = axes_of(bands["error_bar"].transpose("bound", ...)), judged_errors(bands)
     if axes.times == 1 or "pointwise_error" not in bands or not any(shares.values()):
@@ -233,10 +223,7 @@ def checked_in_words(checked: xr.Dataset) -> str:
 
 
 def predictable_part(bands: xr.Dataset, parts: xr.Dataset | None) -> xr.Dataset | None:
-    """Return the trusted bands of outputs that are predictable for the whole run, or None.
-
-    Sampled parts tell of the others; all are returned if there are none.
-    """
+    """Return trusted bands of outputs that no sampled part shows to be unpredictable, or None."""
     if parts is None:
         return bands
     every = parts["predictable"] & bands.get("trusted", True)
@@ -376,8 +363,7 @@ def between_remarks(bands: xr.Dataset) -> list[str]:
                 f"Between the output times, {name or 'the response'} goes {way} to "
                 f"{number(sign * reach.max())}{unit}, after {at}{unit_of_last}, {side} every band "
                 f"at these times ({number_of(bands.attrs['runs_between'], 'run')} at more times): "
-                "a smaller "
-                "output_step shows it"
+                "a smaller output_step shows it"
             )
     return lines
 

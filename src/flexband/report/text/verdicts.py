@@ -23,11 +23,7 @@ RANDOM_SAMPLES = (
 
 
 def verdict_line(verdict: RequirementVerdict) -> str:
-    """Return a verdict in one line, without a full stop.
-
-    FAIL  wiper angle (nominal ± 0.5°): exceeded by 0.107° at 0.53 s (worst tolerances, 3σ); mostly
-    due to pivot_x
-    """
+    """Return a line such as "FAIL  angle (nominal ± 0.5°): exceeded by 0.107°; mostly due to …"."""
     blame = f"; mostly due to {verdict.input}" * bool(
         verdict.input and verdict.verdict is not Verdict.PASS
     )
@@ -57,7 +53,8 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.ERROR: f"but its error is {error}",
         Reason.BETWEEN: "but only between output times, where no error is stated: give a shorter "
         "output_step",
-        Reason.NO_RUN: "but no run leaves the bounds, and here the expansion alone does not decide",
+        Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run leaves the bounds, and "
+        "here the expansion alone does not decide",
         Reason.NO_ERROR: "but the method states no error",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",

@@ -37,8 +37,8 @@ class Reason(StrEnum):
     """The error is larger than the margin."""
     BETWEEN = "between times"
     """The bounds are left only between output times, where no error is stated."""
-    NO_RUN = "no run"
-    """No run leaves the bounds, and the expansion alone does not show that they are left."""
+    RUNS_DIFFER = "runs differ"
+    """A run leaves bounds that the expansion keeps, or none does, and it is not accurate."""
     NO_ERROR = "no error"
     """No error can be stated, neither by the method nor by verification runs."""
     NOT_TRUSTED = "not trusted"
@@ -187,14 +187,15 @@ def _by_margin(
     ):
         return Verdict.UNDECIDED, Reason.NOT_CONFIRMED, error
     kept = least.verdict
-    if kept is LimitVerdict.KEPT and least.between - error >= 0:
-        return Verdict.PASS, Reason.MARGIN, error
+    runs = float(limit.get("recorded_margin", np.nan)) if limit.get("run_required", 0) else np.nan
+    within = kept is LimitVerdict.KEPT and least.between - error >= 0
     beyond = kept is LimitVerdict.NOT_KEPT and least.margin + error < 0
-    no_run = bool(limit.get("run_required", 0)) and limit.get("recorded_margin", -1.0) >= 0
-    if beyond and not no_run:
+    if within and not runs < 0:
+        return Verdict.PASS, Reason.MARGIN, error
+    if beyond and not runs >= 0:
         return Verdict.FAIL, Reason.MARGIN, error
-    if beyond:
-        reason = Reason.NO_RUN
+    if within or beyond:
+        reason = Reason.RUNS_DIFFER
     elif kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.margin + error:
         reason = Reason.BETWEEN
     elif kept is LimitVerdict.UNDECIDED and not least.margin + error >= 0 >= least.between - error:

@@ -41,10 +41,7 @@ class Density(Protocol):
 
 @dataclass(frozen=True)
 class DensityPolynomials:
-    """The family of polynomials of a density, of the standardized variable ξ = (x − mean)/std.
-
-    They are scaled to be at most one, but for rare values: |P_j(ξ)| > 1 with probability 7·10⁻⁶.
-    """
+    """The polynomials of a density in (x − mean)/std, |P_j| > 1 with probability 7·10⁻⁶."""
 
     density: Density
 

@@ -16,11 +16,7 @@ from flexband.uncertainty.expansions.substitution import Substitution, substitut
 
 @dataclass(frozen=True)
 class DirectExpansion:
-    """The `Expansion` of outputs by their values at fixed times, Eq. (11).
-
-    The expansion of the values has all times of one output after the other; `outputs` are numbers
-    of the response's ones.
-    """
+    """The `Expansion` of outputs by values at fixed times, one output after the other, Eq. (11)."""
 
     outputs: np.ndarray
     values: HybridExpansion

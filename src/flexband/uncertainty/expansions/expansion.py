@@ -47,10 +47,7 @@ class Expansion(Protocol):
         ...
 
     def evaluate_quickly(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return what `evaluate` does, in this thread alone and to six digits at least.
-
-        There may be one η for all points.
-        """
+        """Return what `evaluate` does, in one thread and to six digits; η may be shared."""
         ...
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -58,10 +55,7 @@ class Expansion(Protocol):
         ...
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
-        """Return the bounds of μ(η) + c σ(η) over η ∈ [−1, 1]^m for each c of `sigmas`.
-
-        Values have shape (2, outputs, times), places (2, outputs, times, m).
-        """
+        """Return bounds of μ + c σ, c in `sigmas`, (2, outputs, times), and their η, (…, m)."""
         ...
 
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
@@ -79,10 +73,7 @@ class Expansion(Protocol):
         ...
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays that a file keeps.
-
-        `of_arrays(families, **arrays)` of the class restores it, with the families of its inputs.
-        """
+        """Return the arrays of a file, from which `of_arrays(families, **arrays)` restores it."""
         ...
 
 
@@ -106,10 +97,7 @@ def extremes_of(
     sigmas: float = 1.0,
     of: Sequence[float] = SIGMAS,
 ) -> list[Extremes]:
-    """Return the bounds of μ, μ − kσ and μ + kσ of all outputs at some times, k = `sigmas`.
-
-    `of` are the multiples of kσ, if others are needed.
-    """
+    """Return the bounds of μ, μ − kσ and μ + kσ, or the multiples `of` kσ, at some times."""
     multiples = [sigmas * c for c in of]
     bounds = [
         expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions

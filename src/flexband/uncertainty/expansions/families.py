@@ -64,10 +64,7 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class Hermite:
-    """He_j of a standard normal variable.
-
-    Nested points of orders up to 8 stay within 4.2 standard deviations.
-    """
+    """He_j of a standard normal variable; nested points up to order 8 are within 4.2 std."""
 
     name: str = "Hermite"
     highest: int = 8
@@ -135,10 +132,6 @@ def mean_squares(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
 
 
 def transform(family: Family, order: int) -> np.ndarray:
-    """Return the matrix from values at the `order + 1` Gauss points to coefficients.
-
-    It is the inverse of the matrix of `values` at the points, since the polynomials are orthogonal
-    on these points too.
-    """
+    """Return the matrix from values at the `order + 1` Gauss points to coefficients."""
     nodes, weights = family.gauss(order + 1)
     return (family.values(order, nodes) * weights[:, None]).T / family.norms(order)[:, None]

@@ -69,20 +69,14 @@ def overwritten(
 
 @dataclass(frozen=True)
 class HybridExpansion:
-    """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products.
+    """The surrogate Σ β_ij Φ_i(η) Ψ_j(ξ) of a response, Eq. (11), of some of the products."""
 
-    Attributes
-    ----------
-    families : the polynomials of each random variable.
-    index : orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the
-        first term is the constant.
-    coefficients : β, shape (terms, series). All outputs and times are series.
-    discs : numbers of the first η of each pair that is in a disc, see `discs`.
-    """
-
-    families: tuple[Family, ...]
+    families: tuple[Family, ...]  # the polynomials of each random variable
+    # orders of each term Φ_i Ψ_j in each variable, η first, shape (terms, variables); the first
+    # term is the constant
     index: np.ndarray
-    coefficients: np.ndarray
+    coefficients: np.ndarray  # β, shape (terms, series). All outputs and times are series.
+    # numbers of the first η of each pair that is in a disc, see `discs`
     discs: tuple[int, ...] = ()
 
     @cached_property
@@ -143,10 +137,7 @@ class HybridExpansion:
         random_orders: Sequence[int],
         interval_nodes: Sequence[np.ndarray],
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return ξ and η of all runs, shapes (runs, n) and (runs, m); ξ varies fastest.
-
-        ξ are the roots of the polynomials of degree k + 1, Eq. (13).
-        """
+        """Return ξ, (runs, n), roots of degree k + 1, Eq. (13), and η, (runs, m); ξ first."""
         variables = zip(families, random_orders, strict=True)
         xi = tensor_points([family.gauss(k + 1)[0] for family, k in variables])
         eta = tensor_points(interval_nodes)
@@ -164,8 +155,8 @@ class HybridExpansion:
         """Return the expansion through the values, shape (runs, series), of `design`.
 
         There are as many points as terms, so the least squares of Eq. (12) interpolate, and the
-        inverse is a product of small matrices, one per variable. With `overwrite` the coefficients
-        take the place of the values.
+        inverse is a product of small matrices, one per variable. `overwrite` puts coefficients into
+        `values`.
         """
         transforms = [
             *(np.linalg.inv(chebyshev_values(len(x) - 1, x)) for x in interval_nodes),
@@ -221,11 +212,7 @@ class HybridExpansion:
         return replace(self, coefficients=coefficients.reshape(len(coefficients), -1))
 
     def placed(self, rows: int, whole: int, places: np.ndarray) -> HybridExpansion:
-        """Return an expansion of more rows, in which those of its series (rows, times) are some.
-
-        `rows` is its number of rows, and `whole` that of the new one, in which its rows have
-        `places`. The others are zero.
-        """
+        """Return an expansion of `whole` rows, zero but for those at `places`, of this one."""
         series = self.coefficients.reshape(len(self.index), rows, -1)
         wide = np.zeros((len(series), whole, series.shape[2]))
         wide[:, places] = series
@@ -297,8 +284,8 @@ class HybridExpansion:
     def truncation(self) -> np.ndarray:
         """Return the size of the terms of highest order in some variable, shape (series,).
 
-        Since |T_i| ≤ 1, it bounds their contribution to mean and standard deviation; if the series
-        converges, it is of the order of the first omitted terms. Zero orders do not count.
+        Since |T_i| ≤ 1, it bounds their contribution to mean and standard deviation. Zero orders do
+        not count.
         """
         return self.size_of(np.asarray(self.highest().any(axis=0)))
 

@@ -19,7 +19,7 @@ ROUNDING_DIGITS = 12
 
 
 def first_terms(interval: int, random: int, count: int) -> np.ndarray:
-    """Return the first `count` terms of a sparse expansion, shape (terms, variables).
+    """Return the first terms of a sparse expansion, shape (terms, variables).
 
     These are the constant, order 1 in every variable, order 2 in random variables, order 2 in
     interval variables, then products of two variables.
@@ -33,11 +33,7 @@ def first_terms(interval: int, random: int, count: int) -> np.ndarray:
 
 
 def bounded_terms(dimension: int, order: int, q_norm: float, most: int) -> np.ndarray:
-    """Return the terms ν with Σ ν_v^q ≤ p^q, the constant first, shape (terms, variables).
-
-    These are all terms up to the total order p for q = 1, and a hyperbolic set for q < 1, where q
-    is above 0 and at most 1. Raise `InputError` if there are more than `most`.
-    """
+    """Return the terms ν with Σ ν_v^q ≤ p^q, 0 < q ≤ 1, the constant first, `most` at most."""
     sizes = [(k, (k / order) ** q_norm) for k in range(1, order + 1)]
 
     def contained(orders: Orders, remaining: float) -> Iterator[Orders]:
@@ -83,19 +79,16 @@ def _is_next(nu: Orders, known: Container[Orders]) -> bool:
 class TermSizes:
     """The sizes of known terms of some parts, and the expected sizes of further terms.
 
-    A term counts as at least as large as any higher term, since an even function has no odd terms.
-    With the rate r_v = max_k (a_k/a_0)^{1/k} of the terms of order k in variable v alone, where a_0
-    is at least one and r_v at most one, the expected size of a term ν is
+    The orders of the known ones, `index`, (terms, variables), are a downward closed set; their
+    `sizes` are relative to the response, (parts, terms). A term counts as at least as large as any
+    higher term, since an even function has no odd terms. With the rate r_v = max_k (a_k/a_0)^{1/k}
+    of the terms of order k in variable v alone, where a_0 is at least one and r_v at most one, the
+    expected size of a term ν is
 
         a_ν = min_v max(a_{ν − e_v} r_v, a_{ν − 2 e_v} r_v²)   over the variables v it contains.
 
     If variables do not interact, this is the product of their decays. Sizes count up to rounding:
     of equal terms those of the lowest total order come first.
-
-    Parameters
-    ----------
-    index : orders of the known terms, a downward closed set, shape (terms, variables).
-    sizes : sizes of the known terms relative to the response, shape (parts, terms).
     """
 
     def __init__(self, index: np.ndarray, sizes: np.ndarray):
@@ -137,11 +130,7 @@ class TermSizes:
         return total
 
     def next_terms(self, count: int, highest: np.ndarray) -> np.ndarray:
-        """Return the further terms with the largest expected sizes, shape (count, variables).
-
-        Their lower terms are known or come before them. There are fewer than `count` if these are
-        all terms up to the highest order of every variable.
-        """
+        """Return further terms of the largest expected sizes, as far as there are, lower first."""
         known = self.sizes.copy()
         waiting = {nu: self._sum(nu) for mu in known for nu in self._above(mu, highest)}
         chosen: list[Orders] = []

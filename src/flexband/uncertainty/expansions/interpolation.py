@@ -18,21 +18,13 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 
 @dataclass(frozen=True)
 class Interpolation:
-    """The hybrid expansion through runs, Eq. (11), with the coefficients β = inverse · values.
-
-    Attributes
-    ----------
-    families, index, discs : as of `HybridExpansion`.
-    inverse : the coefficients of the expansion through one run each, shape (terms, runs).
-    values : of the runs, which are not copied, shape (runs, rows, times).
-    rows : the numbers of those that are expanded.
-    """
+    """The hybrid expansion through runs, Eq. (11), with the coefficients β = inverse · values."""
 
     families: tuple[Family, ...]
     index: np.ndarray
-    inverse: np.ndarray
-    values: np.ndarray
-    rows: np.ndarray
+    inverse: np.ndarray  # of the expansion through one run each, shape (terms, runs)
+    values: np.ndarray  # of the runs, which are not copied, shape (runs, rows, times)
+    rows: np.ndarray  # the numbers of those that are expanded
     discs: tuple[int, ...] = ()
 
     @cached_property
@@ -75,8 +67,7 @@ class Interpolation:
 def in_place(parts: Sequence[Interpolation]) -> HybridExpansion:
     """Return one expansion of the rows of all parts, whose coefficients take the place of the runs.
 
-    Parts are of different rows, through the first of the same runs each, with terms that are the
-    first of the same terms. Further terms become zero.
+    Parts begin with the same runs and terms; further terms become zero.
     """
     longest = max(parts, key=lambda part: len(part.index))
     values = longest.values

@@ -29,10 +29,9 @@ def chebyshev_values(order: int, eta: np.ndarray) -> np.ndarray:
 
 
 def cubic_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the not-a-knot cubic spline through y(x), (..., n), at other places, (..., places).
+    """Return `scipy.interpolate.CubicSpline` of y(x), (..., n), at places, bit for bit.
 
-    It is `scipy.interpolate.CubicSpline`, bit for bit, whose package takes half a second to import.
-    `x` increases, y is real or complex, and the places `at` lie from the first to the last of x.
+    Its package takes half a second to import. y is real or complex, and places are within x.
     """
     if len(x) < 4:
         return scipy.interpolate.CubicSpline(x, y, axis=-1)(at)

@@ -63,10 +63,7 @@ def gauss(recurrence: Recurrence, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def nested(recurrence: Recurrence, ends: np.ndarray, usual: np.ndarray, count: int) -> np.ndarray:
-    """Return the first nested points, at least `count`, between ends.
-
-    The Leja sequence chooses among the usual values.
-    """
+    """Return at least `count` nested points between ends, a Leja sequence of usual values."""
     points, symmetric = [0.0], np.abs(recurrence.a).max() < 1e-9
     for counts in ((2,), (4, 6), (8,)):  # points that are added together: the first possible
         extensions = (extension(recurrence, points, count) for count in counts)

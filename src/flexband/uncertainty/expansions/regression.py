@@ -27,43 +27,30 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values
 
 
 class SparseFitOptions(NamedTuple):
-    """How terms are chosen.
-
-    Attributes
-    ----------
-    max_candidates : terms to choose from.
-    max_pure_order : highest order of candidates in one variable.
-    max_term_share : most terms, as a fraction of the runs.
-    round_off : fraction of the energy below which a residual is round-off.
-    min_new_energy : fraction of a candidate's energy that must be orthogonal to the terms taken
-        before it.
-    merit_per_order : factor of a candidate's merit for each order above one: low orders are more
-        likely.
-    choice_weight : weight of the number of choices, log C(K, P), over the runs.
-    """
+    """How terms are chosen."""
 
     max_candidates: int = 6000
+    """Terms to choose from."""
     max_pure_order: int = 3
+    """Highest order of candidates in one variable."""
     max_term_share: float = 0.8
+    """Most terms, as a fraction of the runs."""
     round_off: float = 1e-14
+    """Fraction of the energy below which a residual is round-off."""
     min_new_energy: float = 1e-2
+    """Fraction of a candidate's energy that must be orthogonal to the terms taken before it."""
     merit_per_order: float = 0.5
+    """Factor of a candidate's merit for each order above one: low orders are more likely."""
     choice_weight: float = 3.0
+    """Weight of the number of choices, log C(K, P), over the runs."""
 
 
 class SparseFit(NamedTuple):
-    """A sparse fit.
+    """A sparse fit."""
 
-    Attributes
-    ----------
-    which : numbers of the candidates that were taken, shape (terms,).
-    coefficients : shape (terms, series).
-    correction : √T.
-    """
-
-    which: np.ndarray
-    coefficients: np.ndarray
-    correction: float
+    which: np.ndarray  # numbers of the candidates that were taken, shape (terms,)
+    coefficients: np.ndarray  # shape (terms, series)
+    correction: float  # √T
 
     @property
     def used(self) -> np.ndarray:
@@ -72,10 +59,9 @@ class SparseFit(NamedTuple):
 
 
 def candidates(dimension: int, *, options: SparseFitOptions = SparseFitOptions()) -> np.ndarray:
-    """Return the orders of the terms to choose from, shape (terms, variables), the constant first.
+    """Return the orders of the terms to choose from, (terms, variables), the constant first.
 
-    All terms up to the total order 3 if these are few enough; otherwise those up to the total order
-    2 and those of order 3 in one variable. If pairs are too many, those of the first variables.
+    These are all up to the total order 3, or 2 and those of order 3 in one variable, or less.
     """
     unit = np.eye(dimension, dtype=int)
     terms = [0 * unit[:1]] + [k * unit for k in range(1, options.max_pure_order + 1)]
@@ -91,10 +77,7 @@ def candidates(dimension: int, *, options: SparseFitOptions = SparseFitOptions()
 def normalized_values(
     index: np.ndarray, xi: np.ndarray, eta: np.ndarray, families: Sequence[Family]
 ) -> np.ndarray:
-    """Return the terms at points of shape (points, n) and (points, m), shape (points, terms).
-
-    They have unit mean square over ξ and η = cos πu.
-    """
+    """Return terms of unit mean square over ξ and η = cos πu at points, shape (points, terms)."""
     orders = index.max(axis=0)
     values = [chebyshev_values(q, x) for q, x in zip(orders, eta.T, strict=False)]
     random = zip(families, orders[len(values) :], xi.T, strict=True)
@@ -117,13 +100,10 @@ def sparse_fit(
     *,
     options: SparseFitOptions = SparseFitOptions(),
 ) -> SparseFit:
-    """Return the fit of the series by some of the candidates.
+    """Return the best of four fits of weighted series, (runs, series), by candidates.
 
-    The best of four fits is returned: of the candidates of order one, of those in one variable, of
-    all, and of those of order one with the products of the most important variable.
-
-    `values` of the candidates have shape (runs, candidates), the constant first; their orders,
-    `index`, (candidates, variables); the series (runs, series), and their weights (series,).
+    The candidates, (runs, candidates) with orders `index`, are those of order one, those in one
+    variable, all, and those of order one with the products of the most important variable.
     """
     y, orders = weight * series, index.sum(axis=1)
     y -= y.mean(axis=0)  # the constant term is always taken
@@ -155,10 +135,7 @@ def least_squares(A: np.ndarray, series: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def principal(series: np.ndarray, round_off: float = 1e-14) -> np.ndarray:
-    """Return at most as many series as rows, with the same products between the rows.
-
-    Those of a smaller part of the largest energy than `round_off` are dropped.
-    """
+    """Return at most as many series as rows, with equal products but for `round_off` energy."""
     energy, modes = np.linalg.eigh(series @ series.T)
     keep = energy > round_off * energy[-1]
     return modes[:, keep] * np.sqrt(energy[keep])

@@ -42,10 +42,7 @@ DECIMALS = 10
 
 
 def interval_sequence(count: int) -> np.ndarray:
-    """Return the first points of the Leja sequence 1, −1, 0, 0.577, … on [−1, 1], shape (count,).
-
-    It starts at the ends, where most bounds are; products of two orders 1 then reach all corners.
-    """
+    """Return points of the Leja sequence 1, −1, 0, 0.577, … on [−1, 1], ends first, (count,)."""
     points = [1.0, -1.0]
     while len(points) < count:
         points.append(_next(tuple(points), rate=0.0, margin=0.0))
@@ -53,10 +50,7 @@ def interval_sequence(count: int) -> np.ndarray:
 
 
 def normal_sequence(count: int) -> np.ndarray:
-    """Return the first points 0, √3, −√3, 2.86, −2.86, … for ξ ~ N(0, 1), shape (count,).
-
-    The nine points of Genz and Keister, then pairs of a Leja sequence weighted by e^{−ξ²/4}.
-    """
+    """Return 0, √3, −√3, 2.86, … for ξ ~ N(0, 1): nine of Genz–Keister, then a Leja sequence."""
     points = _pairs(GENZ_KEISTER)
     while len(points) < count:
         point = _next(tuple(points), rate=0.25, margin=4.0)
@@ -65,10 +59,7 @@ def normal_sequence(count: int) -> np.ndarray:
 
 
 def uniform_sequence(count: int) -> np.ndarray:
-    """Return the first points 0, √0.6, −√0.6, 0.96, … for ξ uniform on [−1, 1], shape (count,).
-
-    The 15 points of Patterson, then pairs of a Leja sequence.
-    """
+    """Return 0, √0.6, −√0.6, 0.96, … on [−1, 1]: 15 points of Patterson, then Leja pairs."""
     points = _pairs(PATTERSON)
     while len(points) < count:
         point = _next(tuple(points), rate=0.0, margin=1 - max(points))
@@ -83,10 +74,9 @@ def _pairs(positive: tuple[float, ...]) -> list[float]:
 
 @cache
 def _next(points: tuple[float, ...], rate: float, margin: float) -> float:
-    """Return the next point, where Σ log|x − x_j| − rate x² is largest.
+    """Return the next point, up to a margin outside, where Σ log|x − x_j| − rate x² is largest.
 
-    The search extends up to a margin beyond the outermost points. Between two points the sum is
-    concave, so its only maximum is where its slope is zero.
+    Between two points the sum is concave, so its only maximum is where its slope is zero.
     """
     taken = np.sort(points)
     ends = np.array([taken[0] - margin, *taken, taken[-1] + margin]) if margin else taken

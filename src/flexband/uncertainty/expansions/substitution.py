@@ -22,17 +22,12 @@ from flexband.uncertainty.expansions.polynomials import chebyshev_values, chebys
 
 @dataclass(frozen=True)
 class Substitution:
-    """What a standard variable is replaced by.
+    """What a standard variable is replaced by."""
 
-    Attributes
-    ----------
-    matrix : gives M_kj, (order + 1, new orders + 1), for the order in the old variable.
-    remains : whether there is a new variable; if not, the old one is fixed.
-    missed : gives the mean square that M misses of each P_k, (order + 1,); None if nothing.
-    """
-
+    # gives M_kj, (order + 1, new orders + 1), for the order in the old variable
     matrix: Callable[[int], np.ndarray]
-    remains: bool = True
+    remains: bool = True  # whether there is a new variable; if not, the old one is fixed
+    # gives the mean square that M misses of each P_k, (order + 1,); None if nothing
     missed: Callable[[int], np.ndarray] | None = None
 
 
@@ -67,8 +62,7 @@ def random_part(
 ) -> Substitution:
     """Return ξ as a function of ξ′, whose polynomials are those of another family.
 
-    Up to `more_orders` are added until no more than the part `precision` of a polynomial's mean
-    square is missed; none are if the function is linear.
+    Up to `more_orders` are added until the part `precision` of a mean square is missed at most.
     """
 
     @cache
@@ -93,10 +87,7 @@ def substituted(
     substitutions: Mapping[int, Substitution],
     families: Sequence[Family],
 ) -> HybridExpansion:
-    """Return an expansion in other variables, by number, η first; `families` are those that remain.
-
-    Raise `InputError` if a random variable is too curved a function of the new one.
-    """
+    """Return an expansion in other variables, η first; refuse functions that are too curved."""
     for variable, substitution in substitutions.items():
         if substitution.missed is not None:
             _check_missed(expansion, substitution.missed, expansion.index[:, variable])
@@ -128,10 +119,7 @@ def _check_missed(
     orders: np.ndarray,
     most: float = 1e-3,
 ) -> None:
-    """Raise `InputError` if terms of these orders in a variable are missed by too much.
-
-    At `most` this part of the root mean square of a series may be.
-    """
+    """Raise `InputError` if terms miss more than the part `most` of a series' root mean square."""
     square = expansion.coefficients**2
     part = missed(int(orders.max(initial=0)))[orders] @ square
     if np.any(part > most**2 * square.sum(axis=0)):

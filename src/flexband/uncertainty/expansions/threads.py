@@ -12,10 +12,9 @@ Part = TypeVar("Part")
 
 
 def in_threads(work: Callable[[Part], object], parts: Iterable[Part]) -> None:
-    """Call `work` with every part, in as many threads as there are cores.
+    """Call `work` with every part, in as many threads as cores; raise an error at once.
 
-    An error, or Ctrl-C, is raised at once. The threads, which do not keep the process alive, then
-    end after the part that they are at.
+    After an error or Ctrl-C, threads end after the part that they are at.
     """
     listed = list(parts)
     waiting, finished, stop = iter(listed), SimpleQueue(), threading.Event()

@@ -12,10 +12,7 @@ from flexband.uncertainty.inputs.inputs import Input
 
 @dataclass(frozen=True)
 class Constant(Input):
-    """A value without uncertainty: a plain number among the inputs, or one option of a choice.
-
-    The response gets it as an array of shape (n,), like any other input.
-    """
+    """A plain number among the inputs, or an option of a choice; an array (n,) for the response."""
 
     constant: float | int | bool | str
 

@@ -68,12 +68,9 @@ class Distribution(Input):
     """
 
     def __post_init__(self) -> None:
-        for corner in product(
-            *((interval.lower, interval.upper) for interval in self.intervals.values())
-        ):
-            if self.intervals:
-                self.replaced(dict(zip(self.intervals, corner, strict=True)))
         if self.intervals:
+            for corner in product(*((each.lower, each.upper) for each in self.intervals.values())):
+                self.replaced(dict(zip(self.intervals, corner, strict=True)))
             return
         super().__post_init__()
         self.check()
@@ -166,11 +163,7 @@ class Distribution(Input):
         return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
     def hermite_coefficients(self, order: int, points: int) -> np.ndarray:
-        """Return the coefficients of the number in orthonormal Hermite polynomials, (order + 1,).
-
-        The polynomials are those of the normal variable of `at_normal`, and `points` the number of
-        Gauss points.
-        """
+        """Return coefficients in orthonormal Hermite polynomials of `at_normal`, (order + 1,)."""
         nodes, weights = HERMITE.gauss(points)
         polynomials = HERMITE.values(order, nodes) / np.sqrt(HERMITE.norms(order))
         return (weights * self.at_normal(nodes)) @ polynomials
@@ -189,11 +182,9 @@ class Distribution(Input):
     @cached_property
     def _light(self) -> bool:
         near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
-        x = np.abs(
-            self.at_normal(np.array([-FAR, -NEAR, 0.0, NEAR, FAR])) - self.at_normal(np.zeros(1))
-        )
+        x = np.abs(self.at_normal(np.array([-FAR, -NEAR, NEAR, FAR])) - self.at_normal(np.zeros(1)))
         least = (far / near) ** (1 / LIGHT)
-        return bool(x[0] <= least * x[1] and x[4] <= least * x[3])
+        return bool(x[0] <= least * x[1] and x[3] <= least * x[2])
 
     @property
     def family(self) -> Family:
@@ -247,26 +238,13 @@ class Distribution(Input):
     @cached_property
     def quantiles(self) -> Quantiles:
         """The numbers at values of a standard normal variable, as polynomials."""
-        # standard normal variable up to which quantiles matter for polynomials of high
-        # orders
-        reach = 30.0
+        reach = 30.0  # z up to which quantiles matter for polynomials of high orders
         return Quantiles.of(self.at_normal, reach, self.kinks)
 
 
 @dataclass(frozen=True, repr=False)
 class Spread(Distribution):
-    """A distribution that is given by its mean and its standard deviation or variation.
-
-    Parameters
-    ----------
-    mean, std : mean and standard deviation.
-    cv : coefficient of variation, the standard deviation over |mean|, instead of `std`.
-
-    Raises
-    ------
-    InputError
-        If the standard deviation is not positive, or not exactly one of `std` and `cv` is given.
-    """
+    """A distribution that is given by mean and standard deviation, or by cv = std over |mean|."""
 
     mean: float
     std: float | None = None
@@ -297,11 +275,8 @@ def checked_std(distribution: Spread | Moments, mean: float) -> float:
     """Return the standard deviation that `std` or `cv` tells; `InputError` if it is impossible."""
     name = type(distribution).__name__
     if (distribution.std is None) == (distribution.cv is None):
-        text = (
-            "neither"
-            if distribution.std is None
-            else f"both: std={distribution.std!r} and cv={distribution.cv!r}"
-        )
+        both = f"both: std={distribution.std!r} and cv={distribution.cv!r}"
+        text = "neither" if distribution.std is None else both
         raise InputError(f"{name} must have either std or cv; got {text}")
     if distribution.cv is not None:
         cv = check_numbers(f"{name} cv", distribution.cv)

@@ -53,10 +53,9 @@ def without_effect(
 ) -> tuple[dict[str, int], list[str]]:
     """Return the inputs that provably change no value, and others that may change none.
 
-    The first are given with the number of their values in the runs, shape (runs, …), at points ξ
-    and η, (runs, n) and (runs, m). It is a proof if there are pairs of runs at every combination of
-    two values or more of every other variable. Samples have no pairs, so that random inputs are
-    then judged together.
+    The first are given with the number of their values in the runs, (runs, …) at ξ and η. It is a
+    proof if there are pairs of runs at every combination of two values or more of every other
+    variable. Samples have no pairs, so that random inputs are then judged together.
     """
     runs, masks = _Runs.of(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
@@ -77,10 +76,7 @@ def without_effect(
 def all_have_effects(
     space: Space, points: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> bool:
-    """Return whether the first few runs show that every input changes some value.
-
-    Parameters are those of `without_effect`.
-    """
+    """Return whether the first few runs, as in `without_effect`, show effects of every input."""
     few = slice(64)
     runs, masks = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
@@ -113,20 +109,12 @@ def _variables(space: Space) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class _Runs:
-    """Runs, of which equal values of a variable have equal codes.
+    """Runs, of which equal values of a variable have equal codes."""
 
-    Attributes
-    ----------
-    codes : number of the value of every variable, ξ before η, shape (variables, runs).
-    keys : the codes times random numbers, whose sums tell combinations of values apart.
-    random : which variables are ξ.
-    values : shape (runs, …).
-    """
-
-    codes: np.ndarray
-    keys: np.ndarray
-    random: np.ndarray
-    values: np.ndarray
+    codes: np.ndarray  # number of the value of every variable, ξ before η, shape (variables, runs)
+    keys: np.ndarray  # the codes times random numbers, whose sums tell combinations of values apart
+    random: np.ndarray  # which variables are ξ
+    values: np.ndarray  # shape (runs, …)
 
     @staticmethod
     def of(xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> _Runs:
@@ -150,10 +138,7 @@ class _Runs:
         return len(pairs[0]) > 0 and not self._equal(*pairs)
 
     def proof(self, mask: np.ndarray) -> bool | None:
-        """Return whether it is proven that these variables change nothing; None if they do.
-
-        None also if there are no pairs.
-        """
+        """Return whether variables provably change nothing; None without pairs, or if they do."""
         first, second = self.pairs(mask)
         if not len(first) or not self._equal(first, second):
             return None

@@ -32,10 +32,7 @@ LARGEST = 1e150
 
 
 def explained(error: Exception, space: Space, xi: np.ndarray, eta: np.ndarray) -> Exception:
-    """Return an error of a response, which tells inputs whose values have the other sign.
-
-    What flexband has not raised becomes a `RunError`, which tells the inputs of the runs.
-    """
+    """Return an error of a response, or a `RunError`, that tells inputs of an unusual sign."""
     hint = _of_other_sign(space, xi, eta)
     if not isinstance(error, RunError | InputError | MemoryError):
         text = ". ".join(filter(None, (raised(error, space.inputs), hint)))
@@ -60,10 +57,7 @@ def inputs_in_words(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
 
 
 def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -> str:
-    """Return the inputs of a run in words: of many, those that are farthest out among the runs.
-
-    Values are those of all runs, shape (runs,), by the name of the input.
-    """
+    """Return the inputs of a run in words, of many those farthest out; values (runs,) by name."""
     max_inputs, few_inputs = 6, 4  # inputs that are all named in a sentence; of more, so many are
     names, out = list(values), []
     for column in values.values():
@@ -77,10 +71,7 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
-    """Return which random inputs have values whose sign is not that of the nominal one, if any.
-
-    It names distributions that have none.
-    """
+    """Return which random inputs, or distributions, have a sign that the nominal one has not."""
     values, nominal = space.values(xi, eta), space.values(*space.nominal())
     sentences = []
     for name, input_ in space.of_kind(random=True).items():
@@ -170,10 +161,7 @@ def check_labels(part: xr.DataArray) -> None:
 
 
 def aligned(part: xr.DataArray, labels: xr.DataArray) -> xr.DataArray:
-    """Return a batch with the order of dims and of labels of the first one.
-
-    Raise `InputError` if it has other dims, labels or coordinates.
-    """
+    """Return a batch in the order of dims and labels of the first one; refuse other ones."""
     first = labels.dims[1:], labels.shape[1:]
     if set(part.dims) != set(labels.dims):
         raise InputError(
@@ -216,10 +204,7 @@ def _shown(dims: tuple[Hashable, ...]) -> str:
 def not_finite(
     values: np.ndarray, space: Space, xi: np.ndarray, eta: np.ndarray
 ) -> tuple[str, str, np.ndarray]:
-    """Return which runs have values that are not finite, or too large, why, and the same in words.
-
-    The words have the inputs of one run. Both texts are "" if all are finite.
-    """
+    """Return which runs are not finite, or too large, why, and the same with a run's inputs."""
     flat = values.reshape(len(values), -1)
     size = np.maximum(flat.max(axis=1), -flat.min(axis=1))  # NaN if one is
     bad = np.asarray(~(size <= LARGEST))

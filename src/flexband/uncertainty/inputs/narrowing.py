@@ -36,24 +36,17 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class NarrowedInputs:
-    """Inputs within others, and how their standard variables follow from each other.
+    """Inputs within others, and how their standard variables follow from each other."""
 
-    Attributes
-    ----------
-    space : the narrower inputs.
-    substitutions : of the old variables that change, by number, η first.
-    center, radius : where the narrower inputs are in the old variables, three standard deviations
-        to both sides of a mean, shape (m + n,); the radius is ∞ for what does not change.
-    unit : the radius of all of an old variable, shape (m + n,).
-    discs : those of the old variables.
-    """
-
-    space: Space
+    space: Space  # the narrower inputs
+    # of the old variables that change, by number, η first
     substitutions: Mapping[int, Substitution]
+    # where the narrower inputs are in the old variables, three standard deviations to both sides of
+    # a mean, shape (m + n,); the radius is ∞ for what does not change
     center: np.ndarray
     radius: np.ndarray
-    unit: np.ndarray
-    discs: tuple[int, ...]
+    unit: np.ndarray  # the radius of all of an old variable, shape (m + n,)
+    discs: tuple[int, ...]  # those of the old variables
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far old η and ξ, (points, m + n), are from the part, 0 inside, (points,)."""
@@ -63,11 +56,8 @@ class NarrowedInputs:
     def points(self, old: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return new ξ and η of old η and ξ, (points, m + n), about, if they are not linear."""
         changed = np.isfinite(self.radius) & (self.radius > 0)
-        columns = [
-            k
-            for k in range(old.shape[1])
-            if k not in self.substitutions or self.substitutions[k].remains
-        ]
+        gone = {k for k, substitution in self.substitutions.items() if not substitution.remains}
+        columns = [k for k in range(old.shape[1]) if k not in gone]
         new = np.where(changed, (old - self.center) / np.where(changed, self.radius, 1.0), old)
         m = self.space.interval_dimension
         new = np.where(np.isfinite(self.radius) & ~changed, 0.0, new)[:, columns]
@@ -79,10 +69,7 @@ class NarrowedInputs:
 
 
 def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
-    """Return the part of the inputs that narrower ones span.
-
-    Raise `InputError` if a name is none of the inputs, or a new input is not within the old one.
-    """
+    """Return the part of the inputs that narrower ones span; refuse what is outside."""
     if not changes:
         raise InputError(f"narrowed needs at least one of {', '.join(space.inputs)}")
     changes = {name: float(c) if is_number(c) else c for name, c in changes.items()}
@@ -117,10 +104,7 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
 
 
 def _between_middles(old_distribution: Distribution, new: Distribution) -> Substitution:
-    """Return ξ of a p-box whose polynomials change with the midpoints of its parameters.
-
-    Equal probabilities have equal variables.
-    """
+    """Return ξ of a p-box at equal probabilities with the midpoints of new parameters."""
     old, middle = old_distribution.midpoint(), new.midpoint()
 
     def old_xi(xi: np.ndarray) -> np.ndarray:

@@ -27,8 +27,7 @@ def of_one_sample(response: Response, arguments: Arguments, error: Exception) ->
 
     It is one if it fails with arrays of several equal samples, or does not return as many values,
     and returns numbers for the plain numbers of one of them. `error` is what a call with these
-    arguments, arrays of shape (n,) and functions of position, raised, or what is wrong with the
-    values that it returned.
+    arguments raised, or what is wrong with its values.
     """
     if response.one_by_one or not _of_response(error):
         return None

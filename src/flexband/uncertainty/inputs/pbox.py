@@ -42,11 +42,7 @@ class Score(Input):
 
 @dataclass(frozen=True)
 class PBox(Score):
-    """A distribution whose parameters are intervals, as a function of one standard variable.
-
-    The variable is that of the distribution with the parameters at their midpoints. Equal
-    probabilities have equal variables, whatever the parameters are.
-    """
+    """A distribution with interval parameters in the variable ξ of that at their midpoints."""
 
     @cached_property
     def _middle(self) -> Distribution:

@@ -23,10 +23,7 @@ def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:
 
 
 def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarray:
-    """Return a Latin hypercube of standard normal variables, shape (samples, dimension).
-
-    It is that of `scipy.stats.qmc`, whose package takes half a second to import.
-    """
+    """Return a Latin hypercube of ξ, (samples, n), as `scipy.stats.qmc` without its import."""
     if dimension == 0:
         return np.zeros((1, 0))
     rng = np.random.default_rng(seed).spawn(1)[0]
@@ -40,10 +37,9 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
 def stretched(
     normals: np.ndarray, farthest: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples that are farther out, each along a random direction, and their weights.
+    """Return samples of ξ, (samples, n), stretched along random directions, and weights.
 
-    Along it they are uniformly distributed up to `farthest` on both sides. The weight is the
-    standard normal density over theirs. Samples of normal variables have the shape (samples, n).
+    They are uniformly distributed up to `farthest` on both sides; weights are ratios of densities.
     """
     direction = rng.standard_normal(normals.shape)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -54,10 +50,7 @@ def stretched(
 
 
 def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
-    """Return the first points of a scrambled Sobol' sequence, inside (0, 1), (count, dimension).
-
-    They fill the unit cube most evenly if their number is a power of two.
-    """
+    """Return scrambled Sobol' points in (0, 1), (count, dimension), most even for powers of two."""
     if dimension == 0:
         return np.zeros((count, 0))
     if dimension > MAX_DIMENSION:
@@ -72,10 +65,9 @@ def sobol(count: int, dimension: int, seed: int = 0) -> np.ndarray:
 def nested_points(
     runs: int, m: int, families: Sequence[Family], seed: int = 0, discs: Sequence[int] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first points of a fixed sequence of ξ, (runs, n), and η, (runs, m).
+    """Return points of a fixed scrambled Sobol' sequence: ξ, (runs, n), and η, (runs, m).
 
-    It is a scrambled Sobol' sequence. Three tenths of the values of each η are at the
-    ends, where most bounds are; the others are cos πu.
+    Three tenths of each η are at the ends, where most bounds are; the others are cos πu.
     """
     end_share = 0.3  # fraction of the values of η in a sequence of points that are −1 or 1
     u = sobol(runs, m + len(families), seed)

@@ -188,20 +188,14 @@ class Space:
         return {name: values[name] for name in self.arguments}
 
     def numbers_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the values of uncertain numbers, without constants, each of shape (runs,).
-
-        An interval field has one for each of its control points, a random field none.
-        """
+        """Return the values of uncertain numbers and of control points of fields, (runs,) each."""
         numbers: dict[str, np.ndarray] = {}
         for name, (input_, standard) in self._placed(xi, eta).items():
             numbers |= input_.as_numbers(name, standard)
         return numbers
 
     def recorded_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
-        """Return all numbers that tell runs apart, each of shape (runs,).
-
-        They are those of `numbers_at`, the standard variables of random fields, and constants.
-        """
+        """Return `numbers_at`, variables of random fields, and constants, which tell runs apart."""
         run_numbers: dict[str, np.ndarray] = {}
         for name, (input_, standard) in self._placed(xi, eta).items():
             run_numbers |= input_.recorded(name, standard)
@@ -210,9 +204,9 @@ class Space:
     def standardized(self, values: Mapping[str, Numbers]) -> tuple[np.ndarray, np.ndarray]:
         """Return ξ and η of the inputs' values, shapes (runs, n) and (runs, m).
 
-        Values have shape (runs,) or (); a random field is given by its standard variables, shape
-        (runs, terms), an interval field by its values at its `places`, shape (runs, places).
-        Constants may be left out. Names, shapes and values that do not fit raise `InputError`.
+        Values have shape (runs,) or (); a random field is given by its standard variables, (runs,
+        terms), an interval field at its `places`, (runs, places). Constants may be left out;
+        misfits raise `InputError`.
         """
         for name, constant in self.constants.items():
             if name in values and np.any(np.asarray(values[name]) != constant.constant):
@@ -310,12 +304,11 @@ def raised(error: Exception, inputs: GivenInputs) -> str:
 def locate_fields(
     response: ResponseFunction, inputs: GivenInputs
 ) -> tuple[dict[str, GivenInput], int]:
-    """Give each field without a domain the range of positions at which the response evaluates it.
+    """Return inputs with the range of positions at which the response evaluates each field.
 
-    The response is run with fields at their nominal values, random inputs at their means and
-    intervals at all their ends (at the ends of one at a time if there are more than four). Returns
-    the inputs and the number of these runs, 0 if every field has a domain. Raises `InputError` if
-    the response does not evaluate a field at two different positions.
+    It is run with fields and random inputs at their means, and intervals at all their ends (one at
+    a time if more than four). The number of these runs is returned, 0 if every field has a domain.
+    Raise `InputError` if fewer than two positions are evaluated.
     """
     located = dict(inputs)
     loose = {k: field for k, field in fields_of(inputs).items() if field.domain is None}

@@ -25,10 +25,9 @@ GivenInputs = Mapping[str, GivenInput]
 
 
 def unfolded(given: GivenInputs) -> dict[str, Input]:
-    """Return all inputs in the order of their names.
+    """Return all inputs by name: correlated ones one by one, intervals as ``input.parameter``.
 
-    Correlated inputs come one by one, an interval that is a parameter as ``input.parameter``, and a
-    number is a constant. Raise `InputError` if one is of another kind, or two have the same name.
+    A number is a constant. Raise `InputError` for other kinds, and for a name that stands twice.
     """
     check_instance("inputs", given, Mapping, "a dict of names and inputs")
     inputs: dict[str, Input] = {}
@@ -72,11 +71,7 @@ def checked_input(label: str, value: GivenInput, allowed: str) -> Input:
 
 
 def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
-    """Return the inputs of every combination of options, which are constants in them.
-
-    The label of a combination is ``"steel"`` or ``"steel, 3"``, for instance; it is empty if there
-    is no choice.
-    """
+    """Return the inputs of every combination of options by its label, such as ``"steel, 3"``."""
     max_cases = 1000  # combinations of options, each of which has an expansion of its own
     check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
     choices, inputs_by_label = choices_of(inputs), {}

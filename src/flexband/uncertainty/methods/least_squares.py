@@ -172,10 +172,7 @@ class RegressionPCCI(ExpansionMethod):
 
 
 def _correction(terms: np.ndarray) -> float:
-    """Return √T, the factor of leave-one-out errors in fits of many terms to few runs.
-
-    T = N/(N − P) (1 + tr (AᵀA)⁻¹) with the terms A, shape (N, P), of unit mean square.
-    """
+    """Return √T of leave-one-out errors, T = N/(N − P) (1 + tr (AᵀA)⁻¹), of terms A, (N, P)."""
     # what is new in a term, in the runs, as a fraction of the same of the term that is newest
     min_pivot = 1e-8
     N, P = terms.shape

@@ -28,14 +28,9 @@ HELD = 4
 
 
 class Evaluate(ABC):
-    """The response at points of the standard variables, and what it says about itself.
+    """The response at points of the standard variables, and what it says about itself."""
 
-    Attributes
-    ----------
-    left_out : what of the discretization the user leaves to the method.
-    """
-
-    left_out: list[str]
+    left_out: list[str]  # what of the discretization the user leaves to the method
 
     def __init__(self) -> None:
         self.left_out = []
@@ -65,10 +60,7 @@ class Evaluate(ABC):
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
-        """Return runs at the times of all steps, which are not counted; None where there are none.
-
-        Times between two of the response's divide this step into as many each.
-        """
+        """Return uncounted runs at all steps, evenly between the response's times, or None."""
         return None
 
     def corrected(
@@ -232,11 +224,7 @@ def as_method(method: Any) -> Method:
 def check_runs(
     method: Method, space: Space, most_runs: int = MAX_RUNS, count: int = 1, names: int = 0
 ) -> None:
-    """Raise `InputError` if a method takes more runs; it names what a scan could take instead.
-
-    `count` is the number of combinations of options, each with runs of its own, and `names` how
-    many of step and elements can be finer.
-    """
+    """Raise `InputError` if a method takes more runs, or a scan of `count` combinations does."""
     runs = count * (method.runs(space) + method.finer_runs(space, names))
     if runs > most_runs:
         advice = as_method(method).advice(space, most_runs // count)

@@ -114,10 +114,8 @@ class PCCI(ExpansionMethod):
 
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
         """Return k of every random and q of every interval variable."""
-        return (
-            of_variables("random_order", self.random_order, space, random=True),
-            of_variables("interval_order", self.interval_order, space, random=False),
-        )
+        random = of_variables("random_order", self.random_order, space, random=True)
+        return random, of_variables("interval_order", self.interval_order, space, random=False)
 
     def runs(self, space: Space) -> int:
         """Return Π (k+1) Π (q+1), and 4 with `correct`."""

@@ -56,11 +56,7 @@ def digest(arrays: Mapping[str, np.ndarray]) -> str:
 
 
 def read_archive(file: Path) -> Archive:
-    """Return the record and the arrays of numbers and texts.
-
-    Raise `ValueError`, `KeyError`, `OSError`, `zipfile.BadZipFile` or another error if the file is
-    not as `write_archive` writes it.
-    """
+    """Return the record and the arrays of a file; some error tells that it is damaged."""
     with zipfile.ZipFile(file) as archive:
         if not _is_plausible(archive, file):
             raise ValueError("the file is much smaller than its content")

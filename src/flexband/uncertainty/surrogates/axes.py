@@ -17,19 +17,13 @@ from flexband.rounding import Units
 
 
 class Axes(NamedTuple):
-    """The axes of a response, or of its bands, but the first: that of the runs, or of the bounds.
+    """The axes of a response or of its bands, but the first: that of runs, or of the bounds."""
 
-    Attributes
-    ----------
-    dims, shape : of the outputs.
-    time : the dim of time; None where there is none.
-    times : number of times; 1 where there is no such dim.
-    """
-
+    # of the outputs
     dims: tuple[Hashable, ...]
     shape: tuple[int, ...]
-    time: str | None
-    times: int
+    time: str | None  # the dim of time; None where there is none
+    times: int  # number of times; 1 where there is no such dim
 
 
 def axes_of(values: xr.DataArray) -> Axes:
@@ -41,10 +35,7 @@ def axes_of(values: xr.DataArray) -> Axes:
 
 
 def units_of(values: xr.DataArray, dims: Sequence[Hashable] | None = None) -> Units:
-    """Return the units of the outputs of a response or its bands.
-
-    `dims` are those of the outputs, as `axes_of` has them unless they are given.
-    """
+    """Return the units of outputs of a response or its bands, along `dims` or of `axes_of`."""
     return Units.along(values, axes_of(values).dims if dims is None else dims)
 
 

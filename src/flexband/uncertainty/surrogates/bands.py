@@ -28,21 +28,12 @@ WITHOUT_UNITS = (
 def bands(
     space: Space, labels: xr.DataArray, extremes: Sequence[Extremes], sigmas: float
 ) -> xr.Dataset:
-    """Return the dataset of bands, which `described` completes.
+    """Return the dataset of bands with kσ, k = `sigmas`, which `described` completes.
 
-    Parameters
-    ----------
-    labels : a response of shape (runs, ...), for its dims and coordinates.
-    extremes : bounds of μ, μ − kσ and μ + kσ, in this order.
-    sigmas : k.
-
-    Returns
-    -------
-    Variables with first dim "bound" (lower, upper): `mean` is [μ] of Eq. (3), `error_bar` is [eb]
-    of Eq. (5), `error_bar_lower` and `error_bar_upper` are [eb_l] and [eb_u] of Eq. (4), with kσ
-    in place of σ, where k is ``attrs["sigmas"]``;
-    `mean_at` and `error_bar_at` give, along dim "input", the values of the interval inputs at which
-    the bounds are reached.
+    `labels`, (runs, …), has dims and coordinates; extremes are those of μ, μ − kσ and μ + kσ.
+    `mean` is [μ] of Eq. (3), `error_bar` [eb] of Eq. (5), `error_bar_lower` and `error_bar_upper`
+    [eb_l] and [eb_u] of Eq. (4), first dim "bound"; `mean_at` and `error_bar_at` are the interval
+    inputs there.
     """
     at_once = 4096  # places whose values of the inputs are computed at once
     mean, lower, upper = extremes
@@ -85,10 +76,7 @@ def remark(space: Space) -> dict[str, str]:
 
 
 def described(result: xr.Dataset) -> xr.Dataset:
-    """Give variables a `long_name`, and `units` where all outputs have the same.
-
-    Without dim "output", or with outputs of different units, the coordinate "unit" has them.
-    """
+    """Give variables a `long_name` and `units`, or the coordinate "unit" where they differ."""
     long_names = {
         "mean": "interval mean: bounds of μ",
         "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",

@@ -20,12 +20,11 @@ PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 
 
 def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return bands over all combinations of options, of which each has bands by its label.
+    """Return bands over all combinations of options, each with bands by its label.
 
     These are the lowest of all lower and the highest of all upper bounds, and the largest of the
-    errors expected; the inputs, choices included, are `given`. `mean_choice` and `error_bar_choice`
-    tell which combination a bound is due to; `mean_by_choice` and `error_bar_by_choice` have the
-    bands of every one, along the dim "choice". ``attrs["choice_runs"]`` counts the runs of each.
+    errors expected. `mean_choice` and `error_bar_choice` tell which combination a bound is due to;
+    `mean_by_choice` and `error_bar_by_choice` have all bands; ``attrs["choice_runs"]`` counts runs.
     Other attributes are those of the combination with the largest expected error.
     """
     names, bands = list(bands_by_label), list(bands_by_label.values())
@@ -58,22 +57,16 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
         elif str(name).startswith("runs"):
             attrs[str(name)] = sum(case_values)
         elif isinstance(value, float) and str(name).endswith("_error"):
-            attrs[str(name)] = max(
-                error if isinstance(error, float) else 0.0 for error in case_values
-            )
-    lists = ("carrier_frequencies", "steps_per_period")
-    attrs |= {
-        k: [v for case_bands in bands for v in case_bands.attrs.get(k, [])]
-        for k in lists
-        if k in worst.attrs
-    }
+            attrs[str(name)] = max(v if isinstance(v, float) else 0.0 for v in case_values)
+    for name in ("carrier_frequencies", "steps_per_period"):
+        if name in worst.attrs:
+            attrs[name] = [v for case_bands in bands for v in case_bands.attrs.get(name, [])]
     doubts = {
-        label: case_bands.attrs["not_trusted"]
-        for label, case_bands in bands_by_label.items()
-        if "not_trusted" in case_bands.attrs
+        label: case_bands.attrs.get("not_trusted") for label, case_bands in bands_by_label.items()
     }
-    if doubts:
-        attrs["not_trusted"] = "; ".join(f"{doubt} with {label}" for label, doubt in doubts.items())
+    if any(doubts.values()):
+        texts = (f"{doubt} with {label}" for label, doubt in doubts.items() if doubt)
+        attrs["not_trusted"] = "; ".join(texts)
     return described(result.assign_coords(choice=names).assign_attrs(attrs))
 
 
@@ -82,16 +75,13 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     joint = xr.concat(list(verifications.values()), "choice", combine_attrs="drop", join="exact")
     first = next(iter(verifications.values())).attrs
     confirmed = [verification.attrs["confirmed"] for verification in verifications.values()]
-    attrs = {
-        name: sum(verification.attrs.get(name, 0) for verification in verifications.values())
+    counts = {
+        name: [v.attrs[name] for v in verifications.values() if name in v.attrs]
         for name in ("runs", "runs_failed")
-        if any(name in verification.attrs for verification in verifications.values())
-    } | {
+    }
+    attrs = {name: sum(of_cases) for name, of_cases in counts.items() if of_cases} | {
         "confirmed": next((word for word in ("no", "yes") if word in confirmed), confirmed[0]),
-        "verdict": ". ".join(
-            f"{label}: {verification.attrs['verdict']}"
-            for label, verification in verifications.items()
-        ),
+        "verdict": ". ".join(f"{k}: {v.attrs['verdict']}" for k, v in verifications.items()),
     }
     return joint.assign_coords(choice=list(verifications)).assign_attrs(first | attrs)
 
@@ -103,16 +93,10 @@ def _chosen(values: np.ndarray, best: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SurrogateOfChoices:
-    """The surrogates of all combinations of options, used as one.
+    """The surrogates of all combinations of options, used as one."""
 
-    Attributes
-    ----------
-    given : the inputs, choices included.
-    surrogates : label of the combination -> its surrogate.
-    """
-
-    given: GivenInputs
-    surrogates: Mapping[str, Surrogate]
+    given: GivenInputs  # the inputs, choices included
+    surrogates: Mapping[str, Surrogate]  # label of the combination -> its surrogate
 
     def __repr__(self) -> str:
         return f"<Surrogate of {', '.join(self.given)}; choices {', '.join(self.surrogates)}>"

@@ -36,8 +36,7 @@ def check(surrogate: Surrogate) -> None:
     if not np.array_equal(np.sort(numbers), np.arange(outputs)):
         raise InputError(
             f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
-            "versions took "
-            "outputs without a time for one: make the surrogate again"
+            "versions took outputs without a time for one: make the surrogate again"
         )
     if surrogate.correction:
         for expansion, part in zip(surrogate.expansions, surrogate.correction, strict=True):

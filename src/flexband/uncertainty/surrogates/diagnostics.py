@@ -30,11 +30,7 @@ which converge to nothing."""
 
 
 class Quantities(NamedTuple):
-    """The vectors and tensors of which outputs are components.
-
-    `of` numbers that of each output; `tensor` tells whether it is a tensor, whose components are
-    all judged by the largest one; both have shape (outputs,).
-    """
+    """The vectors and tensors of outputs: `of` numbers that of each, `tensor` tells its kind."""
 
     of: np.ndarray
     tensor: np.ndarray
@@ -44,19 +40,13 @@ class Quantities(NamedTuple):
         return Quantities(np.arange(outputs), np.zeros(outputs, bool))
 
     def at_least(self, sizes: np.ndarray, tensors: float = SMALL) -> np.ndarray:
-        """Return the sizes of outputs, at least a part of the largest with the same quantity.
-
-        This part is `SMALL` for vectors, and `tensors` for tensors.
-        """
+        """Return the sizes of outputs, at least `SMALL` (vectors) or `tensors` of their largest."""
         part = np.where(self.tensor, tensors, SMALL)
         return np.maximum(sizes, part * largest_of(sizes, self.of))
 
 
 def step(values: xr.DataArray) -> float:
-    """Return the step of time; 1 where there is none, or it has no coordinate.
-
-    Raise `InputError` where it is not equidistant.
-    """
+    """Return the step of time, equidistant, or 1 where there is none or no coordinate."""
     axes = axes_of(values)
     if axes.times < 2 or axes.time not in values.coords:
         return 1.0
@@ -66,9 +56,8 @@ def step(values: xr.DataArray) -> float:
     steps = np.diff(times)
     if np.ptp(steps) > 1e-6 * np.abs(steps).max():
         raise InputError(
-            f"a phase-resolved expansion needs equidistant values of {axes.time!r}; "
-            f"got steps from {steps.min():g} to {steps.max():g} "
-            "(AdaptivePCCI(phase_resolved=False) takes any)"
+            f"a phase-resolved expansion needs equidistant values of {axes.time!r}; got steps from "
+            f"{steps.min():g} to {steps.max():g} (AdaptivePCCI(phase_resolved=False) takes any)"
         )
     return float(np.mean(steps))
 
@@ -115,7 +104,7 @@ def unseen_steps(F: np.ndarray) -> np.ndarray:
 
     A count is a whole number at all times. Where it changes, a share p of the parts may count
     earlier or later, as long as no run is likely to be one of them (`unseen`): their standard
-    deviation is √(p(1 − p)) times the step. It is zero for other outputs, which are seen to vary.
+    deviation is √(p(1 − p)) times the step. It is zero for other outputs.
     """
     heights, share = np.zeros(F.shape[1:]), unseen(len(F))
     counts = (F[0] == np.round(F[0])).all(axis=-1) & (F[:1] == F).all(axis=(0, 2))
@@ -128,10 +117,7 @@ def unseen_steps(F: np.ndarray) -> np.ndarray:
 def missed_part(
     missed: np.ndarray, F: np.ndarray, units: Units, quantities: Quantities | None = None
 ) -> np.ndarray:
-    """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant.
-
-    `units` are those of the outputs; `quantities` says what each is a component of.
-    """
+    """Return which part of the variation of runs F is missed, (outputs,); 0 where F is constant."""
     varied = np.where(varying(F, units), variation(F), np.inf)
     return rms(missed) / (varied if quantities is None else quantities.at_least(varied))
 
@@ -139,11 +125,7 @@ def missed_part(
 def trust(
     labels: xr.DataArray, missed: np.ndarray, of: str = "its variation in held-out runs"
 ) -> xr.Dataset:
-    """Return `trusted`, labelled like a response, and in words why outputs are not trusted.
-
-    `missed` is the part of each output that is missed, and `of` says of what; `labels` are a
-    response of shape (runs, …).
-    """
+    """Return `trusted`, labelled like a response, and why outputs are not: `of` what is missed."""
     axes = axes_of(labels)
     doubts = [
         f"{name} ({100 * part:.0f} % of {of} is missed)"
@@ -161,10 +143,7 @@ def running(v: np.ndarray, half: int) -> np.ndarray:
 
 
 def _averages(values: np.ndarray, half: int) -> np.ndarray:
-    """Return averages over ±half times; outside, values are zero.
-
-    It is `scipy.ndimage.uniform_filter1d`, bit for bit, whose package takes long to import.
-    """
+    """Return averages over ±half times, zero outside, as `scipy.ndimage.uniform_filter1d`."""
     size = 2 * half + 1
     padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(half, half)])
     first = np.cumsum(padded[..., :size], axis=-1)[..., -1:]
@@ -196,15 +175,9 @@ def diagnostics(
     trusted: xr.Dataset,
     frequencies: Sequence[float],
 ) -> xr.Dataset:
-    """Return what a phase-resolved method says of its bands, labelled like the response.
+    """Return what a phase-resolved method says of its bands, labelled like (runs, …).
 
-    Parameters
-    ----------
-    labels : a response of shape (runs, …).
-    error : expected of mean and error bar, (2, outputs, times).
-    relative : its mean over time in parts of the error bar's mean width, (outputs,).
-    carriers : of each output.
-    trusted : what `trust` returns.
+    The error of mean and error bar, (2, outputs, times), is `relative` to mean widths, (outputs,).
     """
     dims, shape, axes = labels.dims[1:], labels.shape[1:], axes_of(labels)
     return xr.Dataset(

@@ -22,11 +22,7 @@ def reached(xi: np.ndarray) -> dict[str, list[float]]:
 
 
 def warn_of_extrapolation(space: Space, xi: np.ndarray, attrs: Mapping[str, Any]) -> None:
-    """Warn of the random input whose values are farthest beyond the runs, if that is far.
-
-    `xi` is where a surrogate is evaluated, shape (points, n). `attrs` are those of `reached`;
-    without them, runs count as usual.
-    """
+    """Warn of the random input at points ξ farthest beyond the runs, as `reached` tells."""
     usual = 5.0  # values of |ξ| up to which an expansion may be evaluated, wherever the runs are
     n = space.random_dimension
     low, high = (

@@ -43,9 +43,6 @@ variable has its family of polynomials, since 4 expansions have no terms that ar
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
 held-out runs are kept, since 8 the error of the discretization may be corrected."""
 
-READABLE_FORMATS = (7, FORMAT)
-"""Formats that are read: what is in a later one may be absent."""
-
 Entry = TypeVar("Entry")
 
 Record = str | float | None | Sequence["Record"] | Mapping[str, "Record"]
@@ -141,7 +138,7 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
         raise InputError(f"there is no file {file}")
     try:
         about, arrays, intact = read_archive(file)
-        if about["format"] not in READABLE_FORMATS:
+        if about["format"] not in (7, FORMAT):  # what is in a later one may be absent
             raise InputError(
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"

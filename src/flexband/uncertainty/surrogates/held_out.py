@@ -11,22 +11,16 @@ from flexband.uncertainty.surrogates.diagnostics import running, share
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out runs, and what the expansion misses in them.
+    """Held-out runs, and what the expansion misses in them."""
 
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    missed : shape (runs, outputs, times).
-    overshoot : error of the bands that other runs tell, and how far the expansion leaves the range
-        of all runs for rare values of random variables, root mean square, shape (outputs, times).
-    window : half of the number of times over which errors are averaged.
-    """
-
+    # shapes (runs, n) and (runs, m)
     xi: np.ndarray
     eta: np.ndarray
-    missed: np.ndarray
+    missed: np.ndarray  # shape (runs, outputs, times)
+    # error of the bands that other runs tell, and how far the expansion leaves the range of all
+    # runs for rare values of random variables, root mean square, shape (outputs, times)
     overshoot: np.ndarray
-    window: int
+    window: int  # half of the number of times over which errors are averaged
 
     def expected_error(self, intervals: int) -> np.ndarray:
         """Return the error expected of the error bar over so many intervals, (outputs, times)."""
@@ -34,12 +28,8 @@ class HeldOut:
         return running(np.hypot(share(intervals) * missed, self.overshoot), self.window)
 
     def nearest(self, distance: np.ndarray) -> np.ndarray:
-        """Return which runs judge a part of the inputs: those inside, but eight at least.
-
-        `distance` is that of each run from the part, 0 inside, shape (runs,).
-        """
-        # runs that judge a part of the inputs; where fewer are inside, the nearest to it
-        # count too
+        """Return which runs judge a part: those at `distance` 0, (runs,), or the nearest eight."""
+        # runs that judge a part of the inputs; where fewer are inside, the nearest to it count too
         fewest = 8
         order = np.argsort(distance, kind="stable")
         return np.sort(order[: max(fewest, np.count_nonzero(distance == 0))])

@@ -33,9 +33,8 @@ def narrowed_diagnostics(
 ) -> xr.Dataset:
     """Return the diagnostics of a surrogate for a part of its inputs, from those of the whole.
 
-    Without held-out runs, errors are those of the whole, of which the error in a part is hardly
-    more. The error of the discretization is that of the whole: a shift of the bands stays. `values`
-    are those of the surrogate at the held-out runs that judge the part, (runs, outputs, times).
+    Without held-out runs, and of the discretization, errors are those of the whole: in a part they
+    are hardly more. `values` are those of the surrogate at the runs that judge the part.
     """
     # errors as parts of the width of the bands, which are found with the bands
     relative = ("expected_error", "expansion_error", "discretization_error")

@@ -39,10 +39,7 @@ def growth(sigmas: float) -> float:
 
 
 def diagnostics_of(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
-    """Return the diagnostics of bands with the error bar μ ± kσ, with their `pointwise_error`.
-
-    They follow from those of μ ± σ. The bar has the dims (bound, …).
-    """
+    """Return diagnostics of μ ± kσ from those of μ ± σ, with `pointwise_error` of the bar."""
     bar_diagnostics = _of_sigmas(sigmas, diagnostics, bar)
     if "error_bar_expected_error" not in bar_diagnostics or "pointwise_error" in bar_diagnostics:
         return bar_diagnostics
@@ -63,10 +60,8 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
     if finer in errors:  # of bands: if σ alone moves, it is k times as large
         errors[finer] = before[finer] * max(sigmas, growth(sigmas))
         errors["error_bar_expected_error"] = errors[finer] + errors["error_bar_expansion_error"]
-    bar_diagnostics = diagnostics.drop_vars("relative_expected_error", errors="ignore").assign(
-        errors
-    )
-    bar_diagnostics = with_relative_errors(bar_diagnostics, bar)
+    others = diagnostics.drop_vars("relative_expected_error", errors="ignore")
+    bar_diagnostics = with_relative_errors(others.assign(errors), bar)
     relative = {
         name: float(np.max(relative_errors(bar_diagnostics, name, bar)))
         for name in ("expected_error", "expansion_error", "discretization_error")
@@ -74,9 +69,8 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
         and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }
     if "discretization_error" in relative and not narrowed:
-        ratio = relative["discretization_error"] / (
-            bar_diagnostics.attrs["discretization_error"] or 1.0
-        )
+        before_ratio = bar_diagnostics.attrs["discretization_error"] or 1.0
+        ratio = relative["discretization_error"] / before_ratio
         for name in (f"{part}_error" for part in bar_diagnostics.attrs["refined"]):
             if name not in relative:
                 relative[name] = bar_diagnostics.attrs[name] * ratio
@@ -84,10 +78,7 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
 
 
 def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarray:
-    """Return which outputs have error bars that are wider than rounding, (outputs,).
-
-    `lower` and `upper` are their ends, (outputs, times).
-    """
+    """Return which outputs have error bars wider than rounding, from ends (outputs, times)."""
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
     return units.varies((upper - lower).max(axis=-1), size)
 
@@ -101,21 +92,15 @@ def bars_vary(bar: xr.DataArray) -> np.ndarray:
 
 def with_relative_errors(diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.Dataset:
     """Return diagnostics with `relative_expected_error` of each output, if errors are estimated."""
-    if (
-        not {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
-        or "relative_expected_error" in diagnostics
-    ):
+    estimated = {"mean_expected_error", "error_bar_expected_error"} <= set(diagnostics)
+    if not estimated or "relative_expected_error" in diagnostics:
         return diagnostics
     relative = relative_errors(diagnostics, "expected_error", bar)
     return diagnostics.assign(relative_expected_error=(axes_of(bar).dims, relative))
 
 
 def relative_errors(diagnostics: xr.Dataset, name: str, bar: xr.DataArray) -> np.ndarray:
-    """Return the error of mean or error bar, mean over time, in parts of the bar's mean width.
-
-    It is the larger one of ``mean_<name>`` and ``error_bar_<name>`` of each output; 0 of those that
-    are constant. The dims of the bar, (bound, …), contain those of the errors.
-    """
+    """Return the larger error of mean and error bar over the bar's mean width; 0 of constants."""
     axes = axes_of(bar)
     lower, upper = (end.reshape(*axes.shape, axes.times) for end in bar.values)
     width = np.where(bars_vary(bar), (upper - lower).mean(axis=-1), np.inf)

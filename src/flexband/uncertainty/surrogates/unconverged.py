@@ -54,24 +54,14 @@ PREFIX = "unconverged_"
 
 @dataclass(frozen=True)
 class Unconverged:
-    """An output whose error is above what is allowed, and falls at no affordable discretization.
+    """An output whose error is above what is allowed, and falls at no affordable discretization."""
 
-    Attributes
-    ----------
-    output : its name.
-    part : what should be finer, "step" or "elements".
-    cause : why it does not help.
-    frequency : at which runs on two levels differ most, per unit of time.
-    steps : steps per period of this frequency; NaN if there is no step.
-    error : due to this part, in parts of the error bar's width.
-    """
-
-    output: str
-    part: str
-    cause: Cause
-    frequency: float
-    steps: float
-    error: float
+    output: str  # its name
+    part: str  # what should be finer, "step" or "elements"
+    cause: Cause  # why it does not help
+    frequency: float  # at which runs on two levels differ most, per unit of time
+    steps: float  # steps per period of this frequency; NaN if there is no step
+    error: float  # due to this part, in parts of the error bar's width
 
 
 def attributes(outputs: Sequence[Unconverged]) -> dict[str, list[Any]]:

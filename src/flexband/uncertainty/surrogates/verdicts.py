@@ -24,34 +24,27 @@ class Confirmation(StrEnum):
 
 @dataclass(frozen=True)
 class VerificationVerdict:
-    """A verdict of verification runs, and its numbers.
+    """A verdict of verification runs, and its numbers."""
 
-    Attributes
-    ----------
-    confirmation : the verdict.
-    runs, failed, at_bounds : numbers of runs that did not fail, that did, and at bounds.
-    output : number of the output that decides: with the largest error of those that are refuted,
-        of those that may be, or of all.
-    inferred, least, expected : errors of this output, in parts of the error bar's width: inferred
-        from the runs, with confidence at least, and what the method expected.
-    claimed : the largest error that the method expected of any output, in parts of its width.
-    ratio : inferred over expected error of this output.
-    refuted : number of outputs whose expected error is not confirmed.
-    confidence : of `least`.
-    """
-
-    confirmation: Confirmation
+    confirmation: Confirmation  # the verdict
+    # numbers of runs that did not fail, that did, and at bounds
     runs: int
     failed: int
     at_bounds: int
+    # number of the output that decides: with the largest error of those that are refuted, of those
+    # that may be, or of all
     output: int
+    # errors of this output, in parts of the error bar's width: inferred from the runs, with
+    # confidence at least, and what the method expected
     inferred: float
     least: float
     expected: float = np.nan
+    # the largest error that the method expected of any output, in parts of its width
     claimed: float = np.nan
-    ratio: float = np.nan
+    ratio: float = np.nan  # inferred over expected error of this output
     refuted: int = 0
-    confidence: float = np.nan
+    """Number of outputs whose expected error is not confirmed."""
+    confidence: float = np.nan  # of `least`
 
     @staticmethod
     def of(checked: xr.Dataset, good: np.ndarray) -> VerificationVerdict:
@@ -130,7 +123,7 @@ class VerificationVerdict:
 def verdict(
     checked: xr.Dataset, labels: xr.DataArray, good: np.ndarray, sampled: int, held_out: int
 ) -> dict[str, str | float]:
-    """Return the attributes "confirmed", "verdict" in words, and "inferred_share", of good runs.
+    """Return attributes "confirmed", "verdict" and "inferred_share" of good runs.
 
     `sampled` and `held_out` count those of them, and of the runs of the method, that are samples of
     the whole space.

@@ -38,23 +38,14 @@ def motion_data(
 ) -> tuple[JsonRecord | None, list[str]]:
     """Simulate a mechanism and return what an animation of it draws.
 
-    Parameters
-    ----------
-    response : of `dynamic_response` or `static_response`, on the discretization to use. Of any
-        other there is no animation.
-    space : its inputs. A choice must be one of its options.
-    samples : number of samples of the inputs besides the nominal one. Half of them are at corners
-        of the intervals. Those that fail are left out.
-    course : times [s], and the places on the axis of the charts that the nominal motion has then.
+    Half of the samples besides the nominal one are at corners of the intervals; those that fail are
+    left out. `course` has times [s] and their places on the axis of the charts.
 
-    Returns
-    -------
-    A tree that JSON can hold, or None, and sentences that tell what is missing and why.
-    `times` [s], shape (times,), with their `places` of a `course`; `position` [m], `direction` and
-    `force` [N] of the nominal motion, shape (tracks, 2, times); its `box` [m]; `names` of the
-    parts; `shapes`, `forces` and `traces`, the points of sensors, which name tracks by their
-    numbers; and `samples`: the `outlines` of bodies by numbers of their own points, and their
-    deviations from the nominal motion [m], shape (samples, points, 2, times).
+    The result is a tree that JSON can hold, or None, and sentences on what is missing. `times` [s],
+    (times,), with `places`; `position` [m], `direction` and `force` [N] of the nominal motion,
+    (tracks, 2, times); its `box` [m]; `names` of parts; `shapes`, `forces` and `traces`, which name
+    tracks by numbers; and `samples`: the `outlines` of bodies, and deviations of their points from
+    the nominal motion [m], (samples, points, 2, times).
     """
     if not isinstance(response, DynamicResponse | StaticResponse):
         return None, ["The response is not a mechanism of flexband, so that there is no animation."]
@@ -72,8 +63,7 @@ def motion_data(
 def _of_mechanism(
     response: DynamicResponse | StaticResponse, space: Space, samples: int, course: Course
 ) -> tuple[JsonRecord, list[str]]:
-    # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are
-    # for
+    # Width and height of a mechanism in a page [pt], which numbers of teeth and coils are for
     picture = (550.0, 320.0)
     with without_warnings():
         mechanism = response.builder(**space.arguments_at(*_points(space, samples)))

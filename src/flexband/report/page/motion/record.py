@@ -21,10 +21,10 @@ from flexband.report.shapes.tracks import Tracks
 
 
 def recorded(sketch: Sketch) -> JsonRecord:
-    """Return `shapes` in the order in which they are drawn, and the `vertices` of all, packed.
+    """Return `shapes` in the order in which they are drawn, and `vertices` of all, packed.
 
-    A shape has a `kind`, "line", "mark", "name" or "field", the attributes that are not the default
-    ones, and `strokes`, whose vertices are `count` from the `first` on; NaN lifts the pen.
+    A shape has a `kind`, attributes that are not the default ones, and `strokes`, whose vertices
+    are `count` from the `first` on; NaN lifts the pen.
     """
     vertices: list[np.ndarray] = [np.zeros((0, 4))]
 

@@ -21,11 +21,7 @@ def study_motion(
     *,
     samples: int = SAMPLES,
 ) -> tuple[JsonRecord | None, list[str]]:
-    """Return `motion_data` of a study, with every choice at its first option.
-
-    The surrogate has the step and the elements that it was computed with, if these were left out,
-    and the domains of fields. Without one, fields without a domain take runs.
-    """
+    """Return `motion_data` of a study, at first options and on its surrogate's discretization."""
     response, inputs, remarks = study.source, study.inputs, []
     if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))

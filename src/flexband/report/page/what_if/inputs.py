@@ -32,11 +32,7 @@ def intervals_of(space: Space) -> tuple[list[JsonRecord], list[str]]:
 
 
 def sizes_of(space: Space, inputs: str, *, resolved: bool) -> tuple[list[JsonRecord], list[str]]:
-    """Return the plays and the random inputs whose sizes can be scaled, and why others cannot.
-
-    Python finds the inputs of the surrogate at `inputs`; `resolved` is whether the page can compute
-    all moments for less scatter.
-    """
+    """Return plays and random inputs to be scaled, by Python, and why others cannot be."""
     sizes, remarks = [], []
     columns = space.columns(random=False) | space.columns(random=True)
     for name, input_ in (space.plays | space.of_kind(random=True)).items():
@@ -70,9 +66,8 @@ def _kind(input_: Input) -> str:
 def _scatter(input_: Input, old: str) -> JsonRecord | None:
     """Return how an input, in Python `old`, is scaled, or None if it cannot be.
 
-    It is `of`, what is scaled, and its `size`, of a LogNormal that of the logarithm; the `least`
-    scale; `python`, in which {0} and {1} stand for the `ends` a + b s at the scale s, and `fixed`
-    for s = 0.
+    `size` belongs to `of`, for a LogNormal to the logarithm; `least` is a scale; {0} and {1} in
+    `python` stand for the `ends` a + b s; `fixed` is for s = 0.
     """
     # Least size of a play and scatter of a field, which cannot be replaced by a number, in parts
     # of those of the study

@@ -28,10 +28,7 @@ from flexband.uncertainty.phases.terms import PartTerms
 
 
 def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
-    """Return an expansion as a tree of numbers, lists and packed arrays.
-
-    Coefficients are divided by the scale of their outputs, shape (outputs,).
-    """
+    """Return an expansion over the scale of its outputs as a tree with packed arrays."""
     tree = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
     if isinstance(expansion, PhaseExpansion):
         return tree | _of_phases(expansion, scale)
@@ -84,15 +81,11 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
 
 
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
-    """Return points ξ and weights for the smooth moments at η; None if they were too many.
-
-    Those along axes are taken if they give the moments of the surrogate at some of the times and η.
-    """
+    """Return ξ and weights for the smooth moments at η, along axes if they do; or None."""
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
     # at how many times and η it is checked
     tolerance, checked = 3e-7, 10
-    # Most points times η times times at which a page may compute an output for a new
-    # scatter: 3 s
+    # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
     families = terms.over_random()
     if (rule := resolving_rule(*families)) is not None:
@@ -133,18 +126,16 @@ def _terms(expansion: HybridExpansion, rows: np.ndarray) -> JsonRecord:
 
 def _rounded(coefficients: np.ndarray) -> JsonRecord:
     """Return coefficients, the constants, which are by far the largest, apart."""
-    # Coefficients are rounded to multiples of it, in parts of the width of an output's
-    # bands
+    # Coefficients are rounded to multiples of it, in parts of the width of an output's bands
     quantum = 1e-8
     parts = {"constant": coefficients[0], "others": coefficients[1:]}
     return {name: packed(values, quantum) for name, values in parts.items()}
 
 
 def _scan_of_waves(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points η of a scan for phases that change by `reach`, and those next to each.
+    """Return the η of a scan for phases that change by `reach`, and those next to each.
 
-    σ of little scatter has a kink wherever the slope of the wave vanishes, so that its maxima are
-    half as far apart as those of the wave.
+    σ of little scatter has a kink wherever the slope of the wave vanishes.
     """
     # Points of a scan for phases relative to those of `scan_points`, the first ones that
     # are not too many; and points of a scan in more variables than a grid can have

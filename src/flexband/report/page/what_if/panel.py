@@ -14,16 +14,10 @@ from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCRIPTS = (
-    "what_if_polynomials.js",
-    "what_if_direct.js",
-    "what_if_phases.js",
-    "what_if_descent.js",
-    "what_if_bounds.js",
-    "what_if_worker.js",
-    "what_if_inputs.js",
-    "what_if_limits.js",
+    "what_if_polynomials.js", "what_if_direct.js", "what_if_phases.js", "what_if_descent.js",
+    "what_if_bounds.js", "what_if_worker.js", "what_if_inputs.js", "what_if_limits.js",
     "what_if_panel.js",
-)
+)  # fmt: skip
 """The scripts of the panel, in the order in which a page has them."""
 
 
@@ -36,10 +30,8 @@ def what_if(
 ) -> tuple[JsonRecord | None, list[str]]:
     """Return the data of the panel, or None, and sentences that tell why there is none.
 
-    The surrogate is None if the method has none; `bands` are its own. Numbers are shown in the
-    units of `display`; coefficients and Python keep the others. A page takes a surrogate of
-    `max_coefficients`, by default some 4 MB. The data are a tree that JSON can hold, with packed
-    arrays.
+    A page takes a surrogate of `max_coefficients`, by default some 4 MB; coefficients and Python
+    keep the units that `display` changes.
     """
     if surrogate is None:
         return None, ["Other inputs need new runs here, since the method makes no surrogate."]
@@ -55,9 +47,8 @@ def what_if(
     scale = np.array(outputs["scale"])
     outputs = _outputs(every[0].labels, display.data(bands))
     models = [
-        model(expansion, scale[expansion.outputs])
-        | {"scale": [outputs["scale"][k] for k in expansion.outputs]}
-        for expansion in expansions
+        model(each, scale[each.outputs]) | {"scale": [outputs["scale"][k] for k in each.outputs]}
+        for each in expansions
     ]
     resolved = all(
         model_data["kind"] == "direct" or "points" in model_data for model_data in models

@@ -19,11 +19,7 @@ from flexband.uncertainty.expansions.bounds.terms import (
 
 @compiled
 def descend(terms, coefficients, c, sign, lines, active, eta):  # noqa: PLR0912
-    """Move the variables of active lanes to the best values to try; leave those active that move.
-
-    `coefficients` are those of the series in each lane, (terms, lanes); `lines` as in `search`;
-    `active` and `eta` have shapes (lanes,) and (m, lanes).
-    """
+    """Move variables of active lanes to the best of `lines`; leave active those that move."""
     tried, polynomials, counts = lines
     (m, lanes), orders, groups = eta.shape, polynomials.shape[2], terms.depends.shape[1]
     powers, sums = np.empty((3, orders, m, lanes)), np.zeros((groups, lanes))

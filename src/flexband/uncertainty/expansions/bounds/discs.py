@@ -16,10 +16,7 @@ RADIUS = 2.0**0.5
 
 
 def in_discs(eta: np.ndarray, discs: Sequence[int]) -> np.ndarray:
-    """Return points of the box, (points, m), moved into discs: squares around 0 become circles.
-
-    `discs` are the numbers of the first variable of each disc; the second one is the next.
-    """
+    """Return η of the box, (points, m), moved into discs: squares around 0 become circles."""
     eta = eta.copy()
     for first in discs:
         pair = eta[:, first : first + 2]

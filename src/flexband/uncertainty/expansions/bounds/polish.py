@@ -18,9 +18,8 @@ from flexband.uncertainty.expansions.bounds.terms import chebyshev_powers, fill,
 def polish(terms, coefficients, c, sign, active, eta, reach, least):
     """Move η of active lanes, (m, lanes), towards a minimum of sign (μ + c σ), and fill its value.
 
-    It ends when most lanes have arrived; the others stay active, to be gone on with in company.
-    `coefficients` are those of the series in each lane, (terms, lanes); `reach` is the part of
-    Newton's step to try next, 1 at a start; `active`, `reach` and `least` have shape (lanes,).
+    It ends when most lanes have arrived; the others stay active, for the next batch. `reach` is the
+    part of Newton's step to try next, 1 at a start.
     """
     m, lanes = eta.shape
     groups, orders = terms.depends.shape[1], largest(terms.order, 0, len(terms.order)) + 1
@@ -168,9 +167,8 @@ def _to_discs(partner, x, slope, curve, held):
     """Write the variables of discs as steps of −1 … 1, in place, with their derivatives.
 
     Where the value falls outwards at a rim, they are a radius, held at its bound, and the way along
-    the rim, which bends: the second derivative along it is less by the slope outwards over the
-    radius. Elsewhere they are steps in both variables; a part of the slope is added to the
-    curvature, so that steps are finite where there is none.
+    the rim, whose second derivative is less by the slope outwards over the radius. Elsewhere they
+    are steps in both variables.
     """
     part_of_slope = 0.1
     for a in range(len(x)):

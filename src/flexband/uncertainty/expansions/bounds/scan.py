@@ -20,9 +20,8 @@ from flexband.uncertainty.expansions.sobol import scrambled_sobol
 def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return η for a scan, (points, m), and the numbers of the points next to each.
 
-    Chebyshev–Lobatto points, four per wave of the highest order. If these are many, there are fewer
-    in each variable, but more than two per wave; if these are too many, fewer still, but four at
-    least; if even these are too many, `scattered` points.
+    Chebyshev–Lobatto points, four per wave of the highest order, or fewer if these are many; if
+    even four in each variable are too many, `scattered` points.
     """
     counts = [2 * order + 3 if order else 1 for order in orders]
     for most, least in (
@@ -38,10 +37,9 @@ def scan(orders: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def scattered(count: int, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return quasi-random η, (count, m), and the numbers of the points next to each.
+    """Return quasi-random η, (count, m), vertices first, and the points next to each.
 
-    The first points are vertices; further ones have fewer and fewer variables at their ends. Those
-    that are not free are zero.
+    Further points have fewer and fewer variables at their ends. Those that are not free are zero.
     """
     u = scrambled_sobol(count, len(free))
     ends = np.linspace(1.0, 0.0, count)[:, None]

@@ -21,13 +21,10 @@ from flexband.uncertainty.expansions.bounds.terms import copy, fill
 def search(terms, scan, lines, coefficients, targets, values, places):
     """Fill `values`, (targets, series), and `places`, (targets, series, m), of bounds.
 
-    Parameters
-    ----------
-    scan : values of Φ_i of all terms, (terms, points), η, (points, m), neighbours, (points, count).
-    lines : values of η to try in each variable, (m, count), their Chebyshev polynomials,
-        (m, count, orders), and how many there are, (m,).
-    coefficients : (series, terms), weighted so that σ² is a sum of squares.
-    targets : rows (c, sign): sign (μ + c σ) is minimized.
+    The scan has values of Φ_i, (terms, points), η, (points, m), and neighbours; lines have values
+    of η to try, (m, count), their Chebyshev polynomials, (m, count, orders), and their number;
+    `coefficients`, (series, terms), are weighted so that σ² is a sum of squares; rows (c, sign) of
+    `targets` minimize sign (μ + c σ).
     """
     shape = *values.shape, OPTIONS.max_starts
     bound, which = np.empty(shape), np.empty(shape, np.int64)
@@ -42,10 +39,7 @@ def search(terms, scan, lines, coefficients, targets, values, places):
 
 @cached_on_disk
 def starts(terms, scan, coefficients, targets, resolved, bound, which):
-    """Fill what may be reached from points of the scan, lowest first, and which points these are.
-
-    Both have the shape (targets, series, starts).
-    """
+    """Fill what may be reached from points of the scan, and these, (targets, series, starts)."""
     basis, points, neighbours = scan
     series, count = len(coefficients), len(points)
     mean, std, height = np.empty(count), np.empty(count), np.empty(count)
@@ -90,10 +84,10 @@ def _moments(terms, basis, coefficients, mean, std, part):
 
 @compiled
 def lowest(height, neighbours, part, best, which):
-    """Fill the lowest values that are not above their neighbours, in order, and their points.
+    """Fill the lowest values not above their neighbours, in order, and their points.
 
-    They are in the lower `part` of the range of all values; of a constant only one counts. Shapes
-    are (points,) of `height` and (starts,) of `best` and `which`; ∞ and 0 fill what is left.
+    They are in the lower `part` of the range of all values; of a constant only one counts. ∞ and 0
+    fill what is left.
     """
     fill(best, np.inf)
     fill(which, 0)
@@ -123,7 +117,7 @@ def lowest(height, neighbours, part, best, which):
 
 @compiled
 def _lowest_apart(height, neighbours, best, which):
-    """Fill what `lowest` does with the lowest values, of points that are not next to each other.
+    """Fill what `lowest` does with the lowest values of points that are not next to each other.
 
     Along the rim of a disc a scan has few points, of which a minimum may be next to a lower one.
     """
@@ -157,8 +151,7 @@ def descents(  # noqa: PLR0912, PLR0915
 ):
     """Fill the least value that is found from points of the scan, and its place, (series, m).
 
-    A start counts if its bound is below the least value so far. The search of a series ends when
-    some descents have reached the same lowest minimum.
+    The search of a series ends when some descents have reached the same lowest minimum.
     """
     c, sign = target
     points, which, bound = at_start

@@ -17,32 +17,23 @@ from flexband.compilation.machine_code import compiled
 
 
 class ExpansionTerms(NamedTuple):
-    """The terms of an expansion in the order of Φ_i.
+    """The terms of an expansion in the order of Φ_i."""
 
-    Attributes
-    ----------
-    first : number of the first term of each Φ_i, (M + 1,).
-    group : j of each term, (terms,).
-    first_factor : number of the first factor of each Φ_i, (M + 1,).
-    variable, order : of each factor T_order(η_variable).
-    first_owner : where the Φ_i that contain each variable start, (m + 1,).
-    owner, owner_order : these Φ_i, and their orders in the variable.
-    of_group, first_of_group : the terms in the order of j, and where those of each Ψ_j start.
-    depends : whether the terms of each Ψ_j contain a variable, (m, N).
-    partner : the number of the other variable of a disc, −1 of variables in [−1, 1], (m,).
-    """
-
-    first: np.ndarray
-    group: np.ndarray
-    first_factor: np.ndarray
+    first: np.ndarray  # number of the first term of each Φ_i, (M + 1,)
+    group: np.ndarray  # j of each term, (terms,)
+    first_factor: np.ndarray  # number of the first factor of each Φ_i, (M + 1,)
+    # of each factor T_order(η_variable)
     variable: np.ndarray
     order: np.ndarray
-    first_owner: np.ndarray
+    first_owner: np.ndarray  # where the Φ_i that contain each variable start, (m + 1,)
+    # these Φ_i, and their orders in the variable
     owner: np.ndarray
     owner_order: np.ndarray
+    # the terms in the order of j, and where those of each Ψ_j start
     of_group: np.ndarray
     first_of_group: np.ndarray
-    depends: np.ndarray
+    depends: np.ndarray  # whether the terms of each Ψ_j contain a variable, (m, N)
+    # the number of the other variable of a disc, −1 of variables in [−1, 1], (m,)
     partner: np.ndarray
 
     @staticmethod

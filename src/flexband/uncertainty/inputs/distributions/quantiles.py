@@ -22,11 +22,7 @@ TRANSFORM = np.linalg.inv(legendre.legvander(NODES, POINTS - 1))
 
 @dataclass(frozen=True)
 class Quantiles:
-    """An increasing function of a standard normal variable.
-
-    On each of its panels, with increasing ends, (panels, 2), it has coefficients of Legendre
-    polynomials, (panels, POINTS).
-    """
+    """An increasing function of z ~ N(0, 1) in Legendre polynomials on panels."""
 
     panels: np.ndarray
     coefficients: np.ndarray
@@ -35,11 +31,7 @@ class Quantiles:
     def of(
         function: Callable[[np.ndarray], np.ndarray], reach: float, kinks: Sequence[float] = ()
     ) -> Quantiles:
-        """Return the polynomials of a function of z, as far as `reach` and as it is finite.
-
-        It is not smooth at its kinks. Raise `InputError` if it is noise, as where the values of a
-        distribution differ by rounding only.
-        """
+        """Return the polynomials of a function of z up to `reach`, between kinks; not of noise."""
         width = 0.5  # of a panel that is not halved
         # a panel is halved, so often at most, while its last two coefficients are larger
         # than this part of the spread, weighted by the density, and while there are not
@@ -85,10 +77,7 @@ class Quantiles:
         return np.einsum("...k,...k->...", values, self.coefficients[panel])
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return z and weights for expectations of polynomials of the degree 2 count.
-
-        Gauss–Legendre points of all panels.
-        """
+        """Return Gauss–Legendre z and weights of all panels, for polynomials of degree 2 count."""
         t, w = legendre.leggauss(POINTS + count // 4)
         middle, half = self.panels.mean(axis=1, keepdims=True), np.diff(self.panels) / 2
         z = (middle + half * t).ravel()

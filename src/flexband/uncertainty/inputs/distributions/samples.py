@@ -15,9 +15,6 @@ from flexband.errors import InputError, check_finite, check_numbers, check_posit
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.words import number_of
 
-GROUP = 0.05
-"""Values nearer to each other than this part of the bandwidth share a kernel."""
-
 
 class Kernels(NamedTuple):
     """Equal normal densities: their centres, weights of sum one, and standard deviation."""
@@ -76,10 +73,8 @@ class Samples(Distribution):
             raise InputError(f"Samples values must differ; {same}. {NO_SCATTER}")
         object.__setattr__(self, "values", tuple(values.tolist()))
         if self.bandwidth is not None:
-            width = float(
-                check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
-            )
-            object.__setattr__(self, "bandwidth", width)
+            width = check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
+            object.__setattr__(self, "bandwidth", float(width))
         n = len(values)
         if n < few:
             warn(
@@ -114,7 +109,8 @@ class Samples(Distribution):
         quartiles = np.ptp(np.quantile(x, [0.25, 0.75])) / 1.34
         width = self.bandwidth or 0.9 * min(std, quartiles or std) * len(x) ** -0.2
         width = min(width, largest_bandwidth * std)
-        group = np.unique(np.round((x - mean) / (GROUP * width)), return_inverse=True)[1]
+        near = 0.05 * width  # values that are nearer to each other share a kernel
+        group = np.unique(np.round((x - mean) / near), return_inverse=True)[1]
         count = np.bincount(group)
         centres, weights = np.bincount(group, x - mean) / count, count / len(x)
         shrink = std / np.sqrt(weights @ centres**2 + width**2)

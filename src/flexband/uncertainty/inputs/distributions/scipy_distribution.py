@@ -24,10 +24,6 @@ if TYPE_CHECKING:
 
 Given = TypeVar("Given")
 
-REACHES, ACCURACY = (30.0, 20.0, 12.0, 9.0), 1e-6
-"""Standard normal variables up to which there are panels, the first at which quantiles are the
-inverse of probabilities; else 7: all but 3·10⁻¹² of the values."""
-
 
 @frozen(repr=False)
 class ScipyDistribution(Distribution):
@@ -89,12 +85,14 @@ class ScipyDistribution(Distribution):
 
     @cached_property
     def quantiles(self) -> Quantiles:
-        return Quantiles.of(super().at_normal, next(filter(self._reaches, REACHES), 7.0))
+        reaches = 30.0, 20.0, 12.0, 9.0  # else 7, all but 3·10⁻¹² of the values
+        return Quantiles.of(super().at_normal, next(filter(self._reaches, reaches), 7.0))
 
     def _reaches(self, reach: float) -> bool:
+        """Return whether quantiles are the inverse of probabilities up to a z."""
         z = np.array([-reach, reach])
         with np.errstate(all="ignore"):
-            return bool(np.all(np.abs(self.to_normal(super().at_normal(z)) - z) < ACCURACY))
+            return bool(np.all(np.abs(self.to_normal(super().at_normal(z)) - z) < 1e-6))
 
     def check(self) -> None:
         """Raise `InputError` if there is no such distribution."""
@@ -131,10 +129,7 @@ class ScipyDistribution(Distribution):
 
 
 def as_input(value: Given) -> Given | Distribution:
-    """Return a frozen distribution of `scipy.stats` as an input, and anything else as it is.
-
-    Raise `InputError` if it is not frozen, discrete, or not one that `scipy.stats` has by name.
-    """
+    """Return a frozen `scipy.stats` distribution as an input, if it can be, and others as is."""
     if not type(value).__module__.startswith("scipy.stats."):
         return value
     from scipy import stats  # noqa: PLC0415

@@ -100,10 +100,7 @@ def correlations(correlation: Correlation, distance: np.ndarray) -> np.ndarray:
 def equidistant(
     correlation: Correlation, length: float, domain: tuple[float, float], nodes: int
 ) -> tuple[float, np.ndarray]:
-    """Return the correlation length as a float, and equidistant nodes on the domain.
-
-    Raise `InputError` for what no field can have.
-    """
+    """Return the correlation length and equidistant nodes on the domain; refuse misfits."""
     # fewest correlation lengths in a domain: squares of polynomials over fewer overflow
     min_lengths = 1e-305
     check_function("RandomField correlation", correlation)
@@ -120,11 +117,7 @@ def equidistant(
 
 
 def correlation_matrix(correlation: Correlation, length: float, x: np.ndarray) -> np.ndarray:
-    """Return the correlations of the field at positions x with each other.
-
-    Raise `InputError` if they are not 1 at distance 0 or not symmetric; see `check_eigenvalues` as
-    well.
-    """
+    """Return the correlations at positions x with each other, symmetric and 1 at distance 0."""
     matrix = correlations(correlation, (x[:, None] - x) / length)
     if np.abs(np.diagonal(matrix) - 1).max() > ROUNDING:
         diagonal_entry = np.diagonal(matrix)[np.abs(np.diagonal(matrix) - 1).argmax()]
@@ -148,11 +141,7 @@ def check_eigenvalues(values: np.ndarray) -> None:
 
 
 def twice_differentiable(correlation: Correlation) -> bool:
-    """Return whether fields of this correlation have second derivatives.
-
-    They have if the fourth derivative at distance 0 exists. The difference 3 − 4ρ(h) + ρ(2h) is
-    then proportional to h⁴ for small h.
-    """
+    """Return whether fields have second derivatives: 3 − 4ρ(h) + ρ(2h) ~ h⁴ for small h."""
     if isinstance(correlation, Matern):
         return correlation.nu > 2
     near = correlations(correlation, np.array([0.005, 0.01, 0.02]))

@@ -149,11 +149,7 @@ def fields_of(inputs: Mapping[str, object]) -> dict[str, Field]:
 
 
 def profile(name: str, value: Profile | Interval | np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return a parameter at positions x of shape (…, points), shape x.shape or (n, points).
-
-    It is a `Profile`, one number per sample, shape (n,), or an interval, of which it is the middle.
-    Raise `InputError` if the function does not return one finite number per position.
-    """
+    """Return a parameter at positions x, (…, points): a `Profile`, number, or middle of bounds."""
     if isinstance(value, Interval):
         value = (value.lower + value.upper) / 2
     if not callable(value):

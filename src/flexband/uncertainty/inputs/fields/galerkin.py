@@ -116,11 +116,7 @@ class Polynomials(NamedTuple):
         return legvander(2 * place - 1, self.each - 1) * norms
 
     def loads(self, correlation: Correlation, s: np.ndarray) -> np.ndarray:
-        """Return ∫ ρ(s − y) h_j(y) dy at positions s, shape (s, polynomials).
-
-        The integrals are split where a correlation function may have kinks: at the distances 0
-        and 1.
-        """
+        """Return ∫ ρ(s − y) h_j(y) dy, (s, polynomials), split at kinks: distances 0 and 1."""
         chunk = 64  # positions at which covariances are integrated at once
         parts = [s[k : k + chunk] for k in range(0, len(s), chunk)]
         return np.concatenate([self._loads(correlation, part[:, None]) for part in parts])
@@ -140,8 +136,7 @@ class Polynomials(NamedTuple):
 class LegendreModes(Series):
     """û(x) = Σ ξ_i √λ_i f_i(x), with f_i in Legendre polynomials on equal elements.
 
-    The eigenvalues are λ_i, those of the covariance [unit of the positions]; the eigenvectors are
-    the coefficients of f_i, the polynomials of one element after the other.
+    The eigenvectors have the coefficients of f_i, one element after the other.
     """
 
     polynomials: Polynomials

@@ -132,13 +132,7 @@ class IntervalField(Field):
         return f"interval field, {self.dimension} control points, {self.length:g} apart"
 
     def standard(self, value: np.ndarray) -> np.ndarray:
-        """Return η of values at `places`, shape (n, control points).
-
-        Raises
-        ------
-        InputError
-            If no sample has these values, or the limits are equal at a place.
-        """
+        """Return η of values at `places`, (n, control points); refuse what no sample has."""
         places = self.places
         if value.ndim != 2 or value.shape[1] != self.dimension:
             raise InputError(

@@ -175,8 +175,7 @@ class RandomField(Field):
     @cached_property
     def expansion(self) -> Series:
         """The series of the standardized field, which must have a domain."""
-        # share of the tolerance that is met with all nodes, so that a part of the terms
-        # meets it
+        # share of the tolerance that is met with all nodes, so that a part of the terms meets it
         few_terms = 0.7
         start, end = self.located
         count = self.nodes or max(21, np.ceil(8 * (end - start) / self.correlation_length) + 1)
@@ -258,9 +257,8 @@ class RandomField(Field):
         if lacking > largest_acceleration_error:
             warn(
                 f"{part} is prescribed by a RandomField of {number_of(self.dimension, 'term')}, "
-                "which lack "
-                f"{100 * lacking:.2g} % of the variance of its accelerations: they "
-                "need more terms than the field itself, so take a smaller tolerance"
+                f"which lack {100 * lacking:.2g} % of the variance of its accelerations: they need "
+                "more terms than the field itself, so take a smaller tolerance"
             )
 
     def standard(self, value: np.ndarray) -> np.ndarray:

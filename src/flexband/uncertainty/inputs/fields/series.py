@@ -23,18 +23,13 @@ from flexband.uncertainty.inputs.fields.correlation import (
 
 @dataclass(frozen=True)
 class Series(ABC):
-    """A truncated expansion on a domain.
+    """A truncated expansion on a domain."""
 
-    Attributes
-    ----------
-    correlation, length : ρ as a function of distance over the correlation length.
-    domain : start and end.
-    eigenvalues, eigenvectors : the largest ones of a matrix, and vectors in columns.
-    """
-
+    # ρ as a function of distance over the correlation length
     correlation: Correlation
     length: float
-    domain: tuple[float, float]
+    domain: tuple[float, float]  # start and end
+    # the largest ones of a matrix, and vectors in columns
     eigenvalues: np.ndarray
     eigenvectors: np.ndarray
 
@@ -56,10 +51,7 @@ class Series(ABC):
         """Return positions at which the error is judged, in increasing order."""
 
     def explained(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return Var[û(x)] and Cov[u(x), û(x)] of the first 1, 2, … terms, (terms, *x.shape).
-
-        They are the same if û(x) is the best linear estimate of u(x) that the ξ_i allow.
-        """
+        """Return Var[û(x)] and Cov[u, û], equal for best estimates, by terms, (terms, *x.shape)."""
         variance = np.cumsum(self.basis(x) ** 2, axis=0)
         return variance, variance
 
@@ -81,10 +73,7 @@ Discretization = Callable[[Correlation, float, tuple[float, float], int], Series
 
 
 def decomposed(matrix: np.ndarray, *, of_correlations: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return eigenvalues above rounding, the largest first, and eigenvectors in columns.
-
-    Raise `InputError` if a matrix of correlations is not positive semidefinite.
-    """
+    """Return eigenvalues above rounding, the largest first, and vectors; refuse negative ones."""
     smallest = 1e-12  # eigenvalue, relative to the largest, that is told from rounding
     decompositions = []
     in_threads(lambda square_matrix: decompositions.append(np.linalg.eigh(square_matrix)), [matrix])

@@ -355,6 +355,7 @@ def test_a_state_that_never_rests_has_no_equilibrium():
         ({"states": {}}, "does not compile"),
         ({"between": [(0, 1)]}, "must be a list of pairs of different numbers of points, 0 to 0"),
         ({"between": 3}, "ForceLaw between must be a list of pairs"),
+        ({"within": [(0, 2)]}, "ForceLaw within must be a list of pairs"),
     ],
 )
 def test_bad_states_are_refused_by_name(changes, message):

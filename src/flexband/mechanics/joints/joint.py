@@ -148,23 +148,20 @@ class HoldingJoint(Joint):
     def held(self, frame: Resolve) -> list[Held]: ...
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return the travels."""
         return [row.travel for row in self.held(frame)]
 
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
-        """Return the sum of the forces of the rows, zero without multipliers."""
+    def _loaded(self, frame: Resolve, multipliers: Sequence[Form]) -> list[tuple[Held, Form]]:
+        """Return the rows with their multipliers, zero if there are none."""
         rows = self.held(frame)
-        forces = [
-            scale(-multiplier, row.force)
-            for row, multiplier in zip(rows, multipliers, strict=False)
-            if row.force is not None
-        ]
-        none = (Form({}), Form({})) if any(row.force for row in rows) else None
-        return reduce(add, forces) if forces else none
+        return [*zip(rows, multipliers or [Form({})] * len(rows), strict=False)]
+
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector | None:
+        pairs = self._loaded(frame, multipliers)
+        forces = [scale(-m, row.force) for row, m in pairs if row.force is not None]
+        return reduce(add, forces) if forces else None
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
-        rows = self.held(frame)
-        pairs = zip(rows, multipliers or [Form({})] * len(rows), strict=False)
+        pairs = self._loaded(frame, multipliers)
         return [(-m * np.asarray(row.moment), []) for row, m in pairs if row.moment is not None]
 
 

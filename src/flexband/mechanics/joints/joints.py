@@ -144,7 +144,6 @@ class Revolute(PairJoint):
         return [touching(gap_in_circle, self.law, self.clearance, self.radius, friction=friction)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
-        """Return that of the pin without clearance."""
         if self.friction is None or self.clearance is not None:
             return []
         turn = angle(frame(self.first).normal) - angle(frame(self.second).normal)
@@ -172,7 +171,6 @@ class Revolute(PairJoint):
         return held_place(self._pin(frame), frame(self.second))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ."""
         return -multipliers[0], -multipliers[1]
 
     def moment(self, multipliers: Sequence[Form]) -> Form | None:
@@ -232,9 +230,7 @@ class Weld(AlignedJoint):
         check_flag("Weld axis", self.axis)
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return r_first − r_second, the sine of the angle between the sections, and with `axis`
-        that of the angle between the axes.
-        """  # noqa: D205
+        """Return r_first − r_second and the sines of the angles of sections and axes."""
         first, second = frame(self.first), frame(self.second)
         rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
@@ -245,7 +241,6 @@ class Weld(AlignedJoint):
         return [*held_place(first, second), held_turn(first, second, np.asarray(self.angle))]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ of the positions."""
         return -multipliers[0], -multipliers[1]
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
@@ -341,7 +336,6 @@ class Prismatic(LineJoint, AlignedJoint):
         return contacts
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
-        """Return that of the slider without clearance."""
         if self.friction is None or self.clearance is not None or self.length is None:
             return []
         if not frame(self.first).rigid:
@@ -359,10 +353,7 @@ class Prismatic(LineJoint, AlignedJoint):
         return super().conditions(frame) if self.clearance is None else []
 
     def constraints(self, frame: Resolve) -> list[Form]:
-        """Return n · (r_first − r_second) and the sine of the angle between the bodies.
-
-        There are none with clearance.
-        """
+        """Return the row across the line and the sine of the angle, nothing with clearance."""
         if self.clearance is not None:
             return []
         return [self._across(frame, self.offset[0]).travel, cross(*self._normals(frame))]
@@ -431,11 +422,9 @@ class Slot(LineJoint, HoldingJoint):
         return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
     def held(self, frame: Resolve) -> list[Held]:
-        """Return n · (r_first − r_second) less the offset."""
         return [self._across(frame, self.offset)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        """Return −λ n and friction along the line."""
         return self._rubbed(frame, multipliers)
 
 

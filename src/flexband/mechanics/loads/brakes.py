@@ -69,7 +69,6 @@ class Brake(PairLoad):
             check_non_negative(f"{type(self).__name__} force [N]", self.force)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the friction."""
 
         def pressure(forces: Sequence[Form]) -> list[Vector]:
             match self.force:
@@ -132,7 +131,6 @@ class OneWayClutch(PairLoad):
             raise InputError(f"OneWayClutch sense must be 1 or -1; got {self.sense!r}")
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return what holds it one way."""
         one, law = [(Form.constant(1.0), Form({}))], Coulomb(kinetic=0.0)
         turn = Travel(turning_of(model, self.first, self.second).travel * float(self.sense))
         entry = FrictionEntry(turn, law, lambda forces: one, angular=True, one_way=True)

@@ -81,7 +81,6 @@ class LuGre(PairLoad):
         check_axis("LuGre axis", self.axis)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the law."""
         numbers = self.kinetic, self.static, self.stribeck_speed
         numbers += self.stiffness, self.damping, self.viscous
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)

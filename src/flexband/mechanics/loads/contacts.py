@@ -77,7 +77,6 @@ class ContactLoad(PairLoad):
         raise NotImplementedError
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the laws of the contacts."""
         first, second = model.frame(self.first), model.frame(self.second)
         contacts = self.contacts(first, second)
         return contact_entries(contacts, first, second, closed_at_start=self.closed_at_start)

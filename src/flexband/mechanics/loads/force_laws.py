@@ -93,7 +93,6 @@ class ForceLaw:
         compiled_law(self.law, self._entry([None] * len(self.points)).shape)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the law."""
         return Entries(laws=[self._entry([model.frame(point) for point in self.points])])
 
     def _entry(self, frames: Sequence[Any]) -> LawEntry:
@@ -115,12 +114,10 @@ def _check_states(states: object) -> None:
 
 def _check_events(events: object) -> None:
     """Raise `InputError` if these are not different names."""
-    allowed = "a list of different names"
-    if not isinstance(events, list | tuple) or len({*map(str, events)}) < len(events):
-        raise InputError(f"ForceLaw events must be {allowed}; got {shown(events)}")
-    for name in events:
-        if not isinstance(name, str) or not name:
-            raise InputError(f"ForceLaw events must be {allowed}; got {shown(name)}")
+    is_list = isinstance(events, list | tuple)
+    names = [name for name in events if isinstance(name, str) and name] if is_list else []
+    if not is_list or not len({*names}) == len(events):
+        raise InputError(f"ForceLaw events must be a list of different names; got {shown(events)}")
 
 
 @frozen()
@@ -144,7 +141,6 @@ class ViscousFriction(PairLoad):
         check_non_negative("ViscousFriction damping [N s/m]", self.damping)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the law."""
         return ForceLaw(self.points, drag, (self.damping,)).enters(model)
 
 

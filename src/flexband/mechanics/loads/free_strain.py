@@ -30,7 +30,6 @@ class _Free:
     history: History | None
 
     def _check(self, kind: str, value: Property) -> None:
-        """Raise `InputError` if an argument is not allowed."""
         name = type(self).__name__
         if not callable(value):
             check_finite(f"{name} {kind}", value)
@@ -118,7 +117,6 @@ class FreeStrain(_Free):
         self._check("strain", self.strain)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return the strain at the places of each element."""
         _, strains = self._along(model, "strain", self.strain, AXIAL)
         return Entries(strains=[FreeStrainEntry(self.member, strains)])
 

@@ -175,7 +175,6 @@ class PairLoad:
 
     @property
     def points(self) -> Sequence[PointName]:
-        """Both points."""
         return [self.first, self.second]
 
 

@@ -69,7 +69,6 @@ class _PointLoad:
 
     @property
     def points(self) -> Sequence[PointName]:
-        """The point where it acts."""
         return [self.point]
 
 

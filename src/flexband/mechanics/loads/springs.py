@@ -88,7 +88,6 @@ class Spring(SpringLoad):
         _pull_and_table("Spring pull [N]", self.pull)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return a spring along r_first − r_second."""
         apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
         return self._along([apart], self.rest_length, self.pull, 1.0)
 
@@ -134,7 +133,6 @@ class TorsionSpring(SpringLoad):
         _pull_and_table("TorsionSpring torque [N m]", self.torque)
 
     def enters(self, model: LoadModel) -> Entries:
-        """Return a spring along the angle between the normals of the two sections."""
         normals = [model.frame(point).normal for point in self.points]
         if not any(map(moves, normals)):
             raise InputError("a TorsionSpring must join a body that rotates")

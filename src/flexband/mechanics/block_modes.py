@@ -170,13 +170,7 @@ class ModeSolver:
 def _with_friction(
     balance: Balance, linear: Linear, z: np.ndarray, sample: int
 ) -> tuple[Linear, np.ndarray]:
-    """Return the matrices with friction that slides, and the motions in which all else sticks.
-
-    Raises
-    ------
-    InputError
-        If there are none, friction depends on a reaction that is not unique, or it jams.
-    """
+    """Return the matrices with friction that slides, and the motions in which all else sticks."""
     equations, basis, system = balance.equations, balance.basis, balance.equations.system
     if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
         raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")

@@ -57,15 +57,7 @@ class Configuration:
 
 
 def assembled(mechanism: Mechanism, sample: int = 0) -> Configuration:
-    """Return the configuration in which a sample starts, with its constraints met.
-
-    Raises
-    ------
-    InputError
-        If the mechanism has no such sample or numbers of samples do not fit each other.
-    AssemblyError
-        If this sample's constraints cannot be met.
-    """
+    """Return the configuration in which a sample starts, with its constraints met."""
     check_instance("mechanism", mechanism, Mechanism)
     with without_warnings(ResolutionWarning):  # the start needs no fine elements
         system = assemble(mechanism)

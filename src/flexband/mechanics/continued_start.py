@@ -83,13 +83,7 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
 
 
 def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
-    """Return a system that starts in the state of another one, and its start.
-
-    Raises
-    ------
-    InputError
-        If a body is not in the state, has another mesh there, or numbers of samples do not fit.
-    """
+    """Return a system that starts in the state of another one, and its start."""
     for name, mesh in _meshes(system).items():
         if name not in state.meshes:
             there = ", ".join(state.meshes)

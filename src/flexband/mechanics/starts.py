@@ -77,13 +77,7 @@ def started(
     step: float,
     slow: float,
 ) -> tuple[System, Start]:
-    """Return the system of a mechanism and how its runs start, with a slow start of functions [s].
-
-    Raises
-    ------
-    InputError
-        As `start_of` and `continued` do.
-    """
+    """Return the system of a mechanism and how its runs start, with functions slowed for a time."""
     if isinstance(start, xr.DataArray):
         state = state_of(start, period)
         return continued(assemble(mechanism), state)

@@ -123,13 +123,7 @@ def check_law(name: str, value: object) -> None:
 def checked_limits(
     name: str, lower: ArrayLike | None, upper: ArrayLike | None
 ) -> list[tuple[float, np.ndarray]]:
-    """Return a sign and a limit for each of the limits that are given.
-
-    Raises
-    ------
-    InputError
-        If none is given, one is not finite, or the lower is not below the upper one.
-    """
+    """Return a sign and a limit for each of the limits that are given."""
     limits = {-1.0: lower, 1.0: upper}
     given = {
         sign: check_finite(f"{name} {'upper' if sign > 0 else 'lower'}", value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -86,24 +86,19 @@ Activity = TimeFunction | tuple[str, str]
 """A function of time that is more than 0.5, or an event of a load, while something is active."""
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """A function of time that is true or false, as one of numbers."""
-
-    function: TimeFunction
-
-    def __call__(self, time: float) -> np.ndarray:
-        return np.asarray(self.function(time), dtype=float)
-
-
 def as_activity(name: str, active: Activity) -> Activity:
     """Return what is active when, truths as numbers; raise `InputError` if it does not say so."""
     if isinstance(active, tuple):
         check_law_output(name, active, "event")
         return active
     check_function(name, active, " of time")
-    returned(Numbers(active), 0.0, name)
-    return Numbers(active) if np.asarray(active(0.0)).dtype == bool else active
+    numbers = partial(_as_numbers, active)
+    returned(numbers, 0.0, name)
+    return numbers if np.asarray(active(0.0)).dtype == bool else active
+
+
+def _as_numbers(function: TimeFunction, time: float) -> np.ndarray:
+    return np.asarray(function(time), dtype=float)
 
 
 def check_law_output(name: str, value: object, kind: str) -> None:

@@ -47,13 +47,7 @@ class Begun(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What the blocks of a run share.
-
-    Attributes
-    ----------
-    times : of the run [s], equidistant.
-    samples : numbers of those that are run.
-    """
+    """What the blocks of a run share: equidistant times [s], and the numbers of the samples."""
 
     system: System
     times: np.ndarray

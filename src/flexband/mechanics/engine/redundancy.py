@@ -21,12 +21,7 @@ INVOLVED = 0.1
 
 
 def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return Φ_q at the start, shape (multipliers, coordinates, samples).
-
-    Parameters
-    ----------
-    z : the states of these samples, shape (rows, samples).
-    """
+    """Return Φ_q of states z (rows, samples), shape (multipliers, coordinates, samples)."""
     terms = system.structure.terms
 
     def own(values: np.ndarray) -> np.ndarray:
@@ -54,13 +49,7 @@ def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray
 
 
 def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.ndarray) -> None:
-    """Raise `InputError` if massless bodies can move while all that has mass is at rest.
-
-    Parameters
-    ----------
-    values, z : of a block at the first time, with the states (rows, lanes) of its first samples.
-    samples : their numbers.
-    """
+    """Raise `InputError` if massless bodies can move while all that has mass is at rest."""
     entries = system.structure.mass.massless
     if not len(entries):
         return
@@ -179,11 +168,8 @@ def refuse_shared_friction(system: System, joints: list[str]) -> None:
 def warn_of_unresolved(system: System, unresolved: np.ndarray, times: np.ndarray) -> None:
     """Warn of sensors of forces of joints if the motion passes where more constraints depend.
 
-    Parameters
-    ----------
-    unresolved : of each sample, the number of the first time at which a constraint with a force
-        was left out that is independent of the others at the start, or at which forces could not be
-        shared; 0 if there is none.
+    `unresolved` is the number of the first time where forces could not be shared, or where a
+    constraint with a force was left out that is independent at the start; 0 if there is none.
     """
     samples = np.flatnonzero(unresolved)
     if not len(samples) or not system.impulsive:

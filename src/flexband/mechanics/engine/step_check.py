@@ -101,11 +101,7 @@ def warn_of_large_steps(
     """Warn of the part whose speed is wrong by the most, if it is by more than one per cent.
 
     To the leading order, a free body that turns by φ in a step loses ((1 − ρ)/(1 + ρ))² φ⁴/8 of its
-    speed, and its angle lags behind by φ²/12 of what it turns.
-
-    Parameters
-    ----------
-    turned : of each part, see `Work`, shape (samples, parts, 4).
+    speed, and its angle lags behind by φ²/12 of what it turns. `turned` is as in `Work`.
     """
     if not turned.size:
         return
@@ -179,11 +175,6 @@ def remark_on_few_steps(
     """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
     A vibration of a frequency that a function of time has, or a multiple of it, counts as forced.
-
-    Parameters
-    ----------
-    motion : of which the first sample is judged, computed with steps of h.
-    functions : the functions of time of the mechanism.
     """
     first = motion.isel(sample=0) if "sample" in motion.dims else motion
     outputs, times = first.values, first["time"].values
@@ -223,13 +214,9 @@ def worst_vibration(
     rho: float,
     check: StepCheck = StepCheck(),
 ) -> Vibration | None:
-    """Return the free vibration with the largest error, integrated at steps of h and ρ∞.
+    """Return the free vibration with the largest error relative to `scale`, at steps of h and ρ∞.
 
-    Parameters
-    ----------
-    outputs : at times dt apart, and whether each of them varies.
-    scale : what errors are parts of, the standard deviation of each output or more.
-    free : whether each frequency of the record may be that of a free vibration.
+    The outputs are at times dt apart; `free` is whether each frequency may be that of one.
     """
     count, factor = outputs.shape[-1], (1 + 4.5 * ((1 - rho) / (1 + rho)) ** 2) / 12
     tau = np.arange(count) - 0.5 * (count - 1)

@@ -102,11 +102,7 @@ def warn_of_large_strains(
 ) -> None:
     """Warn of the largest strain of all samples that did not fail.
 
-    Parameters
-    ----------
-    failed : whether each sample did, (samples,).
-    times : of the kept states [s], if they are states of a motion.
-    max_strain : without a warning: metals yield far below it, only rubbers reach it.
+    Metals yield far below the default; only rubbers reach it.
     """
     size = np.where(failed, 0.0, np.abs(largest.strain))
     if not size.max(initial=0.0) > max_strain:

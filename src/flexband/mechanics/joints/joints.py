@@ -92,7 +92,7 @@ class LineJoint(PairJoint):
 
     def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
-        force = scale(-multipliers[0], self._across(frame, 0.0).force)
+        force = scale(-multipliers[0], along(frame(self.second), (-self.axis[1], self.axis[0])))
         if self.friction is None:
             return force
         return add(force, scale(-multipliers[-1], along(frame(self.second), self.axis)))

@@ -26,15 +26,8 @@ def placed(
 ) -> list[np.ndarray]:
     """Return the guess [1, q] with each body moved, but not turned, to where the rows vanish.
 
-    Parameters
-    ----------
-    guess : arrays of shape () or (n,).
-    bodies : for each body, the places in `guess` of the X coordinates of its nodes.
-    rows : constraints, of which those that places have no influence on are left out.
-    iterations : at most.
-    tolerance : of the constraints, relative to the size of the mechanism.
-    min_singular_value : of their Jacobian, relative to the largest: what could only be met by a
-        much longer way is left to assembly.
+    `bodies` has the places of the X coordinates of each body's nodes. Singular values of the rows'
+    Jacobian below a part of the largest are left to assembly, whose way is then much shorter.
     """
     column = {
         n + axis: 2 * b + axis for b, nodes in enumerate(bodies) for n in nodes for axis in (0, 1)

@@ -97,11 +97,6 @@ def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
     """Return a law for so many points, parameters and states; indices are checked when it runs.
 
     The compilation of `many` laws is warned of: Numba does not give back the 2 MB of each.
-
-    Raises
-    ------
-    InputError
-        If it does not compile, returns a value or calls itself.
     """
     kept: list = [law]
     try:

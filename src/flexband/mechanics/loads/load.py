@@ -94,13 +94,10 @@ class LawEntry(NamedTuple):
 
 
 class FreeStrainEntry(NamedTuple):
-    """Strains of a member without stress.
+    """Strains of a member without stress, Σ c f(t): of each element its first `element_strains`.
 
-    Attributes
-    ----------
-    member : its name.
-    strains : of each element, the first of its `element_strains`, Σ c f(t): the axial strain at the
-        places `AXIAL`, and then the two of bending, see `bodies.assumed_strains.bent`.
+    They are axial strains at the places `AXIAL`, and then the two of bending, see
+    `bodies.assumed_strains.bent`.
     """
 
     member: str

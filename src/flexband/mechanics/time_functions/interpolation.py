@@ -9,12 +9,7 @@ from flexband.errors import InputError, check_finite
 
 
 class PiecewiseLinear:
-    """A function of time that is linear between values, see `table`.
-
-    Attributes
-    ----------
-    breakpoints : the times at which it has kinks or jumps [s].
-    """
+    """A function of time that is linear between values, with kinks at its `breakpoints`."""
 
     def __init__(self, times: np.ndarray, values: np.ndarray):
         self.breakpoints, self.values = times, values

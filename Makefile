@@ -50,7 +50,7 @@ unchanged: install
 
 # On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
 wheel: install
-	$(BIN)/python .ci/wheel.py
+	$(BIN)/python .ci/wheel.py $(WHEEL)
 
 accuracy: install
 	$(BIN)/python -m benchmarks.accuracy.accuracy

@@ -77,8 +77,8 @@ def objects(wheel: Path, name: str, folder: Path) -> None:
     subprocess.run(command, env=environment, cwd=home, check=True)
 
 
-def with_objects(wheel: Path) -> Path:
-    """Return a copy of a wheel that has objects."""
+def with_objects(wheel: Path, *, every: bool = True) -> Path:
+    """Return a copy of a wheel that has objects for every instruction set, or for the last one."""
     name, version = wheel.stem.split("-")[:2]
     info = f"{name}-{version}.dist-info"
     result = wheel.with_name(f"{name}-{version}-{TAG}.whl")
@@ -86,7 +86,8 @@ def with_objects(wheel: Path) -> Path:
         folder = Path(place)
         (folder / "objects").mkdir()
         with ThreadPoolExecutor(2) as pool:
-            list(pool.map(lambda cpu: objects(wheel, cpu, folder), supported()))
+            names = supported()[0 if every else -1 :]
+            list(pool.map(lambda cpu: objects(wheel, cpu, folder), names))
         with ZipFile(wheel) as archive:
             files = {entry: archive.read(entry) for entry in archive.namelist()}
         for file in sorted((folder / "objects").iterdir()):

@@ -115,15 +115,28 @@ def test_random_inputs_scatter_beside_plays():
     np.testing.assert_allclose(bands["error_bar"], [1.9 * 0.8, 2.1 * 1.2], rtol=1e-9)
 
 
+def test_scans_are_over_the_disc():
+    """Of 17 points in each direction, 64 are on the rim, at most 1/8 rad apart."""
+    inputs, reached = {"pin": fb.Play(0.1), "length": fb.Interval(1.0, 1.1)}, []
+
+    def response(pin, length):
+        reached.append(np.hypot(*pin).max())
+        return length + A * pin[0] + B * pin[1]
+
+    bands = fb.propagate(response, inputs, fb.LHSScanning(points=17))
+    assert max(reached) == pytest.approx(0.1, rel=1e-12)
+    ends = np.array([1.0, 1.1]) + 0.1 * SIZE * np.array([-1, 1])
+    np.testing.assert_allclose(bands["mean"], ends, atol=0.1 * SIZE * (1 - np.cos(1 / 16)))
+
+
 def test_what_cannot_take_a_play_says_so():
     inputs = {"pin": fb.Play(0.1), "force": fb.Normal(1.0, 0.2)}
 
     def response(pin, force):
         return force + pin[0]
 
-    for method in (fb.LHSScanning(4, 3), fb.methods.PhaseResolvedPCCI(1, 1)):
-        with pytest.raises(InputError, match="does not take a Play: pin"):
-            fb.propagate(response, inputs, method)
+    with pytest.raises(InputError, match="does not take a Play: pin"):
+        fb.propagate(response, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     surrogate = fb.expand(response, inputs, fb.PCCI(1, 1))
     analyses = (
         lambda: fb.analysis.quantiles(surrogate, 0.5),

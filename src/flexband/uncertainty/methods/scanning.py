@@ -10,10 +10,11 @@ from scipy.special import ndtri
 
 from flexband.arguments import frozen
 from flexband.errors import RunError, check_integer
+from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import SIGMAS, Extremes
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, sobol
-from flexband.uncertainty.inputs.space import Space, check_no_play
+from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, Method
 from flexband.uncertainty.surrogates.bands import bands, described
 from flexband.words import number_of
@@ -70,11 +71,13 @@ class Scanning(Method):
         )
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:
-        """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included."""
+        """Return the bands of Eqs. (8)–(10), over the uniform grid of Eq. (7), ends included.
+
+        Its squares are moved into discs where there are plays.
+        """
         n, m = space.random_dimension, space.interval_dimension
-        check_no_play(space, type(self).__name__)
         xi = of_normals(self.normals(n) if n else np.zeros((1, 0)), space.families)
-        eta = tensor_points([np.linspace(-1, 1, self.points)] * m)
+        eta = in_discs(tensor_points([np.linspace(-1, 1, self.points)] * m), space.discs)
         values = evaluate(np.tile(xi, (len(eta), 1)), np.repeat(eta, len(xi), axis=0))
         flat = values.values.reshape(len(eta), len(xi), -1)
         good = np.asarray(np.isfinite(flat).all(axis=2))

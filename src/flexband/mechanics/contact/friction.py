@@ -101,9 +101,9 @@ def _as_numbers(function: TimeFunction, time: float) -> np.ndarray:
     return np.asarray(function(time), dtype=float)
 
 
-def check_law_output(name: str, value: object, kind: str) -> None:
+def check_law_output(name: str, value: tuple, kind: str) -> None:
     """Raise `InputError` if a value is not the names of a load and of its state or event."""
-    if not isinstance(value, tuple) or len(value) != 2 or {*map(type, value)} != {str}:
+    if len(value) != 2 or {*map(type, value)} != {str}:
         raise InputError(
             f"{name} must be a function of time, or the names of a load and its {kind}; "
             f"got {shown(value)}"

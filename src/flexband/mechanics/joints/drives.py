@@ -21,6 +21,7 @@ from flexband.mechanics.joints.joint import (
     couple,
     held_turn,
 )
+from flexband.mechanics.joints.joints import AlignedJoint
 from flexband.mechanics.kernels.forms import (
     Composed,
     Form,
@@ -38,7 +39,7 @@ GROUND = (0.0, 0.0)
 
 
 @frozen()
-class PrescribedRotation(PairJoint):
+class PrescribedRotation(AlignedJoint):
     """A drive of the angle between two bodies, such as two links of an arm, or to the X axis.
 
     Parameters
@@ -84,7 +85,7 @@ class PrescribedRotation(PairJoint):
             object.__setattr__(self, "second", GROUND)
         check_function("PrescribedRotation angle", self.angle, " of time")
 
-    def _directions(self, frame: Resolve) -> tuple[Vector, Vector]:
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
         """Return the second normal turned by the angle, and the first normal."""
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
@@ -98,11 +99,7 @@ class PrescribedRotation(PairJoint):
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the first normal."""
-        return [cross(*self._directions(frame))]
-
-    def conditions(self, frame: Resolve) -> list[Form]:
-        """Return the cosine of the angle from the prescribed direction to the first normal."""
-        return [dot(*self._directions(frame))]
+        return [cross(*self._normals(frame))]
 
     def held(self, frame: Resolve) -> list[Held]:
         return [held_turn(frame(self.first), frame(self.second), Form.function(self.angle))]

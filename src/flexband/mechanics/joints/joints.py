@@ -90,7 +90,7 @@ class LineJoint(PairJoint):
         x, y = self.axis
         return Travel(travel_on_line(frame(self.first), frame(self.second), (-y, x)).travel)
 
-    def _rubbed(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
+    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
         force = scale(-multipliers[0], along(frame(self.second), (-self.axis[1], self.axis[0])))
         if self.friction is None:
@@ -373,7 +373,7 @@ class Prismatic(LineJoint, AlignedJoint):
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
         if self.clearance is not None:
             return -multipliers[0], -multipliers[1]
-        return self._rubbed(frame, multipliers)
+        return super().force(frame, multipliers)
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ of the angle, times the length of the slider's normal."""
@@ -423,9 +423,6 @@ class Slot(LineJoint, HoldingJoint):
 
     def held(self, frame: Resolve) -> list[Held]:
         return [self._across(frame, self.offset)]
-
-    def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        return self._rubbed(frame, multipliers)
 
 
 @frozen()

@@ -97,7 +97,7 @@ def bushing(t, x, v, p, force):
             force[2, i] -= resisting
 
 
-def _three(name: str, given: object, what: str = "numbers") -> list:
+def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> list:
     """Return three entries; raise `InputError` if there are not so many."""
     if not isinstance(given, list | tuple | np.ndarray) or np.shape(given)[:1] != (3,):
         raise InputError(f"{name} must be three {what}, of x, y and angle; got {shown(given)}")

@@ -307,6 +307,13 @@ def test_drawing_has_the_joint_in_a_ring():
     ("build", "text"),
     [
         (lambda: Switched("pin", lambda t: 1.0), "joint must be a joint"),
+        (
+            lambda: fb.Mechanism(
+                bodies={"a": fb.PointMass(mass=1.0)},
+                joints={"m": Switched(fb.PrescribedRotation("a", np.sin), np.cos)},
+            ),
+            "'a' is a point mass",
+        ),
         (lambda: Switched(fb.Gear("a", "b", 1.0, 1.0), lambda t: 1.0, "given"), "states no place"),
         (lambda: rotors(Switched(fb.Gear("a", "b", 1.0, 1.0, 0.9), lambda t: 1.0)), "losses"),
         (lambda: rotors(Switched(fb.Slot("a", "b", friction=0.1), lambda t: 1.0)), "friction"),

@@ -25,6 +25,7 @@ from flexband.mechanics.joints.joints import AlignedJoint
 from flexband.mechanics.kernels.forms import (
     Composed,
     Form,
+    Frame,
     TimeFunction,
     Vector,
     cross,
@@ -85,24 +86,28 @@ class PrescribedRotation(AlignedJoint):
             object.__setattr__(self, "second", GROUND)
         check_function("PrescribedRotation angle", self.angle, " of time")
 
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        """Return the second normal turned by the angle, and the first normal."""
-        name = "PrescribedRotation angle [rad]"
-        c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
+    def _sections(self, frame: Resolve) -> tuple[Frame, Frame]:
         for point in self.points:
             if isinstance(point, str) and not moves(frame(point).normal):
                 raise InputError(
                     f"PrescribedRotation must have bodies that rotate; {point!r} is a point mass"
                 )
-        x, y = frame(self.second).normal
-        return (x * c - y * s, x * s + y * c), frame(self.first).normal
+        return frame(self.first), frame(self.second)
+
+    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
+        """Return the second normal turned by the angle, and the first normal."""
+        name = "PrescribedRotation angle [rad]"
+        c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
+        first, second = self._sections(frame)
+        x, y = second.normal
+        return (x * c - y * s, x * s + y * c), first.normal
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the first normal."""
         return [cross(*self._normals(frame))]
 
     def held(self, frame: Resolve) -> list[Held]:
-        return [held_turn(frame(self.first), frame(self.second), Form.function(self.angle))]
+        return [held_turn(*self._sections(frame), Form.function(self.angle))]
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ, times the lengths of both normals."""

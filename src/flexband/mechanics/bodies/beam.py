@@ -184,10 +184,7 @@ class Beam(CentreLine):
         return "beams" if self.integration is None else "continua"
 
     def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
-        """Return the difference of r_y.
-
-        r_x jumps: its length by that of the axial force, its angle by that of the shear force.
-        """
+        """Return the difference of r_y; r_x jumps with the axial and the shear force."""
         return subtract(before.y, after.y)
 
     def node_frame(self, first: int) -> Frame:
@@ -409,10 +406,7 @@ class Beam(CentreLine):
 
     @property
     def direction_shapes(self) -> np.ndarray:
-        """Factors of the coordinates in `DIRECTION` at the Gauss points, up to their sign.
-
-        d is as in `section_direction`. The shape is (n or 1, 6, elements, points).
-        """
+        """Factors of `DIRECTION` at the Gauss points, up to sign, (n or 1, 6, elements, points)."""
         il = 1 / self.element_lengths[..., None]
         _, hi, h, hj = hermite_slope(POSITIONS)
         ends = 1 - POSITIONS, POSITIONS

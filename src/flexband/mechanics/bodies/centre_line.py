@@ -365,17 +365,11 @@ class CentreLine(Body):
 
     @property
     def weights(self) -> np.ndarray:
-        """Weights of the Gauss points in integrals along the elements [m].
-
-        Their shape is (n or 1, elements, points).
-        """
+        """Weights of the Gauss points in integrals [m], shape (n or 1, elements, points)."""
         return self.element_lengths[..., None] * WEIGHTS
 
     def stiffness(self) -> list[np.ndarray]:
-        """Return each number of `section_stiffness` at the Gauss points, times their weights.
-
-        Each has shape (n or 1, elements, GAUSS_POINTS).
-        """
+        """Return each number of `section_stiffness` at the Gauss points, times their `weights`."""
         return [self.weights * c for c in self.section_stiffness(self.at_gauss_points)]
 
     @property
@@ -402,10 +396,7 @@ class CentreLine(Body):
         return [first, first + 2, first + self.per_node, first + self.per_node + 2]
 
     def line_load(self, x: Property, y: Property) -> dict[int, np.ndarray]:
-        """Return the generalized force ∫ f · ∂r/∂q ds of a line load f = (x, y) [N/m].
-
-        It maps the index of a coordinate to the force, shape (n or 1,).
-        """
+        """Return the force ∫ f · ∂r/∂q ds on each coordinate of a line load f = (x, y) [N/m]."""
         force: dict[int, np.ndarray] = {}
         for axis, value in enumerate((x, y)):
             at_points = self.at_gauss_points(f"load {'xy'[axis]} [N/m]", value, check_finite)

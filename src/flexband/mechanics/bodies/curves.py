@@ -62,10 +62,7 @@ def measured(path: Path) -> Curve:
 def drawn(
     curvature: np.ndarray, step: np.ndarray, places: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrate a curvature [1/m], (n, count), to x [m], y [m] and θ [rad] from zero.
-
-    It is given at `places`, in units of a `step` [m], shape (n, 1); by default one step apart.
-    """
+    """Integrate a curvature [1/m], at `places` in units of a step [m], to x, y [m] and θ [rad]."""
     angle = step * scipy.integrate.cumulative_simpson(curvature, x=places, axis=-1, initial=0)
     x, y = (
         step * scipy.integrate.cumulative_simpson(f(angle), x=places, axis=-1, initial=0)

@@ -106,10 +106,7 @@ def travel_on_line(
     radius: ArrayLike = 0.0,
     lever: Vector = NO_LEVER,
 ) -> Travel:
-    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), with t the normal of the line turned by −90°.
-
-    `lever` is from the first point of the contact to that of the frame `first`.
-    """
+    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), t along the line; `lever` leads to `first`."""
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     apart, line = subtract(first.position, second.position), second.direction(y, -x)
     radius = np.asarray(radius, dtype=float)

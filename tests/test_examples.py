@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
-from scipy.optimize import root
+from scipy.optimize import brentq, root
 from typer.testing import CliRunner
 
 import flexband as fb
@@ -440,11 +440,34 @@ def play(own):
     assert float(np.ptp((hits - one.mean("bound")).values)) > 0.9 * float((one[1] - one[0]).min())
 
 
+def thermostat(own):
+    """An elastica with a free curvature, on a spring of rotation, presses the blade."""
+    bending = own.MODULUS * own.WIDTH * own.THICKNESS**3 / 12
+    free = 1.5 * own.MISFIT * own.WARMER / own.THICKNESS
+
+    def excess(force):
+        def rates(_, y):
+            angle, moment = y[2:]
+            return [np.cos(angle), np.sin(angle), free + moment / bending, force * np.cos(angle)]
+
+        def ends(a, b):
+            return np.array([a[0], a[1] + force / 1e6, a[2] - a[3] / own.RUBBER, b[3]])
+
+        tip = solve_bvp(rates, ends, np.linspace(0, own.LENGTH, 41), np.zeros((4, 41)), tol=1e-9)
+        length = np.hypot(tip.y[0, -1] - own.LENGTH, tip.y[1, -1] + 0.02)
+        return own.BLADE * (length - 0.02 - own.GAP) - force
+
+    found = fb.equilibrium(own.thermostat()).sel(output="contact_F")
+    assert float(found) == pytest.approx(brentq(excess, 0.0, 5.0), rel=1e-4)
+    low = own.study.run()["error_bar"].sel(output="contact_F", bound="lower")
+    assert float(low) > 0.5
+
+
 CHECKS = {f.__name__: f for f in (
     slider_crank, pick_and_place, four_bar, parallelogram, quick_return, planetary_gear,
     cable_pendulum, rough_road, suspension, spin_up, leaf_spring, door_stop, latch, balance_wheel,
     machine_mounts, allocated_tolerances, worn_pin, valve_train, controlled_arm,
-    hydraulic_cylinder, stick_slip, brake_squeal, play, robot_arm, gripper,
+    hydraulic_cylinder, stick_slip, brake_squeal, play, robot_arm, gripper, thermostat,
 )}  # fmt: skip
 
 

@@ -215,6 +215,26 @@ def test_bushing_in_statics_and_modes():
         np.testing.assert_allclose(found, w2, rtol=1e-6)
 
 
+def test_numbers_of_a_bushing_may_differ_between_three_samples():
+    across, turning = np.array([5e3, 6e3, 7e3]), np.array([4e3, 5e3, 6e3])
+    found = fb.equilibrium(
+        fb.Mechanism(
+            bodies={"m": fb.RigidBody(mass=2.0, inertia=0.5)},
+            loads={
+                "rubber": fb.loads.Bushing("m", (0.0, 0.0), (np.full(3, 8e2), across, turning)),
+                "rest": fb.loads.Bushing(
+                    "m", (0.0, 0.0), ((0.0, 0, 0), (0, across, 0), (0, 0, 1)), (0.0, across, 0.0)
+                ),
+                "force": fb.Force("m", 8.0, 50.0),
+                "moment": fb.Moment("m", 40.0),
+            },
+            sensors={"m": fb.Position("m"), "turn": fb.Angle("m")},
+        )
+    )
+    expected = np.transpose([np.full(3, 0.01), 25 / across, 40 / (turning + 1)])
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
 def test_damping_of_a_bushing():
     mechanism = fb.Mechanism(
         bodies={"m": fb.RigidBody(mass=2.0, inertia=0.5)},

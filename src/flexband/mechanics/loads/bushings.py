@@ -99,7 +99,9 @@ def bushing(t, x, v, p, force):
 
 def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> list:
     """Return three entries; raise `InputError` if there are not so many."""
-    if not isinstance(given, list | tuple | np.ndarray) or np.shape(given)[:1] != (3,):
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if not isinstance(given, list | tuple) or len(given) != 3:
         raise InputError(f"{name} must be three {what}, of x, y and angle; got {shown(given)}")
     return list(given)
 
@@ -107,7 +109,7 @@ def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> lis
 def _matrix(name: str, given: ArrayLike | Sequence) -> list:
     """Return a matrix by rows, from its three rows or its diagonal."""
     rows = _three(name, given)
-    if all(isinstance(row, list | tuple) for row in rows) or np.shape(given) == (3, 3):
+    if all(isinstance(row, list | tuple) for row in rows):  # arrays are numbers of samples
         rows = [_three(name, row) for row in rows]
     else:
         rows = [[rows[i] if i == j else 0.0 for j in range(3)] for i in range(3)]

@@ -99,11 +99,10 @@ def bushing(t, x, v, p, force):
 
 def _three(name: str, given: ArrayLike | Sequence, what: str = "numbers") -> list:
     """Return three entries; raise `InputError` if there are not so many."""
-    if isinstance(given, np.ndarray):
-        given = given.tolist()
-    if not isinstance(given, list | tuple) or len(given) != 3:
+    entries = given.tolist() if isinstance(given, np.ndarray) else given
+    if not isinstance(entries, list | tuple) or len(entries) != 3:
         raise InputError(f"{name} must be three {what}, of x, y and angle; got {shown(given)}")
-    return list(given)
+    return list(entries)
 
 
 def _matrix(name: str, given: ArrayLike | Sequence) -> list:

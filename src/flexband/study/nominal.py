@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -177,21 +179,29 @@ def with_recorded(
         return margins
     (case,) = surrogates_of(surrogate).values()
     stores = [folder, *(f for f in [folder / FileName.SAMPLES] if (f / FileName.RUNS).exists())]
-    runs = [open_runs(store)["outputs"].dropna("run") for store in stores]
-    extremes = [
-        min(
-            (RunExtreme.of(some, requirement, case) for some in runs),
-            key=lambda extreme: extreme.recorded_margin,
-        )
-        for requirement in requirements
-    ]
+    count, extremes = 0, dict[int, RunExtreme]()
+    for runs in itertools.chain.from_iterable(map(_blocks, stores)):
+        count += len(runs)
+        for k, requirement in enumerate(requirements):
+            extreme = RunExtreme.of(runs, requirement, case)
+            known = extremes.setdefault(k, extreme)
+            extremes[k] = min(known, extreme, key=lambda each: each.recorded_margin)
     columns = {
-        name: ("limit", [getattr(extreme, name) for extreme in extremes])
+        name: ("limit", [getattr(extremes[k], name) for k in range(len(requirements))])
         for name in RunExtreme._fields
     }
     if case.space.random_dimension or "corrected" in case.diagnostics.attrs:
         del columns["run_margin"]
-    return margins.assign(columns).assign_attrs(runs_recorded=sum(map(len, runs)))
+    return margins.assign(columns).assign_attrs(runs_recorded=count)
+
+
+def _blocks(folder: Path, at_once: int = 64) -> Iterator[xr.DataArray]:
+    """Yield the recorded outputs of runs that succeeded, some at a time."""
+    outputs = open_runs(folder)["outputs"]
+    for first in range(0, outputs.sizes["run"], at_once):
+        block = outputs.isel(run=slice(first, first + at_once)).dropna("run")
+        if len(block):
+            yield block
 
 
 class RunExtreme(NamedTuple):

@@ -41,8 +41,8 @@ def sampled_parts(
 
     That is so if the mechanism has contacts, the runs that judge the surrogate do not confirm it,
     and the horizon of predictability is within the run or a share of the parts is required. The
-    runs of `predictability_horizon` are recorded with the others, those of `sample_parts`, at the
-    times of all steps, in a folder of theirs. Both results are in one dataset, with a dim "choice"
+    runs of `predictability_horizon` are recorded with the others, those of `sample_parts`, at
+    more times, in a folder of theirs. Both results are in one dataset, with a dim "choice"
     of the combinations of options if there are choices. None otherwise; failed runs cause a
     warning.
 

@@ -49,7 +49,7 @@ class SamplingOptions:
     samples: int | None = None
     max_samples: int = 10_000
     at_first: int = 8
-    max_values: int = 2**25
+    max_values: int = 2**24
 
     def __post_init__(self) -> None:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()

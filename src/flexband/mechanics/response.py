@@ -152,10 +152,10 @@ class DynamicResponse(SensorResponse):
         which the values of a call tell, these are `chosen` times as many times.
         """
         count = min(max_parts, int(max_times * self.output_step / self.duration))
-        if values and self.integrator.step_limits(self.built(values).state, self.step):
-            most = min(chosen, count)
+        most = min(chosen, count)
+        if values and most > 1 and self.integrator.step_limits(self.built(values).state, self.step):
             kept = self.step_parts if self.step_parts < most else -(-self.step_parts // most)
-            return self._divided(most, kept) if most > 1 else None
+            return self._divided(most, kept)
         if self.step_parts == 1:
             return None
         parts = [k for k in range(2, self.step_parts + 1) if self.step_parts % k == 0]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.corridors import between_times
+from flexband.analysis.requirements.corridors import at_more_times
 from flexband.analysis.requirements.requirement import Requirement, Requirements, several
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
@@ -216,7 +216,7 @@ class RunExtreme(NamedTuple):
     @classmethod
     def of(cls, runs: xr.DataArray, requirement: Requirement, case: Surrogate) -> RunExtreme:
         parts = parts_between(runs, case.labels)
-        corridor = requirement.corridor(case.labels).between_times(parts)
+        corridor = requirement.corridor(case.labels).at_more_times(parts)
         error = np.broadcast_to(discretization_error(case), case.labels.shape[1:])
         margin = corridor.margin(runs.values, runs.values)
         place = np.unravel_index(margin.argmin(), runs.shape)
@@ -224,6 +224,6 @@ class RunExtreme(NamedTuple):
         side = int(ends[0][place[1:]] - value > value - ends[1][place[1:]])
         curve = np.unique(ends[side][np.isfinite(ends[side])]).size > 1
         extreme = "most critical" if curve else ("largest", "smallest")[side]
-        beyond = margin[place] + between_times(error, parts)[place[1:]] < 0
+        beyond = margin[place] + at_more_times(error, parts)[place[1:]] < 0
         decisive = margin[place] if beyond else np.nan
         return cls(value, ends[side][place[1:]], margin[place], extreme, decisive)

@@ -176,6 +176,8 @@ def test_samples_that_choose_their_steps_are_known_at_eight_times_as_many_times(
     coarse = fb.dynamic_response(falling, duration=0.4, step=0.01)
     height = np.array([0.2])
     assert coarse.at_more_times() is None  # without values, contacts are not known of
+    many = fb.dynamic_response(falling, duration=40.0, step=1e-3)
+    assert many.at_more_times(height=height) is None  # more than 32 768 times would be kept
     fine = coarse.at_more_times(height=height)
     finer = coarse.refined().at_more_times(height=height)
     assert (fine.output_step, fine.step) == pytest.approx((0.01 / 8, 0.01 / 8))

@@ -13,7 +13,7 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
-from flexband.analysis.requirements.corridors import between_times
+from flexband.analysis.requirements.corridors import at_more_times
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
@@ -146,8 +146,8 @@ def margins_of(
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
         known = values if of_number or labels is None else labels
         parts, steps = parts_between(values, known), spacing(values)
-        corridor = requirement.corridor(known, case).between_times(parts)
-        unsure = between_times(np.broadcast_to(unsure, known.shape[1:]), parts)
+        corridor = requirement.corridor(known, case).at_more_times(parts)
+        unsure = at_more_times(np.broadcast_to(unsure, known.shape[1:]), parts)
         inside = corridor.margin(values.values, values.values)
         lowest = inside - unsure
         if steps is not None:

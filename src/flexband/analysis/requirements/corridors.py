@@ -40,13 +40,13 @@ class Corridor:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
         return np.minimum(low - self.lower, self.upper - high)
 
-    def between_times(self, parts: int) -> Corridor:
+    def at_more_times(self, parts: int) -> Corridor:
         """Return the corridor at times that divide each step into parts."""
-        lower, upper = (between_times(end, parts) for end in (self.lower, self.upper))
+        lower, upper = (at_more_times(end, parts) for end in (self.lower, self.upper))
         return replace(self, lower=lower, upper=upper)
 
 
-def between_times(values: np.ndarray, parts: int) -> np.ndarray:
+def at_more_times(values: np.ndarray, parts: int) -> np.ndarray:
     """Return values at times that divide each step into parts: on lines, ∞ beside what is ∞."""
     if parts == 1:
         return values

@@ -283,7 +283,7 @@ def test_code_that_needs_more_is_refused():
 
 def test_code_calls_its_copies_of_functions():
     """A process uses the first of several weak functions of one name, whoever it was made for."""
-    lines = "\n".join(f"    y = y * x + {k}.0 / (y - {k}.5)" for k in range(300))
+    lines = "\n".join(f"    y = y * x + {k}.0 / (y - {k}.5)" for k in range(60))
     names = {}
     exec(f"def long(x):\n    y = x\n{lines}\n    return y\n", names)
     long = compiled(names["long"])

@@ -7,7 +7,6 @@ from scipy.linalg import expm
 from scipy.optimize import root_scalar
 
 import flexband as fb
-from flexband.compilation.caching import cached_on_disk
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import assemble
@@ -16,7 +15,7 @@ from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
 from flexband.mechanics.kernels.lane_arrays import WIDTH
-from flexband.mechanics.kernels.lanes import filled
+from flexband.mechanics.kernels.lanes import cached, filled
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.springs import RELAXED
 
@@ -279,22 +278,22 @@ class Dense:
         return np.stack([self.residual(zero, e)[:n] - rest for e in np.eye(n)], axis=1)
 
 
-@cached_on_disk
+@cached
 def residual_of(structure, values, work):
     residual(structure, values, 0, work.z, work.r, work.blocks)
 
 
-@cached_on_disk
+@cached
 def tangent_of(structure, values, work, weight):
     tangent(structure, values, 0, work.z, filled(weight), 0.0, work.matrix, work.blocks)
 
 
-@cached_on_disk
+@cached
 def factorize_of(structure, work):
     factorize(structure.pattern, work.matrix, filled(1e-12), work.s)
 
 
-@cached_on_disk
+@cached
 def solve_of(structure, work):
     solve(structure.pattern, structure.pattern.below, work.matrix, (work.r,))
 

@@ -2,12 +2,17 @@
 
 import json
 import shutil
+import sys
 from copy import deepcopy
 from itertools import permutations
 
 import numpy as np
 import pytest
+from matplotlib.collections import Collection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -82,11 +87,14 @@ BOTH = [
     *OF_STUDY_LIMITS.items(),
 ]  # fmt: skip
 
-ANSWERS = (
-    "allocate", "check_limits", "contributions", "derived", "failure_probability", "p_box", "path",
-    "quantiles", "sobol_indices", "tolerance_for", "value_range",
-)  # fmt: skip
-"""Functions that commands ask."""
+ANSWERS = [
+    *((fb.analysis, name) for name in (
+        "allocate", "check_limits", "contributions", "derived", "failure_probability", "p_box",
+        "path", "quantiles", "sobol_indices", "tolerance_for", "value_range",
+    )),
+    (fb, "production_yield"), (limits, "check_limits_in"),
+]  # fmt: skip
+"""Modules and names of the functions that commands ask."""
 
 SAMPLING = {"samples", "seed", "accuracy", "runs", "no-confirm"}
 """Options that may move a picture by less than a pixel."""
@@ -128,21 +136,36 @@ def told(folder, command, arguments):
     load([command])
     with pytest.MonkeyPatch.context() as patch:
         results = []
-        for name in ANSWERS:
-            patch.setattr(fb.analysis, name, recorded(getattr(fb.analysis, name), results))
-        patch.setattr(limits, "check_limits_in", recorded(limits.check_limits_in, results))
+        for module, name in ANSWERS:
+            patch.setattr(module, name, recorded(getattr(module, name), results))
+        patch.setattr(Figure, "savefig", save_artists)
         trust = ["--trust"] * (command in LOADING)
         printed = run(command, folder, *arguments, *trust)
     assert printed.exit_code == 0, printed.output
     pictures = {one.name: one.read_bytes() for one in folder.glob("*.png")}
     with pytest.MonkeyPatch.context() as patch:
-        for name in ANSWERS:
-            patch.setattr(fb.analysis, name, lambda *_, **__: results.pop(0))
-        patch.setattr(limits, "check_limits_in", lambda *_, **__: results.pop(0))
+        for module, name in ANSWERS:
+            patch.setattr(module, name, lambda *_, **__: results.pop(0))
         patch.setattr(Figure, "savefig", lambda *_, **__: None)
         plain = json.loads(run(command, folder, *arguments, *trust, "--json").stdout)
     assert not results
     return printed.stdout, plain, pictures
+
+
+def save_artists(figure, file, **_):
+    """Write what a figure consists of: its lines, areas and words."""
+    parts = []
+    for artist in figure.findobj():
+        if isinstance(artist, Line2D):
+            parts.append((artist.get_color(), artist.get_xydata()))
+        elif isinstance(artist, Collection):
+            parts += [path.vertices for path in artist.get_paths()]
+        elif isinstance(artist, Patch):
+            parts.append(artist.get_patch_transform().transform_path(artist.get_path()).vertices)
+        elif isinstance(artist, Text):
+            parts.append(artist.get_text())
+    with np.printoptions(threshold=sys.maxsize):
+        file.write_text(repr(parts), encoding="utf-8")
 
 
 def recorded(function, results):

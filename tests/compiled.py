@@ -1,10 +1,13 @@
 """Compiles what most tests need, on two cores, before the tests all wait for the same code."""
 
+import os
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stdout
 from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
+import pytest
 
 import flexband as fb
 from tests.mechanics.models import Dense, pendulum
@@ -42,9 +45,15 @@ def uncertainty():
     dense.solved(np.zeros(unknowns), np.zeros(unknowns))
 
 
+def assertions():
+    """Rewrite the assertions of all tests, which pytest keeps on disk."""
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        pytest.main(["--collect-only", "-n", "0"])
+
+
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        engine, *others = map(processes.submit, (dynamics, uncertainty, statics))
+        engine, *others = map(processes.submit, (dynamics, uncertainty, statics, assertions))
         engine.result()
         others.append(processes.submit(contacts))  # which starts by the code of dynamics
         for other in others:

@@ -2,6 +2,8 @@
 
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,9 +22,9 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture
-def opened(chromium: Browser) -> Iterator[Callable[..., Page]]:
-    """Open a file; afterwards, refuse errors in the console and requests to the outside."""
+@contextmanager
+def opening(chromium: Browser) -> Iterator[Callable[..., Page]]:
+    """Open files; afterwards, refuse errors in the console and requests to the outside."""
     contexts, complaints = [], []
 
     def open_file(file: Path, **options: object) -> Page:
@@ -40,3 +42,17 @@ def opened(chromium: Browser) -> Iterator[Callable[..., Page]]:
     for context in contexts:
         context.close()
     assert not complaints
+
+
+@pytest.fixture
+def opened(chromium: Browser) -> Iterator[Callable[..., Page]]:
+    """Open a file in a page of its own."""
+    with opening(chromium) as open_file:
+        yield open_file
+
+
+@pytest.fixture(scope="module")
+def shared(chromium: Browser) -> Iterator[Callable[[Path], Page]]:
+    """Open a file once for all tests of a module that do not mind what others did in the page."""
+    with opening(chromium) as open_file:
+        yield cache(open_file)

@@ -76,6 +76,14 @@ def page(opened, file):
     return page
 
 
+@pytest.fixture(scope="module")
+def still(shared, file):
+    """A page in which nothing is changed."""
+    page = shared(file)
+    page.wait_for_function("window.flexband.motion")
+    return page
+
+
 def time_shown(page):
     return page.locator("input[type=range]").get_attribute("aria-valuetext")
 
@@ -109,13 +117,13 @@ def test_play_moves_the_drawing_the_slider_and_the_page(page):
     assert page.evaluate("heard.length") == len(heard)
 
 
-def test_the_legend_says_which_arrow_is_the_longest(page):
+def test_the_legend_says_which_arrow_is_the_longest(still):
     joints = ("A", "B", "C", "slot")
     sensors = {name: fb.Reaction(name) for name in joints}
     found = fb.simulate(replace(crank(0.2), sensors=sensors), duration=1.0, step=5e-3)
     sizes = np.hypot(*(found.sel(output=[f"{k}_{axis}" for k in joints]).values for axis in "XY"))
     joint = int(np.argmax(sizes.max(axis=1)))
-    legend = page.locator(".motion-key-reaction").inner_text()
+    legend = still.locator(".motion-key-reaction").inner_text()
     pattern = r"reactions; the longest arrow is (\S+) N, at (\S+), t = (\S+) s"
     size, name, time = re.fullmatch(pattern, legend).groups()
     assert name == joints[joint]
@@ -124,11 +132,11 @@ def test_the_legend_says_which_arrow_is_the_longest(page):
     assert size == pytest.approx(sizes[joint, round(time / 5e-3)], rel=5e-3)
 
 
-def test_lengths_are_in_metres_as_elsewhere_on_the_page(page):
-    shown = page.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
+def test_lengths_are_in_metres_as_elsewhere_on_the_page(still):
+    shown = still.evaluate("[2.5e-7, 2.104e-4, 0.05, 3].map(flexband.shownLength)")
     assert shown == ["2.5e-7 m", "0.00021 m", "0.05 m", "3 m"]
-    assert page.locator(".motion-now").inner_text().endswith(" m.")
-    trace = page.locator(".motion-key-trace")
+    assert still.locator(".motion-now").inner_text().endswith(" m.")
+    trace = still.locator(".motion-key-trace")
     style = trace.evaluate("key => getComputedStyle(key, '::before').borderTopStyle")
     assert style == "solid"  # as it is drawn
 
@@ -238,7 +246,7 @@ def test_names_never_overlap(file, opened):
 
 
 @pytest.mark.parametrize("kind", ["beam", "cable"])
-def test_marks_at_nodes_are_drawn_if_they_are_apart(page, kind):
+def test_marks_at_nodes_are_drawn_if_they_are_apart(still, kind):
     """A beam of 300 pixels: 4 elements have marks, 128 would be a hatching."""
     counted = """([kind, elements]) => {
         const { pen, scene } = flexband.motion, far = 300 / pen.scale;
@@ -253,14 +261,14 @@ def test_marks_at_nodes_are_drawn_if_they_are_apart(page, kind):
         const placed = Object.assign(Object.create(scene), { places: (_, places) => places });
         placed.drawShape(fake, shape, 0, false);
         return marks; }"""
-    assert page.evaluate(counted, [kind, 4]) == 5
-    assert page.evaluate(counted, [kind, 128]) == 0
+    assert still.evaluate(counted, [kind, 4]) == 5
+    assert still.evaluate(counted, [kind, 128]) == 0
 
 
-def test_gravity_is_drawn_in_a_free_corner(page):
+def test_gravity_is_drawn_in_a_free_corner(still):
     corner = """(places) => { const { pen } = flexband.motion;
         const [x, y] = pen.freeCorner(places.map(([x, y]) => pen.place([x * pen.width, y * pen.height])));
         return [x > pen.width / 2, y > pen.height / 2]; }"""  # noqa: E501
-    assert page.evaluate(corner, [[0.5, 0.5]]) == [True, False]
-    assert page.evaluate(corner, [[0.97, 0.05]]) == [False, False]
-    assert page.evaluate(corner, [[0.97, 0.05], [0.03, 0.05]]) == [True, True]
+    assert still.evaluate(corner, [[0.5, 0.5]]) == [True, False]
+    assert still.evaluate(corner, [[0.97, 0.05]]) == [False, False]
+    assert still.evaluate(corner, [[0.97, 0.05], [0.03, 0.05]]) == [True, True]

@@ -134,8 +134,8 @@ def test_hovering_and_views_change_what_is_shown(folder, opened):
     assert ranges[0] != ranges[1]
 
 
-def test_the_path_follows_the_cursor(folder, opened):
-    page = opened(folder / "report.html")
+def test_the_path_follows_the_cursor(folder, shared):
+    page = shared(folder / "report.html")
     assert "path of P_X and P_Y" in page.locator("#path .reading").inner_text()
     plot = page.locator("#path .plot")
     own = "plot => [Math.max(...plot.data[2].x), Math.max(...plot.data[2].y)]"
@@ -151,8 +151,8 @@ def test_the_path_follows_the_cursor(folder, opened):
         assert y == pytest.approx(np.sin(angle).max(), abs=0.01)
 
 
-def test_distributions_at_times(folder, opened):
-    page = opened(folder / "report.html")
+def test_distributions_at_times(folder, shared):
+    page = shared(folder / "report.html")
     output, place = page.locator("#p-boxes select").all()
     output.select_option("P_X [m]")
     place.select_option(label="2 s")
@@ -161,8 +161,8 @@ def test_distributions_at_times(folder, opened):
     np.testing.assert_allclose(told[:2], medians, atol=0.01)
 
 
-def test_what_a_study_says_is_text(folder, opened):
-    page = opened(folder / "report.html")
+def test_what_a_study_says_is_text(folder, shared):
+    page = shared(folder / "report.html")
     assert page.get_by_text("How far does <b>it</b> swing?").count() == 1
     assert page.locator("img[src=x]").count() == 0
     assert page.locator("h3", has_text="x</script><img").count() >= 1
@@ -354,8 +354,8 @@ def test_what_an_output_does_not_depend_on_is_not_among_its_worst_inputs(small, 
     assert "% wider" not in x
 
 
-def test_narrow_tubes_are_magnified_and_numbers_are_true(many, opened):
-    page = opened(many / "report.html")
+def test_narrow_tubes_are_magnified_and_numbers_are_true(many, shared):
+    page = shared(many / "report.html")
     text = page.locator("#path .reading")
     factor = float(page.locator("#path select").input_value())
     assert f"deviations drawn {factor:g} times as large" in text.inner_text()
@@ -378,8 +378,8 @@ def test_narrow_tubes_are_magnified_and_numbers_are_true(many, opened):
     assert max(told) == pytest.approx(radius, rel=1e-4)
 
 
-def test_sliders_move_the_margins_of_limits(many, opened):
-    page = opened(many / "report.html")
+def test_sliders_move_the_margins_of_limits(many, shared):
+    page = shared(many / "report.html")
     table = page.locator(".what-if-limits")
     table.locator("tr").nth(1).wait_for()
     study, now = (float(v.split()[0]) for v in table.locator("tr").nth(1).locator("td")
@@ -432,8 +432,8 @@ def test_the_path_of_a_guided_point_fills_its_chart(opened, tmp_path):
     assert 0.06 < top - bottom < 0.2
 
 
-def test_inputs_have_their_units(folder, opened):
-    page = opened(folder / "report.html")
+def test_inputs_have_their_units(folder, shared):
+    page = shared(folder / "report.html")
     rows = page.locator("table", has_text="what is known of it").first.locator("tbody tr")
     cells = {row[0]: row for row in (one.locator("th, td").all_inner_texts() for one in rows.all())}
     assert [cells[name][3] for name in ("amplitude", "phase", "stiffness")] == ["", "m", "<b>N/m"]

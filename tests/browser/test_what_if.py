@@ -79,11 +79,16 @@ def polynomial():
     return fb.expand(smooth, INPUTS, fb.PCCI(2, 2))
 
 
+@pytest.fixture(scope="module")
+def polynomial_page(shared, page_of, polynomial, tmp_path_factory):
+    page = shared(page_of(polynomial, tmp_path_factory.mktemp("polynomial") / "page.html"))
+    page.wait_for_function("flexband.data")
+    return page
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.4])
 @pytest.mark.parametrize("ends", [(1.0, 2.0), (1.2, 1.7), (1.25, 1.25)])
-def test_bands_of_narrower_inputs(opened, tmp_path, page_of, polynomial, ends, scale):
-    page = opened(page_of(polynomial, tmp_path / "page.html"))
-    page.wait_for_function("flexband.data")
+def test_bands_of_narrower_inputs(polynomial_page, polynomial, ends, scale):
     mean, std = INPUTS["c"].logarithm
     changes = {"e": fb.Interval(*ends)}
     if scale < 1:
@@ -100,27 +105,24 @@ def test_bands_of_narrower_inputs(opened, tmp_path, page_of, polynomial, ends, s
         "scales": [scale, scale, scale, 1.0, scale, scale],
     }
     narrowed = polynomial.narrowed(**changes)
-    assert difference(page, polynomial, narrowed, **parts) < 2e-7
+    assert difference(polynomial_page, polynomial, narrowed, **parts) < 2e-7
 
 
 @pytest.mark.parametrize("family", [HERMITE, LEGENDRE])
-def test_polynomials_of_less_scatter(opened, tmp_path, page_of, polynomial, family):
-    page = opened(page_of(polynomial, tmp_path / "page.html"))
+def test_polynomials_of_less_scatter(polynomial_page, family):
     call = "([name, s]) => flexband.scaledPolynomials(name, 7, s).map((row) => Array.from(row))"
     x = np.linspace(-2.0, 2.0, 9)
     for s in (0.0, 0.3, 1.0):
-        matrix = np.array(page.evaluate(call, [family.name, s]))
+        matrix = np.array(polynomial_page.evaluate(call, [family.name, s]))
         np.testing.assert_allclose(
             family.values(7, x) @ matrix.T, family.values(7, s * x), atol=1e-10
         )
 
 
-def test_bands_without_scatter_and_with_fixed_intervals(opened, tmp_path, page_of, polynomial):
-    page = opened(page_of(polynomial, tmp_path / "page.html"))
-    page.wait_for_function("flexband.data")
+def test_bands_without_scatter_and_with_fixed_intervals(polynomial_page, polynomial):
     narrowed = polynomial.narrowed(a=1.0, b=1.0, e=1.5, f=0.5)
     parts = {"centers": [0.0, 0.5], "radii": [0.0, 0.0], "scales": [0.0, 0.0, 1.0, 1.0, 1.0, 1.0]}
-    assert difference(page, polynomial, narrowed, **parts) < 2e-7
+    assert difference(polynomial_page, polynomial, narrowed, **parts) < 2e-7
 
 
 def test_bands_of_a_vibration(opened, tmp_path, page_of):

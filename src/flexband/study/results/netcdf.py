@@ -30,7 +30,7 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
     """
     variables = {name: _stored(variable) for name, variable in dataset.variables.items()}
-    stored = xr.Dataset(variables, attrs=_attributes(dataset.attrs))
+    stored = xr.Dataset(variables, attrs=_attributes(dataset.attrs)).set_coords(dataset.coords)
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
         with closing(target):

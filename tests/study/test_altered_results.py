@@ -9,7 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from flexband.cli import app
-from flexband.study.results.netcdf import read_netcdf
+from flexband.study.results.netcdf import read_netcdf, write_netcdf
 
 STUDY = """
 import numpy as np
@@ -115,3 +115,9 @@ def test_what_is_read_is_what_was_written(finished):
     xr.testing.assert_equal(read, plain)
     assert read.attrs.keys() == plain.attrs.keys()
     assert (plain.attrs["refined"], read.attrs["refined"]) == ("[]", [])  # as `propagate` has it
+
+
+def test_coordinates_of_other_names_stay_coordinates(tmp_path):
+    written = xr.Dataset({"y": ("output", [1.0])}, {"output": ["x"], "unit": ("output", ["m"])})
+    write_netcdf(written, tmp_path / "y.nc")
+    xr.testing.assert_equal(read_netcdf(tmp_path / "y.nc"), written)

@@ -1,16 +1,17 @@
 """Compiles what most tests need, on two cores, before the tests all wait for the same code."""
 
-import os
+import subprocess
+import sys
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import redirect_stdout
 from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
-import pytest
 
 import flexband as fb
+from flexband.uncertainty.expansions.expansion import SIGMAS
 from tests.mechanics.models import Dense, pendulum
+from tests.uncertainty.expansions.test_families import waves
 
 
 def dynamics():
@@ -45,15 +46,22 @@ def uncertainty():
     dense.solved(np.zeros(unknowns), np.zeros(unknowns))
 
 
+def turning():
+    """Compile the averages of waves of several random inputs, by both kinds of quadrature."""
+    for uniform, normal in (([0.9, 0.5, 0.7, 0.3], [0.1]), ([1.0], [2.0])):
+        waves(uniform, normal, np.linspace(4.0, 12.0, 12)).extremes(SIGMAS)
+
+
 def assertions():
     """Rewrite the assertions of all tests, which pytest keeps on disk."""
-    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        pytest.main(["--collect-only", "-n", "0"])
+    collect = [sys.executable, "-m", "pytest", "--collect-only", "--numprocesses", "0"]
+    subprocess.run(collect, check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        engine, *others = map(processes.submit, (dynamics, uncertainty, statics, assertions))
+        tasks = dynamics, uncertainty, statics, turning, assertions
+        engine, *others = map(processes.submit, tasks)
         engine.result()
         others.append(processes.submit(contacts))  # which starts by the code of dynamics
         for other in others:

@@ -13,23 +13,13 @@ from flexband.mechanics.engine.redundancy import RANK, jacobian
 
 
 class ReportedChanges(NamedTuple):
-    """Which changes of the given start are reported and warned of.
+    """From where on changes of the given start are reported, and warned of."""
 
-    Attributes
-    ----------
-    min_turn, min_move, min_rate
-        Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate.
-    large_turn
-        Turns [rad] from here on are warned of.
-    large_rate
-        Relative changes of given velocities from here on are warned of.
-    """
-
-    min_turn: float = 1e-6
-    min_move: float = 1e-6
-    min_rate: float = 1e-6
-    large_turn: float = 0.1
-    large_rate: float = 0.1
+    min_turn: float = 1e-6  # [rad]
+    min_move: float = 1e-6  # relative to the size of the mechanism
+    min_rate: float = 1e-6  # relative to the given rate
+    large_turn: float = 0.1  # warned of [rad]
+    large_rate: float = 0.1  # warned of, relative to the given rate
 
 
 class Corrections(NamedTuple):

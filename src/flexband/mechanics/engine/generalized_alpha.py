@@ -71,56 +71,30 @@ SHORTEST_STEP = 1e-300
 
 
 class NewtonOptions(NamedTuple):
-    """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
+    """How Newton's method solves a step. Lengths are relative to the size of the mechanism."""
 
-    Attributes
-    ----------
-    factorizations, iterations, rough_iterations
-        The most per step, and the most iterations with each, without friction and with it.
-    settled, nearly_settled, followed
-        With friction, the change of reactions relative to the largest one from which on normal
-        forces do not follow; the same after they have followed so many times, since in short steps
-        rounding errors of reactions are larger.
-    rough_matrices
-        With friction, the most matrices of a step.
-    damped_iterations, max_correction
-        The most of a second attempt at a step, and the largest correction of each.
-    initial_rate
-        Rate of convergence that is assumed before it has been observed.
-    redundant_tolerance
-        Of redundant constraints during the motion.
-    max_fall
-        Largest part of a predicted motion that is due to accelerations.
-    """
-
-    factorizations: int = 6
-    iterations: int = 5
-    rough_iterations: int = 40
-    settled: float = 1e-9
-    nearly_settled: float = 1e-4
+    factorizations: int = 6  # the most per step without friction
+    rough_matrices: int = 40  # the same with friction
+    iterations: int = 5  # the most with each factorization without friction
+    rough_iterations: int = 40  # the same with friction
+    settled: float = 1e-9  # change of reactions, relative to the largest, that friction ignores
+    nearly_settled: float = 1e-4  # after `followed` changes: in short steps rounding is larger
     followed: int = 8
-    rough_matrices: int = 40
-    damped_iterations: int = 100
-    max_correction: float = 0.1
-    initial_rate: float = 0.1
-    redundant_tolerance: float = 1e-8
-    max_fall: float = 0.05
+    damped_iterations: int = 100  # the most of a second attempt at a step
+    max_correction: float = 0.1  # the largest of these
+    initial_rate: float = 0.1  # of convergence, before it has been observed
+    redundant_tolerance: float = 1e-8  # of redundant constraints during the motion
+    max_fall: float = 0.05  # largest part of a predicted motion that is due to accelerations
 
 
 NEWTON = NewtonOptions()
 
 
 class StepLimits(NamedTuple):
-    """What a run asks of its steps.
+    """What a run asks of its steps."""
 
-    Attributes
-    ----------
-    tolerance : error of a coordinate in a step, relative to the size of the mechanism.
-    smallest : shortest step [s].
-    """
-
-    tolerance: float
-    smallest: float
+    tolerance: float  # error of a coordinate in a step, relative to the size of the mechanism
+    smallest: float  # shortest step [s]
 
 
 @frozen(kw_only=True)

@@ -44,30 +44,14 @@ from flexband.mechanics.kernels.springs import set_rest
 
 
 class AssemblyOptions(NamedTuple):
-    """How the start is found. Lengths are relative to the size of the mechanism.
+    """How the start is found. Lengths are relative to the size of the mechanism."""
 
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    constraint_tolerance
-        Of the constraints.
-    position_tolerance
-        Of the last correction.
-    max_step
-        Of a correction; longer ones might leave the branch.
-    min_pivot
-        As in `projection`; it is smaller since members are almost rigid here.
-    velocity_sweeps
-        Projections of the velocities.
-    """
-
-    iterations: int = 50
+    iterations: int = 50  # of Newton's method, at most
     constraint_tolerance: float = 1e-9
-    position_tolerance: float = 1e-12
-    max_step: float = 0.2
-    min_pivot: float = 1e-12
-    velocity_sweeps: int = 4
+    position_tolerance: float = 1e-12  # of the last correction
+    max_step: float = 0.2  # longer corrections might leave the branch
+    min_pivot: float = 1e-12  # as in `projection`, but smaller: members are almost rigid here
+    velocity_sweeps: int = 4  # projections of the velocities
 
 
 ASSEMBLY = AssemblyOptions()

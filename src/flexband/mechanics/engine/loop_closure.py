@@ -20,27 +20,13 @@ from flexband.mechanics.engine.redundancy import RANK, derivatives
 
 
 class ClosureOptions(NamedTuple):
-    """How loops are closed.
+    """How loops are closed."""
 
-    Attributes
-    ----------
-    tolerance
-        Of the constraints, relative to the size of the mechanism.
-    turn_weight
-        How much more a turn by 1 rad counts than a move by the size of the mechanism.
-    min_damping
-        Of a step, with which redundant constraints do no harm.
-    first_damping
-        After the first step that leads away.
-    damping_factor
-        From one step to the next.
-    """
-
-    tolerance: float = 1e-13
-    turn_weight: float = 30.0
-    min_damping: float = 1e-10
-    first_damping: float = 1e-4
-    damping_factor: float = 10.0
+    tolerance: float = 1e-13  # of the constraints, relative to the size of the mechanism
+    turn_weight: float = 30.0  # of a turn by 1 rad against a move by the size of the mechanism
+    min_damping: float = 1e-10  # of a step, with which redundant constraints do no harm
+    first_damping: float = 1e-4  # after the first step that leads away
+    damping_factor: float = 10.0  # from one step to the next
 
 
 def guessed(system: System, values: Values) -> np.ndarray:

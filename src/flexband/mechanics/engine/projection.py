@@ -43,68 +43,34 @@ from flexband.mechanics.kernels.lanes import (
 class ProjectionOptions(NamedTuple):
     """How velocities and accelerations are moved onto the constraints.
 
-    Attributes
-    ----------
-    max_error
-        Error of a projected velocity, times the step and relative to the size of the mechanism,
-        that calls for a new matrix.
-    max_change
-        The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
-        turns by φ in a step.
-    min_pivot
-        Relative size of the pivot of a multiplier below which its constraint is left out of a step.
-        It is the squared sine of the angle between its gradient and those of all other constraints.
-        In a mechanism that passes a position where constraints depend on each other, reactions next
-        to it would be rounding errors divided by this sine.
-    zero_pivot
-        The same for mechanisms that start nearly locked, with a light body between heavy ones, or
-        with massless bodies and no redundant constraint.
-    massless_pivot
-        The same where bodies are massless: what matrices have in place of zeros is small as well.
-    softening, small_softening
-        Compliance of the constraints that share forces, relative to that of the masses they move,
-        and the one after that where the passes do not settle: next to a position where constraints
-        depend on each other, and where masses differ much.
-    min_passes, max_passes
-        With each of them: the least, which is enough where masses differ by less than 1e4, and the
-        most.
-    min_refinements, max_refinements
-        Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its
-        error, and the most, where masses hardly determine the motion.
-    settled, unsettled
-        Size of a correction, relative to the solution, below which no other follows, and that of
-        the last one from which on they do not converge.
-    unshared
-        Size of what the last pass adds to shared forces, relative to them, beyond which some are
-        missed. Rounding errors of the passes are far below it.
-    released
-        Change of the accelerations, relative to the largest, that a constraint that is left out
-        would make, from which on it has a force that is missed.
-    solutions
-        The most for accelerations at the start: rounding errors matter where bodies are light.
-    rough_solutions, jammed
-        The same with friction, and the last change of a reaction that it follows, relative to the
-        largest one, from which on it jams.
+    The pivot of a multiplier is the squared sine of the angle between the gradient of its
+    constraint and those of all others. Below a least pivot the constraint is left out of a step:
+    in a mechanism that passes a position where constraints depend on each other, reactions next to
+    it would be rounding errors divided by this sine.
+
+    Constraints that share forces have a compliance, relative to that of the masses they move. A
+    smaller one follows where the passes with it do not settle: next to a position where constraints
+    depend on each other, and where masses differ much.
     """
 
-    max_error: float = 1e-12
-    max_change: float = 3e-5
-    min_pivot: float = 1e-7
-    zero_pivot: float = 1e-13
-    massless_pivot: float = 1e-10
-    softening: float = 1e-7
-    small_softening: float = 1e-10
-    min_passes: int = 4
+    max_error: float = 1e-12  # of v × step, relative to the size, without a new matrix
+    max_change: float = 3e-5  # the same since the last matrix, about φ³/6 for a turn φ per step
+    min_pivot: float = 1e-7  # least pivot
+    zero_pivot: float = 1e-13  # where a start is nearly locked, or massless without redundancy
+    massless_pivot: float = 1e-10  # where bodies are massless: what stands for zeros is small too
+    softening: float = 1e-7  # compliance of constraints that share forces
+    small_softening: float = 1e-10  # the one after it
+    min_passes: int = 4  # with each; enough where masses differ by less than 1e4
     max_passes: int = 40
-    min_refinements: int = 2
-    max_refinements: int = 20
-    settled: float = 1e-8
-    unsettled: float = 1e-2
-    unshared: float = 1e-3
-    released: float = 1e-3
-    solutions: int = 6
-    rough_solutions: int = 100
-    jammed: float = 1e-6
+    min_refinements: int = 2  # where bodies are massless; each leaves about 1e-4 of the error
+    max_refinements: int = 20  # where masses hardly determine the motion
+    settled: float = 1e-8  # correction relative to the solution after which no other follows
+    unsettled: float = 1e-2  # the same of the last one from which on they do not converge
+    unshared: float = 1e-3  # relative size of the last pass beyond which shared forces are missed
+    released: float = 1e-3  # relative change of q̈ from which on a constraint's force is missed
+    solutions: int = 6  # the most for q̈ at the start, for rounding errors of light bodies
+    rough_solutions: int = 100  # the same with friction
+    jammed: float = 1e-6  # last relative change of a reaction from which on friction jams
 
 
 PROJECTION = ProjectionOptions()

@@ -30,24 +30,12 @@ from flexband.mechanics.kernels.lanes import (
 
 
 class StaticOptions(NamedTuple):
-    """How a rest is found. Lengths are relative to the size of the mechanism.
+    """How a rest is found. Lengths are relative to the size of the mechanism."""
 
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    tolerance
-        Of the last step.
-    max_step
-        Longer steps are shortened.
-    growth, total_growth
-        Of the weight w, from one step to the next and over all steps.
-    """
-
-    iterations: int = 200
-    tolerance: float = 1e-10
-    max_step: float = 0.1
-    growth: float = 10.0
+    iterations: int = 200  # of Newton's method, at most
+    tolerance: float = 1e-10  # of the last step
+    max_step: float = 0.1  # longer steps are shortened
+    growth: float = 10.0  # of the weight w from one step to the next
     total_growth: float = 1e3
 
 

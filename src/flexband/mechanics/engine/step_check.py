@@ -20,52 +20,22 @@ from flexband.rounding import Units
 
 
 class StepCheck(NamedTuple):
-    """Which errors of a step are remarked on, and how vibrations are read off outputs.
+    """Which errors of a step are remarked on, and how vibrations are read off outputs."""
 
-    Attributes
-    ----------
-    max_loss
-        Of the speed of a body over a run, or lag of its angle, without a warning.
-    max_error
-        Of an output's variation, without a remark.
-    target_error
-        Error for which a step is recommended.
-    half_width
-        Of the band about a vibration's frequency, relative to it.
-    contrast
-        Energy of a vibration's band over that of the bands on either side.
-    min_periods, min_times
-        In the record.
-    min_swings
-        To and fro in a run, of a part whose lag adds up over them.
-    min_turns
-        Periods of a function of time in the record, of those that force vibrations.
-    harmonics
-        Multiples of the frequency of a function of time whose vibrations count as forced.
-    window_floor
-        Where the window is above this, the size of a vibration is known.
-    driven_share
-        Of the energy of a function of time, that makes a frequency one of its own.
-    min_scale
-        Of the variation of an output, relative to the largest output of the same unit.
-    candidates
-        Outputs whose vibrations are followed in time.
-    """
-
-    max_loss: float = 0.01
-    max_error: float = 0.04
-    target_error: float = 0.01
-    half_width: float = 0.15
-    contrast: float = 2.0
-    min_periods: int = 6
-    min_times: int = 24
-    min_swings: float = 1.5
-    min_turns: int = 3
-    harmonics: int = 12
-    window_floor: float = 0.2
-    driven_share: float = 1e-2
-    min_scale: float = 1e-6
-    candidates: int = 4
+    max_loss: float = 0.01  # of a body's speed over a run, or lag of its angle, without a warning
+    max_error: float = 0.04  # of an output's variation, without a remark
+    target_error: float = 0.01  # for which a step is recommended
+    half_width: float = 0.15  # of the band about a vibration's frequency, relative to it
+    contrast: float = 2.0  # energy of a vibration's band over that of the bands on either side
+    min_periods: int = 6  # of a vibration in the record
+    min_times: int = 24  # in the record
+    min_swings: float = 1.5  # to and fro in a run, of a part whose lag adds up over them
+    min_turns: int = 3  # periods in the record of a function of time that forces vibrations
+    harmonics: int = 12  # multiples of its frequency whose vibrations count as forced
+    window_floor: float = 0.2  # where the window is above it, the size of a vibration is known
+    driven_share: float = 1e-2  # of a function's energy that makes a frequency one of its own
+    min_scale: float = 1e-6  # variation of an output over the largest output of the same unit
+    candidates: int = 4  # outputs whose vibrations are followed in time
 
     def edges(self, k: np.ndarray, count: int, power: int) -> np.ndarray:
         """Return the first number of a band about each of k, and the first after it."""
@@ -75,20 +45,13 @@ class StepCheck(NamedTuple):
 
 
 class Vibration(NamedTuple):
-    """A vibration that is seen in an output.
-
-    Attributes
-    ----------
-    lag : phase [rad] at the end.
-    error : root mean square error of the output, in parts of its standard deviation.
-    recommended : steps per period with which the error would be the `target_error` of the check.
-    """
+    """A vibration that is seen in an output."""
 
     output: int
-    frequency: float
-    lag: float
-    error: float
-    recommended: float
+    frequency: float  # [Hz]
+    lag: float  # phase [rad] at the end
+    error: float  # root mean square of the output, in parts of its standard deviation
+    recommended: float  # steps per period with which the error would be the `target_error`
 
 
 def warn_of_large_steps(

@@ -56,18 +56,10 @@ from flexband.mechanics.kernels.state import FRICTION_ROWS
 
 
 class FollowOptions(NamedTuple):
-    """When changes of reactions are summed up.
+    """When changes of reactions are summed up."""
 
-    Attributes
-    ----------
-    skew
-        Squared sine of the angle between two changes, up to which they are parallel.
-    ratio
-        The largest of their ratios, beyond which they are not summed up.
-    """
-
-    skew: float = 1e-2
-    ratio: float = 0.995
+    skew: float = 1e-2  # squared sine of the angle between two changes that count as parallel
+    ratio: float = 0.995  # of their sizes, beyond which they are not summed up
 
 
 FOLLOW = FollowOptions()

@@ -24,62 +24,26 @@ from flexband.mechanics.kernels.lanes import (
 
 
 class StepControl(NamedTuple):
-    """How the length of a step follows from the error of the one before.
+    """How the length of a step follows from the error of the one before."""
 
-    Attributes
-    ----------
-    safety
-        Of the length that the error asks for, the part that is taken.
-    shortest, longest
-        Length of a step over that of the one before.
-    unchanged
-        Growth below which the length remains.
-    repeated
-        The same length ratio where Newton's method has failed.
-    first
-        First step of a run, in steps of the output.
-    overshoot
-        Part of a step by which it passes an event. It passes a contact by at most half of the
-        tolerance.
-    located
-        Part of a step in which an event is located at its end.
-    stuck
-        Both parts for sticking and sliding: forces jump, and no depth bounds the error.
-    difference
-        Part of a step over which the rates of gaps are differences.
-    least_speed
-        Size of a mode where its gap does not move.
-    in_flight, in_contact
-        Parts of the tolerance of steps in which all contacts are open, or one is closed: clearances
-        are small, and depths are smaller.
-    depths, least_depth
-        Ratio by which the depth of a contact changes at most in a step, and the change in parts of
-        the tolerance that is always allowed.
-    events_in_a_row, long_step
-        More events than that are without end if no step between them is longer than the shortest
-        one times `long_step`.
-    newton
-        Tolerance of Newton's method in parts of that of the step, if that is less than its own.
-    """
-
-    safety: float = 0.9
-    shortest: float = 0.2
+    safety: float = 0.9  # part of the length that the error asks for
+    shortest: float = 0.2  # length of a step over that of the one before
     longest: float = 2.0
-    unchanged: float = 1.2
-    repeated: float = 0.25
-    first: float = 0.05
-    overshoot: float = 2e-4
-    located: float = 1e-3
-    stuck: float = 1e-6
-    difference: float = 1e-3
-    least_speed: float = 1e-30
-    in_flight: float = 0.1
-    in_contact: float = 0.01
-    depths: float = 1.5
-    least_depth: float = 0.1
-    events_in_a_row: float = 20.0
-    long_step: float = 10.0
-    newton: float = 0.01
+    unchanged: float = 1.2  # growth below which the length remains
+    repeated: float = 0.25  # ratio of lengths where Newton's method has failed
+    first: float = 0.05  # first step of a run, in steps of the output
+    overshoot: float = 2e-4  # part of a step beyond an event; half the tolerance past a contact
+    located: float = 1e-3  # part of a step in which an event is located at its end
+    stuck: float = 1e-6  # both for sticking and sliding: forces jump, and no depth bounds the error
+    difference: float = 1e-3  # part of a step over which the rates of gaps are differences
+    least_speed: float = 1e-30  # size of a mode where its gap does not move
+    in_flight: float = 0.1  # part of the tolerance with all contacts open: clearances are small
+    in_contact: float = 0.01  # the same with a contact closed: depths are smaller
+    depths: float = 1.5  # ratio by which the depth of a contact changes at most in a step
+    least_depth: float = 0.1  # change in parts of the tolerance that is always allowed
+    events_in_a_row: float = 20.0  # more, without a long step between them, are without end
+    long_step: float = 10.0  # such a step over the shortest one
+    newton: float = 0.01  # Newton's tolerance in parts of that of the step, if less than its own
 
 
 CONTROL = StepControl()

@@ -46,24 +46,12 @@ from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 class StickOptions(NamedTuple):
-    """How sticking and sliding are told from each other.
+    """How sticking and sliding are told from each other."""
 
-    Attributes
-    ----------
-    speed
-        Sliding speed that counts as rest, in tolerances of a step per step of the output.
-    force
-        Force by which µs N must be exceeded, relative to N.
-    still
-        Rate of what sticks, relative to the largest acceleration, that is due to rounding.
-    changes
-        The most changes of modes at an event for each friction.
-    """
-
-    speed: float = 1e-3
-    force: float = 1e-9
-    still: float = 1e-6
-    changes: int = 4
+    speed: float = 1e-3  # that counts as rest, in tolerances of a step per step of the output
+    force: float = 1e-9  # by which µs N must be exceeded, relative to N
+    still: float = 1e-6  # rate of what sticks, relative to the largest q̈, that is due to rounding
+    changes: int = 4  # the most changes of modes at an event for each friction
 
 
 STICK = StickOptions()

@@ -41,15 +41,12 @@ DEPTH_DIFFERENCE = 1e-2
 
 
 class GapKinds(NamedTuple):
-    """What a gap is of: an event of a user's law, or a contact, a length [m] or an angle [rad].
+    """What a gap is of."""
 
-    Or it is the margin of a friction, see `engine.free_steps.stick_slip`; these are the last gaps.
-    """
-
-    event: int = 0
-    length: int = 1
-    angle: int = 2
-    margin: int = 3
+    event: int = 0  # of a user's law
+    length: int = 1  # [m] of a contact
+    angle: int = 2  # [rad] of a contact
+    margin: int = 3  # of a friction, see `engine.free_steps.stick_slip`; these are the last gaps
 
 
 GAP = GapKinds()

@@ -19,22 +19,11 @@ from flexband.mechanics.kernels.lanes import compiled, filled, load, store, wher
 
 
 class Marks(NamedTuple):
-    """Numbers that stand for something else.
+    """Numbers that stand for something else."""
 
-    Attributes
-    ----------
-    steady
-        In place of a state at the start that is to have no rate.
-    solved
-        In place of h (1 − c) where a law solves for a state that has no rate.
-    at_rest
-        Speed of a contact that has not closed in the motion, so that it does not damp a vibration
-        about a rest.
-    """
-
-    steady: float = 1e300
-    solved: float = -1.0
-    at_rest: float = 1e30
+    steady: float = 1e300  # for a state at the start that is to have no rate
+    solved: float = -1.0  # for h (1 − c) where a law solves for a state that has no rate
+    at_rest: float = 1e30  # for the speed of a contact that never closed: it damps no vibration
 
 
 MARK = Marks()

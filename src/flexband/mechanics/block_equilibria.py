@@ -20,20 +20,12 @@ from flexband.mechanics.linearization.load_path import raised, snap_throughs
 
 
 class BlockEquilibria(NamedTuple):
-    """Equilibria of the first samples of one block.
+    """Equilibria of the first samples of one block."""
 
-    Attributes
-    ----------
-    rows : of the sensors on the way to the equilibria, shape (states, rows, WIDTH).
-    failure : as the engine has it, shape (4, WIDTH).
-    balances : the balance of each sample.
-    start : the state at the start, shape (rows, WIDTH).
-    """
-
-    rows: np.ndarray
-    failure: np.ndarray
-    balances: list[Balance]
-    start: np.ndarray
+    rows: np.ndarray  # of the sensors on the way to the equilibria, (states, rows, WIDTH)
+    failure: np.ndarray  # as the engine has it, (4, WIDTH)
+    balances: list[Balance]  # of each sample
+    start: np.ndarray  # the state at the start, (rows, WIDTH)
 
 
 def block_equilibria(

@@ -21,8 +21,8 @@ from flexband.errors import (
     check_function,
     check_instance,
     check_integer,
+    check_numbers,
     check_option,
-    shown,
     warn,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -34,20 +34,12 @@ from flexband.words import number_of
 
 
 class ModeTracking(NamedTuple):
-    """How modes are followed from the nominal values.
+    """How modes are followed from the nominal values."""
 
-    Attributes
-    ----------
-    clear : agreement of shapes above which no other mode can agree as much.
-    halvings : of the way from the nominal values, until modes are followed by their best agreement.
-    further : modes beside those asked for, among which those that are followed are looked for.
-    equal : relative difference of frequencies below which shapes are arbitrary.
-    """
-
-    clear: float = 0.6
-    halvings: int = 6
-    further: int = 6
-    equal: float = 1e-6
+    clear: float = 0.6  # agreement of shapes above which no other mode can agree as much
+    halvings: int = 6  # of the way from the nominal values; then the best agreement is taken
+    further: int = 6  # modes beside those asked for, among which these are looked for
+    equal: float = 1e-6  # relative difference of frequencies below which shapes are arbitrary
 
 
 class Followed(NamedTuple):
@@ -154,10 +146,10 @@ class ModalResponse(AtRest):
             return result, len(unclear)
         ends = [{k: _part(v, unclear) for k, v in values.items()} for values in (near, far)]
         middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
-        there = self._modes(self.mechanism(middle))
-        if len(there.frequency) < len(unclear):
-            there = there.take(np.zeros(len(unclear), dtype=int))
-        half, _ = self._followed(ends[0], reference.take(unclear), middle, there, halvings - 1)
+        between = self._modes(self.mechanism(middle))
+        if len(between.frequency) < len(unclear):
+            between = between.take(np.zeros(len(unclear), dtype=int))
+        half, _ = self._followed(ends[0], reference.take(unclear), middle, between, halvings - 1)
         unclear_modes, lost = self._followed(
             middle, half, ends[1], candidates.take(unclear), halvings - 1
         )
@@ -247,13 +239,6 @@ def modal_response(
     check_instance("nominal", nominal, Mapping, "a mapping from arguments to values")
     check_option("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():
-        if not callable(value) and (np.ndim(value) > 0 or not _is_number(value)):
-            raise InputError(f"nominal {name} must be a number; got {shown(value)}")
+        if not callable(value):
+            check_numbers(f"nominal {name}", value)
     return ModalResponse(builder, steps, modes=modes, nominal=dict(nominal), about=about)
-
-
-def _is_number(value) -> bool:
-    try:
-        return not isinstance(value, str | bytes) and bool(np.isfinite(float(value)))
-    except (TypeError, ValueError, OverflowError):
-        return False

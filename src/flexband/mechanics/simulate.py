@@ -43,11 +43,11 @@ from flexband.mechanics.engine.step_check import (
     warn_of_missed_turns,
 )
 from flexband.mechanics.engine.straining import warn_of_large_strains
-from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
+from flexband.mechanics.engine.threads import interruptible, thread_count
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import started
-from flexband.progress import ProgressListener, listener, listening
+from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -153,29 +153,21 @@ def simulate(
             progress=progress,
         )
     integrator = GeneralizedAlpha() if integrator is None else integrator
-    few = ""
     if integrator.step_limits(system.structure.state, step) is None:
-        few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
-    if few:
-        motion.attrs["few_steps"] = few
-        warn(few, ResolutionWarning)
+        remark = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
+        if remark:
+            motion.attrs["few_steps"] = remark
+            warn(remark, ResolutionWarning)
     return motion
 
 
 class TimeGrid(NamedTuple):
-    """Times of a simulation.
+    """Times of a simulation."""
 
-    Attributes
-    ----------
-    duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
-    substeps : number of equal parts in which each step is integrated.
-    begin : first time [s].
-    """
-
-    duration: float
-    step: float
-    substeps: int = 1
-    begin: float = 0.0
+    duration: float  # [s], a whole multiple of the step
+    step: float  # [s]
+    substeps: int = 1  # equal parts in which each step is integrated
+    begin: float = 0.0  # first time [s]
 
     def times(self) -> np.ndarray:
         """Return the times of all substeps [s], including the first one."""
@@ -206,8 +198,7 @@ def simulated(
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     check_instance("integrator", integrator, GeneralizedAlpha)
-    if threads is not None:
-        check_integer("threads", threads, 1)
+    threads = thread_count(threads)
     if progress is not None:
         check_function("progress", progress)
     check_flag("keep_state", keep_state)
@@ -217,9 +208,7 @@ def simulated(
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     free = integrator.step_limits(system.structure.state, grid.step)
-    check_memory(
-        system, count, threads or available_cores(), substeps, polynomials=free is not None
-    )
+    check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()
     batch = run_samples(
         system,
@@ -357,9 +346,9 @@ class _Printed(ProgressListener):
 
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
     """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
-    given = (("duration [s]", duration), (f"{name} [s]", step))
     length, size = (
-        float(check_positive(label, check_numbers(label, value))) for label, value in given
+        float(check_positive(label, check_numbers(label, value)))
+        for label, value in (("duration [s]", duration), (f"{name} [s]", step))
     )
     ratio = length / size
     count = ratio * substeps

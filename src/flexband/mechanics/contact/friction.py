@@ -55,20 +55,17 @@ class Coulomb:
 
     def __post_init__(self) -> None:
         kinetic = check_non_negative("Coulomb kinetic", self.kinetic)
-        check_non_negative("Coulomb viscous [N s/m]", self.viscous)
-        given = [self.kinetic, self.viscous]
+        static = kinetic
+        given = [kinetic, check_non_negative("Coulomb viscous [N s/m]", self.viscous)]
         if self.static is not None:
             static = check_non_negative("Coulomb static", self.static)
-            check_same_samples("Coulomb", self.kinetic, self.static)
-            if np.any(static < kinetic):
-                raise InputError(
-                    f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"
-                )
-            given.append(self.static)
         if self.stribeck_speed is not None:
-            check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed)
-            given.append(self.stribeck_speed)
-        check_same_samples("Coulomb", *given)
+            given.append(check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed))
+        check_same_samples("Coulomb", static, *given)
+        if np.any(static < kinetic):
+            raise InputError(
+                f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"
+            )
 
 
 Friction = Coulomb | ArrayLike

@@ -24,12 +24,12 @@ from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
-from flexband.mechanics.engine.threads import Progress, in_parallel, stop_flag, while_compiling
+from flexband.mechanics.engine.threads import in_parallel, stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_type import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
-from flexband.progress import Pace
+from flexband.progress import Pace, Progress
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -106,7 +106,7 @@ def run_samples(
     every: int = 1,
     attempts: int = 1,
     keep: bool = False,
-    threads: int | None = None,
+    threads: int = 1,
     progress: Progress | None = None,
 ) -> Batch:
     """Run all samples of a system, or those with these numbers, over equidistant times [s].
@@ -163,7 +163,7 @@ def run_samples(
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
         unresolved[places] = work.unresolved[0, : len(numbers)]
-        if members.own:
+        if members.bodies:
             states = work.kept.reshape(KEPT, -1, WIDTH)
             strains[block] = members.largest(states, chosen[lanes])
         firsts[:, places] = begun.assembled[:, : len(numbers)]
@@ -194,7 +194,7 @@ def _run_blocks(
     samples: int,
     steps: int,
     under_way: list[np.ndarray],
-    threads: int | None,
+    threads: int,
     progress: Progress | None,
 ) -> None:
     """Simulate all blocks, and tell how far those are that are `under_way`."""
@@ -391,8 +391,7 @@ def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
     `conditions`, shape (times, conditions, WIDTH), must be positive until a run fails.
     """
     failure = failure.copy()
-    times, rows, lanes = np.nonzero(conditions < 0)
-    for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
+    for time, row, lane in np.argwhere(conditions < 0)[::-1]:
         if failure[0, lane] in (0, FAILURE.wrong_branch) or time < failure[1, lane]:
             failure[:3, lane] = FAILURE.wrong_branch, time, row
     return failure

@@ -22,17 +22,18 @@ INVOLVED = 0.1
 
 def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     """Return Φ_q of states z (rows, samples), shape (multipliers, coordinates, samples)."""
-    terms = system.structure.terms
-
-    def own(values: np.ndarray) -> np.ndarray:
-        return values[..., np.minimum(samples, values.shape[-1] - 1)]
-
-    c = own(system.values.terms).copy()
-    for t, f in enumerate(terms.f):
+    c = of_samples(system.values.terms, samples).copy()
+    for t, f in enumerate(system.structure.terms.f):
         if f > 0:
-            c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], system.first_time)))
-    x, y = map(own, system.values.vectors)
+            factor = np.atleast_1d(returned(system.functions[f - 1], system.first_time))
+            c[t] *= of_samples(factor, samples)
+    x, y = (of_samples(components, samples) for components in system.values.vectors)
     return derivatives(system, c, x, y, z)
+
+
+def of_samples(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the values of samples along the last axis, whose length is 1 if they are the same."""
+    return values[..., np.minimum(samples, values.shape[-1] - 1)]
 
 
 def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:

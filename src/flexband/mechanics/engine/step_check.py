@@ -210,12 +210,8 @@ def worst_vibration(
         lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
         share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
-        steps = (
-            2
-            * np.pi
-            / (omega * h)
-            * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / check.target_error)
-        )
+        shorter = np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / check.target_error)
+        steps = 2 * np.pi / (omega * h) * shorter
         vibrations.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
     return max(vibrations, key=lambda vibration: vibration.error, default=None)
 

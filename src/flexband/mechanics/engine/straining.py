@@ -49,14 +49,14 @@ class Members:
     def __init__(self, system: System):
         first = system.mechanism.first_coordinates
         bodies = system.mechanism.bodies.items()
-        self.own = {name: body for name, body in bodies if isinstance(body, CentreLine)}
-        self.first = [first[name] for name in self.own]
+        self.bodies = {name: body for name, body in bodies if isinstance(body, CentreLine)}
+        self.first = [first[name] for name in self.bodies]
 
     @cached_property
     def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Turns of elements at the start, and the strain per further turn, (elements, n or 1)."""
         pairs = []
-        for body in self.own.values():
+        for body in self.bodies.values():
             half = np.zeros((1, body.elements))  # a cable has no height
             if isinstance(body, Beam):
                 half = body.profile.across(body.at_gauss_points).mean(axis=-1) / 2
@@ -65,9 +65,9 @@ class Members:
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
-        strain = np.zeros((len(self.own), 2, len(samples)))
+        strain = np.zeros((len(self.bodies), 2, len(samples)))
         kept = np.zeros(strain.shape, dtype=int)
-        for m, (body, first) in enumerate(zip(self.own.values(), self.first, strict=True)):
+        for m, (body, first) in enumerate(zip(self.bodies.values(), self.first, strict=True)):
             at = first + np.array(body.nodes) + 2
             gx, gy = states[:, at], states[:, at + 1]
             i = body.element_rows // body.per_node
@@ -109,16 +109,15 @@ def warn_of_large_strains(
         return
     m, kind, sample = np.unravel_index(size.argmax(), size.shape)
     strain = float(largest.strain[m, kind, sample])
-    name = list(Members(system).own)[int(m)]
+    name = list(Members(system).bodies)[int(m)]
     way = "stretched" if strain > 0 else "compressed"
-    what = f"{way} by {100 * abs(strain):.2g} %"
     if kind:
-        what = f"bent so much that its surface is strained by {100 * abs(strain):.2g} %"
+        way = "bent so much that its surface is strained"
     where = "" if times is None else f" at about t = {times[largest.kept[m, kind, sample]]:.3g} s"
     where += f" in sample {sample}" if len(failed) > 1 else ""
     warn(
-        f"{name!r} is {what}{where}: the strains of linear elasticity are small, below 1 % in "
-        "metals. Unless it is as soft as rubber, check the lengths of all parts, and whether they "
-        "let the mechanism move without stretching it",
+        f"{name!r} is {way} by {100 * abs(strain):.2g} %{where}: the strains of linear elasticity "
+        "are small, below 1 % in metals. Unless it is as soft as rubber, check the lengths of all "
+        "parts, and whether they let the mechanism move without stretching it",
         StrainWarning,
     )

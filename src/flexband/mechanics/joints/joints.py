@@ -461,16 +461,8 @@ class Distance(PairJoint, HoldingJoint):
     def held(self, frame: Resolve) -> list[Held]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        travel = dot(apart, apart) * self._length(_half_inverse) - self._length(_half)
-        return [Held(travel, scale(self._length(_inverse), apart))]
-
-
-def _half(length: np.ndarray) -> np.ndarray:
-    return 0.5 * length
-
-
-def _half_inverse(length: np.ndarray) -> np.ndarray:
-    return 0.5 * _inverse(length)
+        length, inverse = self._length(np.asarray), self._length(_inverse)
+        return [Held((dot(apart, apart) * inverse - length) * 0.5, scale(inverse, apart))]
 
 
 def _inverse(length: np.ndarray) -> np.ndarray:

@@ -261,9 +261,16 @@ class Mechanism:
                     "along a member is shared by Forces at its nodes, which are functions of time"
                 )
             return Frame.ground(ground_point("ground point", point))
-        body, name = body_and_point(point)
-        _within("body", body, self.bodies)
-        return self.bodies[body].frame(name, self.first_coordinates[body])
+        if point not in self._frames:
+            body, name = body_and_point(point)
+            _within("body", body, self.bodies)
+            self._frames[point] = self.bodies[body].frame(name, self.first_coordinates[body])
+        return self._frames[point]
+
+    @cached_property
+    def _frames(self) -> dict[str, Frame]:
+        """The frames that were asked for, by point."""
+        return {}
 
     def velocity(self, point: PointName) -> Frame:
         """Return the rates of a point's frame."""

@@ -102,27 +102,29 @@ class Form:
     def __mul__(self, other: Form | ArrayLike) -> Form:
         if not isinstance(other, Form):
             other = Form.constant(other)
-        product = self._scaled_polar(other)
+        terms: dict[Key, np.ndarray] = {}
         for (i, j, f), a in self.terms.items():
             for (k, m, g), b in other.terms.items():
                 c = a * b
                 if c.ndim or c != 0:  # a zero that is not an array is zero for all samples
-                    product = product + Form({_key((i, j, k, m), f, g): c})
-        return product
+                    key = _key((i, j, k, m), f, g)
+                    terms[key] = terms[key] + c if key in terms else c
+        return Form(terms, self._scaled_polar(other))
 
     __rmul__ = __mul__
 
-    def _scaled_polar(self, other: Form) -> Form:
+    def _scaled_polar(self, other: Form) -> tuple[Polar, ...]:
         """Return the angles and lengths of a product, which may have a factor c f(t)."""
         if not (self.polar or other.polar):
-            return Form({})
+            return ()
         factor, scaled = (other, self) if self.polar else (self, other)
         if factor.polar or any((i, j) != (0, 0) for i, j, _ in factor.terms):
             raise ValueError("an angle or length in a form can be multiplied by c f(t) only")
-        return Form({}, tuple(
+        return tuple(
             term._replace(c=term.c * c, f=_key((), f, term.f)[2])
-            for term in scaled.polar for (_, _, f), c in factor.terms.items()
-        ))  # fmt: skip
+            for term in scaled.polar
+            for (_, _, f), c in factor.terms.items()
+        )
 
     def with_variables(self, numbers: Iterator[int]) -> Form:
         """Return the form with variables of these numbers in place of its angles and lengths."""

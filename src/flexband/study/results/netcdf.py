@@ -29,17 +29,8 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     Numbers and attributes that the format does not have become floats and texts. The
     checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
     """
-    stored = dataset.assign_attrs(_attributes(dataset.attrs))
-    for name, values in stored.variables.items():
-        kind, variable = values.dtype.kind, values.copy(deep=False)
-        if kind == "O":
-            variable = values.astype(str)
-        elif (
-            kind in "iu" and values.size and np.abs(values.values.astype(float)).max() >= 2**31
-        ) or (kind == "f" and values.dtype.itemsize not in (4, 8)):
-            variable = values.astype(float)
-        variable.attrs, variable.encoding = _attributes(values.attrs), {}
-        stored[name] = variable
+    variables = {name: _stored(variable) for name, variable in dataset.variables.items()}
+    stored = xr.Dataset(variables, attrs=_attributes(dataset.attrs))
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
         with closing(target):
@@ -47,6 +38,18 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
         digits = checksum(partial_file.read_bytes())
         with partial_file.open("ab") as opened:
             opened.write(SEAL + digits)
+
+
+def _stored(variable: xr.Variable) -> xr.Variable:
+    """Return a variable of a kind of numbers or texts that the format has."""
+    kind, values = variable.dtype.kind, variable.values
+    if kind == "O":
+        values = values.astype(str)
+    elif (kind in "iu" and values.size and np.abs(values.astype(float)).max() >= 2**31) or (
+        kind == "f" and values.dtype.itemsize not in (4, 8)
+    ):
+        values = values.astype(float)
+    return xr.Variable(variable.dims, values, _attributes(variable.attrs))
 
 
 def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:

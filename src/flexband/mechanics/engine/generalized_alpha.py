@@ -21,6 +21,7 @@ from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
     PROJECTION,
     accelerate,
+    greatest,
     light,
     project,
     refine,
@@ -243,9 +244,7 @@ def correct(structure, method, values, z, a, x, active):
 @compiled
 def shorten(structure, method, values, x):
     """Shorten Newton's corrections to `NEWTON.max_correction`."""
-    largest = filled(0.0)
-    for i in range(1, structure.state.coordinates + 1):
-        largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
+    largest = greatest(x, 0, values.inverse_scale, structure.state.coordinates)
     largest = method.dq_da * largest
     short = less(largest, filled(NEWTON.max_correction))
     part = where(short, filled(1.0), NEWTON.max_correction / largest)
@@ -332,7 +331,7 @@ def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
     vectors, turned = structure.vectors, work.turned
     for k in range(len(vectors.start) - 1 - vectors.turning):
-        rate = angle_rate(vectors, values.vectors, structure.state, work.z, vectors.turning + k)
+        rate = angle_rate(structure, values, work.z, vectors.turning + k)
         turn = where(stepping, method.step * rate, filled(0.0))
         angle = load(turned, 4 * k + 1) + turn
         square = turn * turn

@@ -83,7 +83,7 @@ def assemble(structure, values, s, work, held):
     state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ASSEMBLY.iterations):
-        update_angles(structure.vectors, values.vectors, state, z)
+        update_angles(structure, values, z)
         left_out = elastic_matrix(
             structure, values, values.metric, s, work, filled(ASSEMBLY.min_pivot)
         )
@@ -93,7 +93,7 @@ def assemble(structure, values, s, work, held):
         if not held:
             add_elastic_forces(structure, values, z, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
-        pass_on_moments(structure.vectors, values.vectors, state, z, r)
+        pass_on_moments(structure, values, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         largest = filled(0.0)
@@ -149,15 +149,10 @@ def start(structure, values, work, failure, held, number):
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work, held)
-    set_rest(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, held
-    )  # fmt: skip
+    set_rest(structure, values, z, held)
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
-        start_states(
-            structure.laws, values.laws, values.law_states, structure.vectors, values.vectors,
-            state, values.functions, np.int64(0), z, work.blocks,
-        )  # fmt: skip
+        start_states(structure, values, z, work.blocks)
         hold_states(state, z, filled(1.0))
     left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):

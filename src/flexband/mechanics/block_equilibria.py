@@ -31,10 +31,7 @@ class BlockEquilibria(NamedTuple):
 def block_equilibria(
     system: System, values: Values, steps: int, samples: int, spins: Sequence[Spin] | None = None
 ) -> BlockEquilibria:
-    """Find the equilibria of so many samples of one block, each in its own steady rotation.
-
-    Without `spins` they are at rest.
-    """
+    """Find the equilibria of the first samples of a block, at rest or in their rotations."""
     spins = spins or [resting(system)] * samples
     work, failure = begin(system, values)
     state = system.structure.state

@@ -131,10 +131,7 @@ class ModalResponse(AtRest):
         candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
-        """Return the modes that the reference, at values `near`, becomes at values `far`.
-
-        The second number is that of samples in which a mode agrees with none.
-        """
+        """Return what modes at `near` become at `far`, and how many samples lose one."""
         chosen, clear = _matched(reference, candidates, self.tracking)
         result = Followed(
             np.take_along_axis(candidates.frequency, chosen, axis=1),
@@ -161,10 +158,7 @@ class ModalResponse(AtRest):
 def _matched(
     reference: Followed, candidates: Followed, tracking: ModeTracking
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which modes agree most with those of a reference, and whether that is clear.
-
-    Shapes are (n, modes) and (n,).
-    """
+    """Return which modes agree most with a reference, (n, modes), and where that is clear, (n,)."""
     agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), candidates.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]

@@ -280,10 +280,7 @@ def begin(
 
 
 def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> np.ndarray:
-    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there.
-
-    The last functions of time of `at_end` are those of the end.
-    """
+    """Return the end of a run, see `Batch.ends`; the last functions of `at_end` belong to it."""
     state, count = system.structure.state, system.structure.functions
     at_end = at_end._replace(
         springs=values.springs,
@@ -386,10 +383,7 @@ def derive(system: System, rows: np.ndarray) -> np.ndarray:
 
 
 def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
-    """Return the failures, including those of joints on the wrong branch.
-
-    `conditions`, shape (times, conditions, WIDTH), must be positive until a run fails.
-    """
+    """Return the failures with those of conditions (times, conditions, WIDTH) that are negative."""
     failure = failure.copy()
     for time, row, lane in np.argwhere(conditions < 0)[::-1]:
         if failure[0, lane] in (0, FAILURE.wrong_branch) or time < failure[1, lane]:

@@ -58,10 +58,7 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
 def raise_failures(
     failures: np.ndarray, system: System, times: np.ndarray, *, halved: bool = False
 ) -> None:
-    """Raise an error that lists which samples failed, when and why, and what to change.
-
-    `halved` tells whether those that diverged were run again with half the step.
-    """
+    """Raise an error that lists which samples failed, when, why, and what to change."""
     code, number, row, part = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):

@@ -146,10 +146,7 @@ class GeneralizedAlpha:
             )
 
     def step_limits(self, state: State, step: float) -> StepLimits | None:
-        """Return the limits of steps that samples choose between times that are `step` [s] apart.
-
-        They are None where samples take the steps that are given.
-        """
+        """Return the limits of steps that samples choose between times `step` [s] apart or None."""
         if self.step_tolerance is None and state.gap == state.extreme:
             return None
         tolerance = 1e-7 if self.step_tolerance is None else self.step_tolerance
@@ -343,10 +340,7 @@ def add_turns(structure, method, values, work, stepping):
 
 @compiled
 def kept_at(k, steps):
-    """Return at which of so many steps the state is kept for the k-th time.
-
-    The steps are scattered, so that no motion keeps in step with them.
-    """
+    """Return the step at which the k-th state is kept: scattered, so that no motion keeps pace."""
     golden = (5**0.5 - 1) / 2
     return 1 + int((k + (k * golden) % 1.0) * steps / KEPT)
 

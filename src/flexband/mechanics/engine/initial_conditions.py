@@ -59,10 +59,7 @@ ASSEMBLY = AssemblyOptions()
 
 @compiled
 def elastic_matrix(structure, values, mass, s, work, smallest):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return how many multipliers were left out.
-
-    `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
-    """
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0], M with entries `mass`; return the multipliers left out."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)

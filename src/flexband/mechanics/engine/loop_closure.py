@@ -39,10 +39,7 @@ def guessed(system: System, values: Values) -> np.ndarray:
 def closed(
     system: System, values: Values, options: ClosureOptions = ClosureOptions()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return z as near to meeting the constraints as rigid motions get, and what is left of Φ.
-
-    Φ, shape (multipliers, lanes), is divided by the size of the mechanism.
-    """
+    """Return z as near to Φ = 0 as rigid motions get, and Φ over the size, (multipliers, lanes)."""
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * constraint_errors(system, values, z)

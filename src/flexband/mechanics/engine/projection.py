@@ -264,10 +264,7 @@ def light(structure, values, now, work, left_out):
 
 @compiled
 def released(structure, values, now, work, chosen):
-    """Return where the accelerations would not be the same with all constraints but redundant ones.
-
-    Only the `chosen` lanes are looked at. The state z remains, the work space does not.
-    """
+    """Return which `chosen` lanes accelerate otherwise if only redundant rows are left out."""
     state, z, r = structure.state, work.z, work.r
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)

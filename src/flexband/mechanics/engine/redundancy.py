@@ -37,10 +37,7 @@ def of_samples(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
 
 
 def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
-    """Return how many constraints depend on others at the first time of a block.
-
-    There is one number per lane, or one for all if their Jacobians are the same.
-    """
+    """Return how many constraints depend on others at the start, per lane or once for all."""
     c = values.terms * values.functions[system.structure.terms.f]
     lanes = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
     matrices = _unit_rows(lanes[:1] if (lanes == lanes[0]).all() else lanes)
@@ -115,19 +112,13 @@ def derivatives(
 
 
 def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
-    """Return the number of redundant constraints, and the joints among the dependent ones.
-
-    Their multipliers are not unique: forces can be shifted from one joint to another.
-    """
+    """Return the number of redundant constraints, and the joints among the dependent ones."""
     ways = null_space(_normalized(system, z, sample).T, rcond=RANK)
     return ways.shape[1], _joints(_owners(system, np.abs(ways).max(axis=1, initial=0.0) > 1e-6))
 
 
 def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
-    """Return the joints whose forces are not unique because constraints were left out.
-
-    Warns if these constraints do not depend on each other, but almost.
-    """
+    """Return the joints whose forces are not unique; warn if constraints almost depend."""
     count, joints = dependent(system, z, sample)
     if count:
         return joints

@@ -87,10 +87,7 @@ def warn_of_large_steps(
 
 
 def warn_of_missed_turns(turned: np.ndarray, system: System, times: np.ndarray) -> None:
-    """Warn of a part that turns by more than half a turn between two times of the result.
-
-    Its `Angle` cannot count turns then. It concerns steps that samples choose.
-    """
+    """Warn of a part that turns so far between two times that its `Angle` may miss turns."""
     if not turned.size:
         return
     part = int(np.argmax(turned[..., 0].max(axis=0)))

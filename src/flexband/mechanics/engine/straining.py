@@ -22,13 +22,10 @@ from flexband.mechanics.kernels.lane_type import WIDTH
 
 
 class LargestStrains(NamedTuple):
-    """The largest strains of some samples, each array of shape (members, 2, samples).
+    """The largest axial strains of some samples, and those of surfaces by bending."""
 
-    The axial one is the first of two, that of the surface by bending the second.
-    """
-
-    strain: np.ndarray
-    kept: np.ndarray  # the number of the state
+    strain: np.ndarray  # (members, 2, samples)
+    kept: np.ndarray  # numbers of the states, (members, 2, samples)
 
     @staticmethod
     def none() -> LargestStrains:
@@ -98,12 +95,9 @@ def warn_of_large_strains(
     failed: np.ndarray,
     times: np.ndarray | None = None,
     *,
-    max_strain: float = 0.1,
+    max_strain: float = 0.1,  # metals yield far below it; only rubbers reach it
 ) -> None:
-    """Warn of the largest strain of all samples that did not fail.
-
-    Metals yield far below the default; only rubbers reach it.
-    """
+    """Warn of the largest strain of all samples that did not fail."""
     size = np.where(failed, 0.0, np.abs(largest.strain))
     if not size.max(initial=0.0) > max_strain:
         return

@@ -107,10 +107,7 @@ def interruptible(work: Callable[[], Result]) -> Result:
 
 
 def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
-    """Return the result of `work`; say so if the engine is being compiled after some seconds.
-
-    Of several processes that compile it at once, only the first one says so.
-    """
+    """Return the result of `work`; one process says so if the engine compiles for seconds."""
     text = "flexband: compiling the engine (once per machine, up to a minute) ..."
 
     def announce() -> None:

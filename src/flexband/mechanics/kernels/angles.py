@@ -73,10 +73,7 @@ def angle_gradient(values, p, x, y):
 
 @compiled
 def polar_rate(structure, values, z, rates, first, a):
-    """Return θ̇, or the rate of |n| if the variable is a length.
-
-    The coordinates' rates are those in `rates` from row `first` on.
-    """
+    """Return θ̇, or the rate of a length, from the rates of q in `rates` from row `first` on."""
     x, y = vector(structure, values, z, 0, a)
     u, v = vector(structure, values, rates, first, a)
     square = _square(x, y)

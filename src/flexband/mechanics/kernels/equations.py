@@ -44,10 +44,7 @@ from flexband.mechanics.kernels.springs import (
 
 @compiled
 def violated_constraint(structure, values, now, z, r, tolerance):
-    """Return the multiplier of the constraint that is violated most, or 0 if all are met.
-
-    `tolerance` is relative to the size of the mechanism, `r` is work space.
-    """
+    """Return the multiplier of the constraint that is violated most, or 0; r is work space."""
     state = structure.state
     update_angles(structure, values, z)
     clear(r, state.velocity)
@@ -92,10 +89,7 @@ def clear_matrix(pattern, matrix):
 
 @compiled
 def update_dependent(structure, values, now, z):
-    """Set the rows of z that follow from the coordinates: angles, tensions and elongations.
-
-    Free strains, which follow from the time, are set as well.
-    """
+    """Set the rows of z that follow from q, and free strains, which follow from the time."""
     update_angles(structure, values, z)
     update_free_strains(structure.beams, values.beams, values.functions, now)
     update_free_strains(structure.cables, values.cables, values.functions, now)

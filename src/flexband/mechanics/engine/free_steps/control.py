@@ -62,10 +62,7 @@ def shift_accelerations(structure, z, a, ratio, chosen):
 
 @compiled
 def error_of_step(structure, method, values, work, ratio):
-    """Return the largest error of a coordinate in a step, relative to the mechanism's size.
-
-    `work.before` has the state before the step, and `ratio` is that of `shift_accelerations`.
-    """
+    """Return the largest error of a coordinate since `work.before`, relative to the size."""
     state = structure.state
     C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
     largest = filled(0.0)
@@ -92,9 +89,6 @@ def extrapolated(error, cubed, before, chosen):
 
 @compiled
 def length_ratio(error):
-    """Return the length of the next step over that of one with this error, over the tolerance.
-
-    It is the third root of 1/error times the safety factor, within its bounds.
-    """
+    """Return the length of the next step over that of one with this error, over the tolerance."""
     ratio = maximum(CONTROL.safety * power(error, filled(-1.0 / 3.0)), filled(CONTROL.shortest))
     return minimum(ratio, filled(CONTROL.longest))

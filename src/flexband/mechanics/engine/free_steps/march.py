@@ -71,10 +71,7 @@ from flexband.mechanics.kernels.laws.states import (
 
 @compiled
 def set_functions(count, values, polynomials, place, length):
-    """Set the functions of time to those at a place of a round, from −1 to 1, and their rates.
-
-    `length` is that of the round [s].
-    """
+    """Set the functions of time and rates at a place, −1 to 1, of a round of this length [s]."""
     scale = 2.0 / length
     for f in range(count):
         value, rate, half = filled(0.0), filled(0.0), filled(0.0)
@@ -260,10 +257,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
 @compiled
 def leave(structure, method, limits, values, work, n, chosen, outputs):
-    """End round n where `chosen` is true: impulses, new accelerations, and the sensors.
-
-    The last of the outputs are work space.
-    """
+    """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
     z, none, now, rounds = work.z, filled(0.0), np.int64(0), outputs.shape[0] - 2
     part, moment = load(values.parts, n), load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))

@@ -259,10 +259,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
 
 @compiled
 def settle_modes(structure, values, now, work, limits, step, chosen):
-    """Set the modes of friction at an event, and q̈ and λ with them, in the `chosen` lanes.
-
-    Returns the number of multipliers left out, and the mask of lanes without consistent modes.
-    """
+    """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams."""
     state, rows, none = structure.state, friction_rows(structure.state), filled(0.0)
     pending, left_out = chosen, none
     if rows.count == 0:

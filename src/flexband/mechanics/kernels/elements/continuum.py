@@ -124,10 +124,7 @@ def _sum4(blocks, k, weights):
 
 @compiled
 def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space.
-
-    The derivative of the damping forces by q is neglected.
-    """
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space."""
     for e in range(len(elements.first)):
         il, time, first = (
             load(values.inverse_length, e),
@@ -149,10 +146,7 @@ def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, b
 
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
-    """Sum the blocks of the Gauss points and add them to `matrix`.
-
-    p depends on u = (r_j − r_i)/l and on r_x of both nodes, d and w on r_y of both nodes.
-    """
+    """Sum the blocks of the Gauss points and add them to `matrix`."""
     uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
     add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
     add_block(matrix, slot, r_i, r_j, -weight * il * il, uu)

@@ -136,10 +136,7 @@ def _call(laws, state, z, s, memory):
 
 @compiled
 def start_states(structure, values, z, memory):
-    """Set the states at the start: those given, or those without a rate.
-
-    Modes of gaps that are not zero are kept.
-    """
+    """Set the states at the start, those given or without a rate; modes that are set are kept."""
     laws, state = structure.laws, structure.state
     for s in range(len(laws.address)):
         fill(structure, values, 0, z, s, memory)

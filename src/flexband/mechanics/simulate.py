@@ -287,8 +287,7 @@ def _replace_samples(
     batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
     batch.turned[again] = finer.turned
     batch.unresolved[again] = np.ceil(finer.unresolved / 2)
-    for strains, new in zip(batch.strains, finer.strains, strict=True):
-        strains[..., again] = new
+    batch.strains.place(again, finer.strains)
     if finer.ends.size:
         batch.ends[:, again] = finer.ends
 

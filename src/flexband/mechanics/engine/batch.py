@@ -135,7 +135,8 @@ def run_samples(
     impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
-    members, strains = Members(system), [LargestStrains.none()] * blocks
+    members = Members(system)
+    strains = LargestStrains.zeros(len(members.bodies), len(chosen))
     ends = [np.empty((0, 0))] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
 
@@ -163,9 +164,8 @@ def run_samples(
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
         unresolved[places] = work.unresolved[0, : len(numbers)]
-        if members.bodies:
-            states = work.kept.reshape(KEPT, -1, WIDTH)
-            strains[block] = members.largest(states, chosen[lanes])
+        states = work.kept.reshape(KEPT, -1, WIDTH)[:, :, : len(numbers)]
+        strains.place(places, members.largest(states, numbers))
         firsts[:, places] = begun.assembled[:, : len(numbers)]
         if failure[3, : len(numbers)].any():
             starts[int(numbers[0])] = first[:, 0].copy()
@@ -181,7 +181,7 @@ def run_samples(
         corrections(system, firsts, chosen),
         turned,
         unresolved,
-        LargestStrains.joined(strains, len(chosen)),
+        strains,
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
         np.concatenate(ends, axis=1),
@@ -357,21 +357,12 @@ def run(
     limits: StepLimits | None = None,
 ) -> None:
     """Perform one of the tasks of `entries`. With limits, lanes choose the steps of MARCH."""
-    arguments = (
-        *(() if limits else (task,)),
-        system.record,
-        method,
-        *((limits,) if limits else ()),
-        float(number),
-        Record(values),
-        Record(work),
-        outputs,
-        address(failure),
-        address(stop_flag()),
-    )
-    entry = dynamics if task in (START, HOLD, MARCH) else statics
-    entry = free_dynamics if limits else entry
-    entry(*arguments)
+    memory = Record(values), Record(work), outputs, address(failure), address(stop_flag())
+    if limits:
+        free_dynamics(system.record, method, limits, float(number), *memory)
+    else:
+        entry = dynamics if task in (START, HOLD, MARCH) else statics
+        entry(task, system.record, method, float(number), *memory)
     if system.laws and failure is not NOTHING:
         blame_laws(system, failure, method.step if task == MARCH else 0.0)
 

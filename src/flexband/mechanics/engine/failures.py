@@ -68,12 +68,13 @@ def raise_failures(
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
+    named = {
+        FAILURE.wrong_branch: system.conditions,
+        FAILURE.law_failed: system.law_failures,
+        FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
+    }
     for sample in failed:
-        names = {
-            FAILURE.wrong_branch: system.conditions,
-            FAILURE.law_failed: system.law_failures,
-            FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
-        }.get(code[sample], system.constraints)
+        names = named.get(code[sample], system.constraints)
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             FAILURE.not_assembled: "the constraints cannot be met",

@@ -346,6 +346,13 @@ def kept_at(k, steps):
 
 
 @compiled
+def states_to_keep(structure):
+    """Return how many states a run keeps: none without flexible members."""
+    elements = len(structure.beams.first) + len(structure.continua.first)
+    return KEPT if elements + len(structure.cables.first) > 0 else 0
+
+
+@compiled
 def keep(structure, z, kept, k, chosen):
     """Keep [1, q] for the k-th time where `chosen` is true."""
     rows = structure.state.coordinates + 1
@@ -430,6 +437,15 @@ def begin_steps(structure, work):
     """Set the rate of convergence that is assumed, and a unless there is a step before."""
     store(work.rate, 0, filled(NEWTON.initial_rate))
     restart(structure, work, less(load(work.steps, 1), filled(SHORTEST_STEP)))
+
+
+@compiled
+def sense_start(structure, values, work, outputs):
+    """Begin the extremes, and set the first of the sensors' rows."""
+    now, moment = np.int64(0), load(values.moments, 0)
+    begin_extremes(structure.extremes, structure.state, work.z)
+    watch(structure, values, now, work, moment, moment, filled(1.0))
+    sense(structure, values, now, work.z, outputs[0], work.blocks)
 
 
 @compiled
@@ -520,13 +536,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     z, a, none = work.z, work.a, filled(0.0)
     code, known = load(failure, 0), load(failure, 3)
     begin_steps(structure, work)
-    begin_extremes(structure.extremes, structure.state, z)
-    moment = load(values.moments, 0)
-    watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))
-    sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
+    sense_start(structure, values, work, outputs)
     alive, before = where(code, none, filled(1.0)), filled(1.0)
-    elements = len(structure.beams.first) + len(structure.continua.first)
-    rounds, k = outputs.shape[0] - 1, 0 if elements + len(structure.cables.first) else KEPT
+    rounds, k, kept = outputs.shape[0] - 1, 0, states_to_keep(structure)
     for n in range(1, rounds + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
@@ -566,7 +578,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):
             finish_impulse(structure, z, struck)
-        while k < KEPT and kept_at(k, rounds) == n:
+        while k < kept and kept_at(k, rounds) == n:
             keep(structure, z, work.kept, k, filled(1.0))
             k += 1
         store(work.reached, 0, filled(float(n)))

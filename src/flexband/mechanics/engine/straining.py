@@ -18,7 +18,6 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
-from flexband.mechanics.kernels.lane_type import WIDTH
 
 
 class LargestStrains(NamedTuple):
@@ -28,16 +27,14 @@ class LargestStrains(NamedTuple):
     kept: np.ndarray  # numbers of the states, (members, 2, samples)
 
     @staticmethod
-    def none() -> LargestStrains:
-        """Return no strains of a block without flexible members."""
-        return LargestStrains(np.zeros((0, 2, WIDTH)), np.zeros((0, 2, WIDTH), dtype=int))
+    def zeros(members: int, samples: int) -> LargestStrains:
+        """Return no strains."""
+        size = members, 2, samples
+        return LargestStrains(np.zeros(size), np.zeros(size, dtype=int))
 
-    @staticmethod
-    def joined(parts: list[LargestStrains], samples: int) -> LargestStrains:
-        """Return those of all blocks of samples."""
-        return LargestStrains(
-            *(np.concatenate(p, axis=-1)[..., :samples] for p in zip(*parts, strict=True))
-        )
+    def place(self, samples: np.ndarray | slice, strains: LargestStrains) -> None:
+        """Take over the strains of some samples."""
+        self.strain[..., samples], self.kept[..., samples] = strains
 
 
 class Members:
@@ -62,8 +59,7 @@ class Members:
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
-        strain = np.zeros((len(self.bodies), 2, len(samples)))
-        kept = np.zeros(strain.shape, dtype=int)
+        strain, kept = largest = LargestStrains.zeros(len(self.bodies), len(samples))
         for m, (body, first) in enumerate(zip(self.bodies.values(), self.first, strict=True)):
             at = first + np.array(body.nodes) + 2
             gx, gy = states[:, at], states[:, at + 1]
@@ -81,7 +77,7 @@ class Members:
                 peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
                 place = np.abs(peaks).argmax(axis=1)
                 strain[m, kind] = peaks[np.arange(len(samples)), place]
-        return LargestStrains(strain, kept)
+        return largest
 
 
 def kept_steps(steps: int) -> np.ndarray:

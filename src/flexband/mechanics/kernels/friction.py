@@ -78,7 +78,7 @@ MODE = Modes()
 class FrictionRows(NamedTuple):
     """The number of frictions, and the first row of each of their `FRICTION_ROWS`."""
 
-    count: int
+    frictions: int
     mode: int
     anchor: int
     speed: int
@@ -157,7 +157,7 @@ def update_friction(structure, values, now, z, r):
     """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
     friction, numbers, state = structure.friction, values.friction, structure.state
     rows, components = friction_rows(state), state.gap - 2 * len(friction.of_components)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     for row in range(components, state.gap):
         store(z, row, filled(0.0))
@@ -168,7 +168,7 @@ def update_friction(structure, values, now, z, r):
         add_to(z, rows.normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         row = state.friction + k
         u, N, sign = -load(r, row), load(z, rows.normal + k), load(z, rows.mode + k)
         store(r, row, filled(0.0))
@@ -255,7 +255,7 @@ def add_friction(structure, values, now, z, r):
     state, rows = structure.state, friction_rows(structure.state)
     hold_circles(structure, values, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         add_to(r, state.friction + k, -load(z, rows.anchor + k))
     keep_sticking(state, z, r)
 

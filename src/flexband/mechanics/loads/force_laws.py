@@ -114,9 +114,8 @@ def _check_states(states: object) -> None:
 
 def _check_events(events: object) -> None:
     """Raise `InputError` if these are not different names."""
-    is_list = isinstance(events, list | tuple)
-    names = [name for name in events if isinstance(name, str) and name] if is_list else []
-    if not is_list or not len({*names}) == len(events):
+    names = events if isinstance(events, list | tuple) else [None]
+    if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
         raise InputError(f"ForceLaw events must be a list of different names; got {shown(events)}")
 
 

@@ -111,13 +111,13 @@ def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
     state, z, none = structure.state, work.z, filled(0.0)
     rows, gaps = friction_rows(state), gap_count(state)
-    first = state.gap + gaps - rows.count
-    if rows.count > 0:
+    first = state.gap + gaps - rows.frictions
+    if rows.frictions > 0:
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
         update_friction(structure, values, now, z, work.r)
         sliding_rates(structure, values, now, work)
-        for k in range(rows.count):
+        for k in range(rows.frictions):
             N, u, held = load(z, rows.normal + k), load(z, rows.speed + k), sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
@@ -142,7 +142,7 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         held, u, N = sticks(state, z, k), load(z, rows.speed + k), load(z, rows.normal + k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
         back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
@@ -179,7 +179,7 @@ def bring_to_rest(structure, values, now, work, chosen):
     """Project the velocities of what sticks, and of what begins to slide against its speed."""
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
     rows, switched = friction_rows(state), structure.friction.switched
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         sense = load(z, rows.mode + k)
         against = where(chosen, less(sense * load(z, rows.speed + k), none), none)
         store(z, rows.speed + k, sense)
@@ -188,13 +188,13 @@ def bring_to_rest(structure, values, now, work, chosen):
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
     subtract_speed_errors(structure, values, now, z, r)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         if switched[k]:
             store(z, rows.turn + k, where(chosen, -load(r, state.friction + k), none))
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
     add_rows(z, state.velocity, r, 1, state.multiplier, chosen)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         if switched[k]:
             impulse = where(chosen, load(r, state.friction + k), none)
             add_to(z, rows.distance + k, 0.5 * load(z, rows.turn + k) * impulse)
@@ -231,13 +231,13 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     changed, loosest = none, none
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         still = rest_speed(structure, values, limits, step, k)
         still = still + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         sense, force = load(z, rows.mode + k), load(z, state.friction + k)
         held, slow = sticks(state, z, k), rest_speed(structure, values, limits, step, k)
         still = slow + rounding * length_unit(structure, values, k)
@@ -262,11 +262,11 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams."""
     state, rows, none = structure.state, friction_rows(structure.state), filled(0.0)
     pending, left_out = chosen, none
-    if rows.count == 0:
+    if rows.frictions == 0:
         return accelerate(structure, values, now, work, chosen), none
     begin_to_stick(structure, values, now, work, limits, step, chosen)
     begin_sticking(structure, values, work.z)
-    for _ in range(1 + STICK.changes * rows.count):
+    for _ in range(1 + STICK.changes * rows.frictions):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
@@ -277,7 +277,7 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)
-    for k in range(rows.count):
+    for k in range(rows.frictions):
         finite = less(magnitude(load(work.z, rows.anchor + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)
     return left_out, jammed

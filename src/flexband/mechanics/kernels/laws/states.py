@@ -32,7 +32,7 @@ MARK = Marks()
 class StateRows(NamedTuple):
     """How many states there are, and the first row of y, y₀, w, ẏ, and of the rule."""
 
-    count: int
+    states: int
     y: int
     y0: int
     w: int
@@ -50,7 +50,7 @@ def rows_of_states(state):
 @compiled
 def _hold(rows, z, chosen):
     """Set y₀ to y where `chosen` is true."""
-    for k in range(rows.count):
+    for k in range(rows.states):
         store(z, rows.y0 + k, where(chosen, load(z, rows.y + k), load(z, rows.y0 + k)))
 
 
@@ -58,7 +58,7 @@ def _hold(rows, z, chosen):
 def hold_states(state, z, chosen):
     """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
     rows = rows_of_states(state)
-    if rows.count > 0:
+    if rows.states > 0:
         for row in range(rows.rule, rows.rule + 3):
             store(z, row, where(chosen, filled(0.0), load(z, row)))
         _hold(rows, z, chosen)
@@ -69,7 +69,7 @@ def begin_states(state, z, h, chosen):
     """Begin a step of length h from y where `chosen` is true."""
     rows = rows_of_states(state)
     rule = rows.rule
-    if rows.count > 0:
+    if rows.states > 0:
         share = load(z, rule + 2)
         store(z, rule, where(chosen, h * share, load(z, rule)))
         store(z, rule + 1, where(chosen, h * (1.0 - share), load(z, rule + 1)))
@@ -80,11 +80,11 @@ def begin_states(state, z, h, chosen):
 def end_states(state, z, h, chosen):
     """End a step of length h: set w₁ = (y₁ − y₀)/h and hold y₁ where `chosen` is true."""
     rows = rows_of_states(state)
-    for k in range(rows.count):
+    for k in range(rows.states):
         w = (load(z, rows.y + k) - load(z, rows.y0 + k)) / h
         store(z, rows.w + k, where(chosen, w, load(z, rows.w + k)))
     hold_states(state, z, chosen)
-    if rows.count > 0:
+    if rows.states > 0:
         store(z, rows.rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rows.rule + 2)))
 
 
@@ -95,6 +95,6 @@ def shift_states(state, z, ratio, chosen):
     `ratio` is the length of the new step over that of the one before.
     """
     rows = rows_of_states(state)
-    for k in range(rows.count):
+    for k in range(rows.states):
         w, present = load(z, rows.w + k), load(z, rows.rate + k)
         store(z, rows.w + k, where(chosen, present + ratio * (w - present), w))

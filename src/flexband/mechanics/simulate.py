@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -210,35 +211,17 @@ def simulated(
     free = integrator.step_limits(system.structure.state, grid.step)
     check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()
-    batch = run_samples(
-        system,
-        times,
-        integrator,
-        start=begins,
-        every=substeps,
-        keep=keep_state,
-        threads=threads,
-        progress=progress,
+    run = partial(
+        run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
-    impulses = batch.impulses
+    batch = run(times=times, every=substeps, progress=progress)
     again = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
     complete = complete and not free
     if len(again) and complete:
         halves = grid._replace(substeps=2 * substeps)
-        finer = run_samples(
-            system,
-            halves.times(),
-            integrator,
-            samples=again,
-            start=begins,
-            every=halves.substeps,
-            attempts=2,
-            keep=keep_state,
-            threads=threads,
-        )
-        impulses = [i for i in impulses if i.sample not in again] + finer.impulses
+        finer = run(times=halves.times(), samples=again, every=halves.substeps, attempts=2)
         _replace_samples(batch, finer, again, system, halves, integrator)
     result = xr.DataArray(
         batch.outputs,
@@ -249,15 +232,20 @@ def simulated(
             "time": ("time", grid._replace(substeps=1).times(), {"units": "s"}),
         },
     )
-    _raise_failures(batch, system, times, result, halved=complete)
+    try:
+        raise_failures(batch.failures, system, times, halved=complete)
+    except RunError as error:
+        batch.outputs[list(error.failures)] = np.nan
+        error.results = result
+        raise
     if free:
         warn_of_missed_turns(batch.turned, system, times)
     else:
         warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
-    if impulses:
-        result.attrs["impulses"] = _impulses_text(system, impulses)
+    if batch.impulses:
+        result.attrs["impulses"] = _impulses_text(system, batch.impulses)
     result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
@@ -284,6 +272,8 @@ def _replace_samples(
     times = halves.times()
     interruptible(lambda: find_out_of_reach(system, times, integrator, again, finer.failures))
     finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
+    kept_impulses = [impulse for impulse in batch.impulses if impulse.sample not in again]
+    batch.impulses[:] = kept_impulses + finer.impulses
     batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
     batch.turned[again] = finer.turned
     batch.unresolved[again] = np.ceil(finer.unresolved / 2)
@@ -296,18 +286,6 @@ def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
     """Raise `InputError` if there are no sensors, or averages are over other times."""
     mechanism.check_sensors()
     refuse_windows(mechanism.sensors, grid.begin, grid.begin + grid.duration, grid.step)
-
-
-def _raise_failures(
-    batch: Batch, system: System, times: np.ndarray, result: xr.DataArray, *, halved: bool
-) -> None:
-    """Raise the error of the samples that failed, with the result of the others."""
-    try:
-        raise_failures(batch.failures, system, times, halved=halved)
-    except RunError as error:
-        batch.outputs[list(error.failures)] = np.nan
-        error.results = result
-        raise
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -313,26 +314,22 @@ class Prismatic(LineJoint, AlignedJoint):
             return []
         straight("Prismatic", frame(self.second))
         half, side = 0.5 * np.asarray(self.length), 0.5 * np.asarray(self.height)
-        axis, turn = math.atan2(self.axis[1], self.axis[0]), np.asarray(self.angle)
-        along, across = _unit(axis - turn), _unit(axis - turn + math.pi / 2)
         x, y = self.axis
+        turn = math.atan2(y, x) - np.asarray(self.angle)
+        along, across = _unit(turn), _unit(turn + math.pi / 2)
         contacts = []
-        for end in (-1.0, 1.0):
-            for wall in (-1.0, 1.0):
-                corner_x, corner_y = (
-                    end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
-                )
-                numbers = line_parameters(
-                    (wall * y, -wall * x),
-                    centre=(corner_x, corner_y),
-                    height=-(side + np.asarray(self.clearance)),
-                )
-                corner = frame(self.first).moved(corner_x, corner_y)
-                lever = subtract(corner.position, frame(self.first).position)
-                normal = wall * y, -wall * x
-                travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
-                friction = rubbing(self.friction, travel)
-                contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
+        for end, wall in product((-1.0, 1.0), repeat=2):
+            normal = wall * y, -wall * x
+            centre_x, centre_y = (
+                end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
+            )
+            height = -(side + np.asarray(self.clearance))
+            numbers = line_parameters(normal, centre=(centre_x, centre_y), height=height)
+            corner = frame(self.first).moved(centre_x, centre_y)
+            lever = subtract(corner.position, frame(self.first).position)
+            travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+            friction = rubbing(self.friction, travel)
+            contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:

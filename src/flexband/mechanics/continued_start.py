@@ -197,13 +197,9 @@ def _sizes(system: System) -> tuple[int, ...]:
 def _meshes(system: System) -> dict[str, tuple]:
     """Return what must be the same of each body."""
     mechanism = system.mechanism
-    meshes = {name: body.mesh for name, body in mechanism.members.items()}
+    meshes = {name: member.mesh[:2] for name, member in mechanism.members.items()}
     return {
-        name: (
-            type(body),
-            body.size,
-            *(tuple(array.tolist()) for mesh in (meshes.get(name),) if mesh for array in mesh[:2]),
-        )
+        name: (type(body), body.size, *(tuple(array.tolist()) for array in meshes.get(name, ())))
         for name, body in mechanism.bodies.items()
     }
 

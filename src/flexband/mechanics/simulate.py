@@ -12,7 +12,6 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import (
-    InputError,
     ResolutionWarning,
     RunError,
     check_affordable,
@@ -47,7 +46,7 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import interruptible, thread_count
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_windows
-from flexband.mechanics.starts import started
+from flexband.mechanics.starts import check_multiple, started
 from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
@@ -327,14 +326,8 @@ def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "st
         float(check_positive(label, check_numbers(label, value)))
         for label, value in (("duration [s]", duration), (f"{name} [s]", step))
     )
-    ratio = length / size
-    count = ratio * substeps
+    count = length / size * substeps
     check_affordable(
         f"duration [s] {length:g} with {name} {size:g}, {count:.3g} steps,", 5.0 * count
     )
-    steps = round(ratio)
-    if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
-        raise InputError(
-            f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {size:g}"
-        )
-    return steps
+    return check_multiple("duration [s]", length, name, size)

@@ -20,7 +20,7 @@ import numpy as np
 
 from flexband.compilation.caching import compiling
 from flexband.errors import check_integer
-from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.lane_arrays import zeros
 from flexband.progress import Progress
 
 Result = TypeVar("Result")

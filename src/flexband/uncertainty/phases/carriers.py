@@ -40,7 +40,7 @@ class CarrierOptions(NamedTuple):
     averaging_periods : periods to each side over which the rotation of envelopes is averaged.
     silent_energy : fraction of the largest energy below which a run continues with its mean
         frequency.
-    runs_at_once : runs of which envelopes are computed at once.
+    windows_at_once : windows, of all runs, in which envelopes are computed at once.
     """
 
     max_carriers: int = 3
@@ -56,7 +56,7 @@ class CarrierOptions(NamedTuple):
     degree: int = 2
     averaging_periods: float = 2.0
     silent_energy: float = 1e-4
-    runs_at_once: int = 8
+    windows_at_once: int = 4096
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def track(
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(options.averaging_periods / (frequency * dt * stride)))
     moments = window_moments(half, at, times, options.degree)
-    turned, at_once = np.zeros((len(F), len(at))), options.runs_at_once
+    turned, at_once = np.zeros((len(F), len(at))), max(1, options.windows_at_once // len(at))
     z, part = split(F, psi, moments, at_once)
     for k in range(passes):
         z, part = split(F, psi, moments, at_once) if k else (z, part)

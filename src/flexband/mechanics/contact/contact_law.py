@@ -107,7 +107,7 @@ def angular_law(memory):
     store_rows(memory, mode + 1, (gap, M, rate))
 
 
-def check_law(name: str, value: object) -> None:
+def check_law(name: str, value: NormalLaw | None) -> None:
     """Raise `InputError` if a value is not a normal law."""
     check_instance(name, value, NormalLaw, "a normal law, such as fb.contact.KeepsRestitution")
 

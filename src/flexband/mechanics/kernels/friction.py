@@ -75,7 +75,7 @@ class Modes(NamedTuple):
 MODE = Modes()
 
 
-class FrictionRows(NamedTuple):
+class StickSlipRows(NamedTuple):
     """The number of frictions, and the first row of each of their `FRICTION_ROWS`."""
 
     frictions: int
@@ -89,9 +89,9 @@ class FrictionRows(NamedTuple):
 
 @compiled
 def friction_rows(state):
-    """Return the `FrictionRows`."""
+    """Return the `StickSlipRows`."""
     n, first = state.angle - state.friction, state.sliding
-    return FrictionRows(
+    return StickSlipRows(
         n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n
     )
 

@@ -80,7 +80,7 @@ class NewtonOptions(NamedTuple):
     rough_iterations: int = 40  # the same with friction
     settled: float = 1e-9  # change of reactions, relative to the largest, that friction ignores
     nearly_settled: float = 1e-4  # after `followed` changes: in short steps rounding is larger
-    followed: int = 8
+    followed: int = 8  # changes of reactions
     damped_iterations: int = 100  # the most of a second attempt at a step
     max_correction: float = 0.1  # the largest of these
     initial_rate: float = 0.1  # of convergence, before it has been observed

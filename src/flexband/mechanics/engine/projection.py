@@ -61,7 +61,7 @@ class ProjectionOptions(NamedTuple):
     softening: float = 1e-7  # compliance of constraints that share forces
     small_softening: float = 1e-10  # the one after it
     min_passes: int = 4  # with each; enough where masses differ by less than 1e4
-    max_passes: int = 40
+    max_passes: int = 40  # the most
     min_refinements: int = 2  # where bodies are massless; each leaves about 1e-4 of the error
     max_refinements: int = 20  # where masses hardly determine the motion
     settled: float = 1e-8  # correction relative to the solution after which no other follows

@@ -36,7 +36,7 @@ class StaticOptions(NamedTuple):
     tolerance: float = 1e-10  # of the last step
     max_step: float = 0.1  # longer steps are shortened
     growth: float = 10.0  # of the weight w from one step to the next
-    total_growth: float = 1e3
+    total_growth: float = 1e3  # of w over all steps
 
 
 STATIC = StaticOptions()

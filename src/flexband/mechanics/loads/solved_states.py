@@ -27,28 +27,14 @@ OUTCOME = Outcomes()
 
 
 class StateSolver(NamedTuple):
-    """How states are solved for. Sizes of states are relative to y, b and a part of τ ẏ.
+    """How states are solved for. Sizes of states are relative to y, b and a part of τ ẏ."""
 
-    Attributes
-    ----------
-    iterations, halvings
-        The most of Newton's method, and of each of its corrections.
-    difference
-        Displacement of the differences that derivatives of the rates are taken from.
-    rate_part
-        Part of τ ẏ that counts as the size of a state near zero. A stiff state changes by less.
-    tolerance
-        Of the last correction.
-    stalled
-        Correction that is small enough where rounding lets none be smaller.
-    """
-
-    iterations: int = 50
-    halvings: int = 12
-    difference: float = 1e-7
-    rate_part: float = 1e-4
-    tolerance: float = 1e-12
-    stalled: float = 1e-8
+    iterations: int = 50  # of Newton's method, at most
+    halvings: int = 12  # of each of its corrections, at most
+    difference: float = 1e-7  # displacement of the differences that derivatives are taken from
+    rate_part: float = 1e-4  # of τ ẏ, the size of a state near zero; a stiff one changes by less
+    tolerance: float = 1e-12  # of the last correction
+    stalled: float = 1e-8  # the same where rounding lets no correction be smaller
 
 
 SOLVER = StateSolver()

@@ -27,8 +27,8 @@ class StepControl(NamedTuple):
     """How the length of a step follows from the error of the one before."""
 
     safety: float = 0.9  # part of the length that the error asks for
-    shortest: float = 0.2  # length of a step over that of the one before
-    longest: float = 2.0
+    shortest: float = 0.2  # length of a step over that of the one before, at least
+    longest: float = 2.0  # the same at most
     unchanged: float = 1.2  # growth below which the length remains
     repeated: float = 0.25  # ratio of lengths where Newton's method has failed
     first: float = 0.05  # first step of a run, in steps of the output

@@ -56,9 +56,12 @@ class ModeSolver:
     thickness: bool  # whether modes of thickness are among them
     spins: list[Spin] | None  # the steady rotation of each sample
     sliding: bool  # whether drives go on instead
-    perturbation: float = 1e-6  # of the differences that differentiate the sensors, over the size
-    min_speed: float = 1e-7  # in sizes of the mechanism per second; less counts as none
-    unbalanced: float = 1e3  # excess of forces in `Balance` from which on the start is no rest
+    perturbation: float = 1e-6
+    """Of the differences that differentiate the sensors, over the size."""
+    min_speed: float = 1e-7
+    """In sizes of the mechanism per second; less counts as none."""
+    unbalanced: float = 1e3
+    """Excess of forces in `Balance` from which on the start is no rest."""
 
     def block(self, values: Values, numbers: np.ndarray) -> BlockModes:
         """Return the modes of a block that has the samples with these numbers."""

@@ -124,7 +124,8 @@ class ContinuedStart(Start):
     known: np.ndarray  # which rows are not of new parts
     spectral_radius: float  # of the integrator of the other motion
     lost_energy: np.ndarray  # kinetic energy lost at the start [J], (samples,), filled by blocks
-    tolerance: float = 1e-5  # by which joints may be apart, relative to the mechanism's size
+    tolerance: float = 1e-5
+    """By which joints may be apart, relative to the mechanism's size."""
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""

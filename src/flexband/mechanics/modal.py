@@ -36,10 +36,14 @@ from flexband.words import number_of
 class ModeTracking(NamedTuple):
     """How modes are followed from the nominal values."""
 
-    clear: float = 0.6  # agreement of shapes above which no other mode can agree as much
-    halvings: int = 6  # of the way from the nominal values; then the best agreement is taken
-    further: int = 6  # modes beside those asked for, among which these are looked for
-    equal: float = 1e-6  # relative difference of frequencies below which shapes are arbitrary
+    clear: float = 0.6
+    """Agreement of shapes above which no other mode can agree as much."""
+    halvings: int = 6
+    """Of the way from the nominal values; then the best agreement is taken."""
+    further: int = 6
+    """Modes beside those asked for, among which these are looked for."""
+    equal: float = 1e-6
+    """Relative difference of frequencies below which shapes are arbitrary."""
 
 
 class Followed(NamedTuple):

@@ -33,11 +33,16 @@ class PeriodicStart(Start):
     """The state of a motion that is the same one period later."""
 
     period: float  # of all functions of time [s], a multiple of the step
-    tolerance: float = 1e-10  # change of a state in a period, relative to the mechanism's size
-    max_radius: float = 0.98  # largest spectral radius of the map that is accepted
-    max_periods: int = 100  # the most that are simulated
-    memory: int = 40  # the most differences of iterates that are used
-    independent: float = 1e-7  # least relative singular value of differences that is no rounding
+    tolerance: float = 1e-10
+    """Change of a state in a period, relative to the mechanism's size."""
+    max_radius: float = 0.98
+    """Largest spectral radius of the map that is accepted."""
+    max_periods: int = 100
+    """The most that are simulated."""
+    memory: int = 40
+    """The most differences of iterates that are used."""
+    independent: float = 1e-7
+    """Least relative singular value of differences that is no rounding."""
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block. Raise `InputError` if a function of time is not periodic."""

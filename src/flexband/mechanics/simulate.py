@@ -166,8 +166,10 @@ class TimeGrid(NamedTuple):
 
     duration: float  # [s], a whole multiple of the step
     step: float  # [s]
-    substeps: int = 1  # equal parts in which each step is integrated
-    begin: float = 0.0  # first time [s]
+    substeps: int = 1
+    """Equal parts in which each step is integrated."""
+    begin: float = 0.0
+    """First time [s]."""
 
     def times(self) -> np.ndarray:
         """Return the times of all substeps [s], including the first one."""

@@ -118,8 +118,10 @@ class FrictionEntry(NamedTuple):
     sliding: Travel
     law: Friction  # for the travel of the surfaces
     normal: Callable[[Sequence[Form]], Sequence[Vector]]
-    normals: int = 1  # number of these vectors
-    lever: ArrayLike = 1.0  # travel of the surfaces over s, a radius [m] where s is an angle
+    normals: int = 1
+    """Number of these vectors."""
+    lever: ArrayLike = 1.0
+    """Travel of the surfaces over s, a radius [m] where s is an angle."""
     factor: Callable[[np.ndarray], np.ndarray] = np.asarray  # ratio of the forces from µ
     angular: bool = False  # whether s is an angle
     one_way: bool = False  # whether s is free to increase and does not decrease; N is then 1

@@ -15,11 +15,16 @@ from flexband.mechanics.engine.redundancy import RANK, jacobian, of_samples
 class ReportedChanges(NamedTuple):
     """From where on changes of the given start are reported, and warned of."""
 
-    min_turn: float = 1e-6  # least turn that is reported [rad]
-    min_move: float = 1e-6  # the same of a move, relative to the size of the mechanism
-    min_rate: float = 1e-6  # the same of a rate, relative to the given one
-    large_turn: float = 0.1  # turn that is warned of [rad]
-    large_rate: float = 0.1  # change of a rate that is warned of, relative to the given one
+    min_turn: float = 1e-6
+    """Least turn that is reported [rad]."""
+    min_move: float = 1e-6
+    """The same of a move, relative to the size of the mechanism."""
+    min_rate: float = 1e-6
+    """The same of a rate, relative to the given one."""
+    large_turn: float = 0.1
+    """Turn that is warned of [rad]."""
+    large_rate: float = 0.1
+    """Change of a rate that is warned of, relative to the given one."""
 
 
 class Corrections(NamedTuple):

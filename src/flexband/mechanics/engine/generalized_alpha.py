@@ -74,18 +74,30 @@ SHORTEST_STEP = 1e-300
 class NewtonOptions(NamedTuple):
     """How Newton's method solves a step. Lengths are relative to the size of the mechanism."""
 
-    factorizations: int = 6  # the most per step without friction
-    rough_matrices: int = 40  # the same with friction
-    iterations: int = 5  # the most with each factorization without friction
-    rough_iterations: int = 40  # the same with friction
-    settled: float = 1e-9  # change of reactions, relative to the largest, that friction ignores
-    nearly_settled: float = 1e-4  # after `followed` changes: in short steps rounding is larger
-    followed: int = 8  # changes of reactions
-    damped_iterations: int = 100  # the most of a second attempt at a step
-    max_correction: float = 0.1  # the largest of these
-    initial_rate: float = 0.1  # of convergence, before it has been observed
-    redundant_tolerance: float = 1e-8  # of redundant constraints during the motion
-    max_fall: float = 0.05  # largest part of a predicted motion that is due to accelerations
+    factorizations: int = 6
+    """The most per step without friction."""
+    rough_matrices: int = 40
+    """The same with friction."""
+    iterations: int = 5
+    """The most with each factorization without friction."""
+    rough_iterations: int = 40
+    """The same with friction."""
+    settled: float = 1e-9
+    """Change of reactions, relative to the largest, that friction ignores."""
+    nearly_settled: float = 1e-4
+    """After `followed` changes: in short steps rounding is larger."""
+    followed: int = 8
+    """Changes of reactions."""
+    damped_iterations: int = 100
+    """The most of a second attempt at a step."""
+    max_correction: float = 0.1
+    """The largest of these."""
+    initial_rate: float = 0.1
+    """Of convergence, before it has been observed."""
+    redundant_tolerance: float = 1e-8
+    """Of redundant constraints during the motion."""
+    max_fall: float = 0.05
+    """Largest part of a predicted motion that is due to accelerations."""
 
 
 NEWTON = NewtonOptions()
@@ -175,8 +187,10 @@ class Coefficients(NamedTuple):
     gamma: float
     dq_da: float  # 1/β', ∂q/∂q̈ [s²]
     dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
-    attempts: int = 1  # at a step, from the second one on with damped corrections
-    matrices: int = 1000  # the most of an attempt, with as many iterations each as Newton allows
+    attempts: int = 1
+    """At a step, from the second one on with damped corrections."""
+    matrices: int = 1000
+    """The most of an attempt, with as many iterations each as Newton allows."""
 
 
 @compiled

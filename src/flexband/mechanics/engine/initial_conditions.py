@@ -46,12 +46,18 @@ from flexband.mechanics.kernels.springs import set_rest
 class AssemblyOptions(NamedTuple):
     """How the start is found. Lengths are relative to the size of the mechanism."""
 
-    iterations: int = 50  # of Newton's method, at most
-    constraint_tolerance: float = 1e-9  # of Φ at the start
-    position_tolerance: float = 1e-12  # of the last correction
-    max_step: float = 0.2  # longer corrections might leave the branch
-    min_pivot: float = 1e-12  # as in `projection`, but smaller: members are almost rigid here
-    velocity_sweeps: int = 4  # projections of the velocities
+    iterations: int = 50
+    """Of Newton's method, at most."""
+    constraint_tolerance: float = 1e-9
+    """Of Φ at the start."""
+    position_tolerance: float = 1e-12
+    """Of the last correction."""
+    max_step: float = 0.2
+    """Longer corrections might leave the branch."""
+    min_pivot: float = 1e-12
+    """As in `projection`, but smaller: members are almost rigid here."""
+    velocity_sweeps: int = 4
+    """Projections of the velocities."""
 
 
 ASSEMBLY = AssemblyOptions()

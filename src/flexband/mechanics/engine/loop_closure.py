@@ -22,11 +22,16 @@ from flexband.mechanics.engine.redundancy import RANK, derivatives
 class ClosureOptions(NamedTuple):
     """How loops are closed."""
 
-    tolerance: float = 1e-13  # of the constraints, relative to the size of the mechanism
-    turn_weight: float = 30.0  # of a turn by 1 rad against a move by the size of the mechanism
-    min_damping: float = 1e-10  # of a step, with which redundant constraints do no harm
-    first_damping: float = 1e-4  # after the first step that leads away
-    damping_factor: float = 10.0  # from one step to the next
+    tolerance: float = 1e-13
+    """Of the constraints, relative to the size of the mechanism."""
+    turn_weight: float = 30.0
+    """Of a turn by 1 rad against a move by the size of the mechanism."""
+    min_damping: float = 1e-10
+    """Of a step, with which redundant constraints do no harm."""
+    first_damping: float = 1e-4
+    """After the first step that leads away."""
+    damping_factor: float = 10.0
+    """From one step to the next."""
 
 
 def guessed(system: System, values: Values) -> np.ndarray:

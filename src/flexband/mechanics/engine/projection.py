@@ -53,24 +53,42 @@ class ProjectionOptions(NamedTuple):
     depend on each other, and where masses differ much.
     """
 
-    max_error: float = 1e-12  # of v × step, relative to the size, without a new matrix
-    max_change: float = 3e-5  # the same since the last matrix, about φ³/6 for a turn φ per step
-    min_pivot: float = 1e-7  # least pivot
-    zero_pivot: float = 1e-13  # where a start is nearly locked, or massless without redundancy
-    massless_pivot: float = 1e-10  # where bodies are massless: what stands for zeros is small too
-    softening: float = 1e-7  # compliance of constraints that share forces
-    small_softening: float = 1e-10  # the one after it
-    min_passes: int = 4  # with each; enough where masses differ by less than 1e4
-    max_passes: int = 40  # the most
-    min_refinements: int = 2  # where bodies are massless; each leaves about 1e-4 of the error
-    max_refinements: int = 20  # where masses hardly determine the motion
-    settled: float = 1e-8  # correction relative to the solution after which no other follows
-    unsettled: float = 1e-2  # the same of the last one from which on they do not converge
-    unshared: float = 1e-3  # relative size of the last pass beyond which shared forces are missed
-    released: float = 1e-3  # relative change of q̈ from which on a constraint's force is missed
-    solutions: int = 6  # the most for q̈ at the start, for rounding errors of light bodies
-    rough_solutions: int = 100  # the same with friction
-    jammed: float = 1e-6  # last relative change of a reaction from which on friction jams
+    max_error: float = 1e-12
+    """Of v × step, relative to the size, without a new matrix."""
+    max_change: float = 3e-5
+    """The same since the last matrix, about φ³/6 for a turn φ per step."""
+    min_pivot: float = 1e-7
+    """Least pivot."""
+    zero_pivot: float = 1e-13
+    """Where a start is nearly locked, or massless without redundancy."""
+    massless_pivot: float = 1e-10
+    """Where bodies are massless: what stands for zeros is small too."""
+    softening: float = 1e-7
+    """Compliance of constraints that share forces."""
+    small_softening: float = 1e-10
+    """The one after it."""
+    min_passes: int = 4
+    """With each; enough where masses differ by less than 1e4."""
+    max_passes: int = 40
+    """The most."""
+    min_refinements: int = 2
+    """Where bodies are massless; each leaves about 1e-4 of the error."""
+    max_refinements: int = 20
+    """Where masses hardly determine the motion."""
+    settled: float = 1e-8
+    """Correction relative to the solution after which no other follows."""
+    unsettled: float = 1e-2
+    """The same of the last one from which on they do not converge."""
+    unshared: float = 1e-3
+    """Relative size of the last pass beyond which shared forces are missed."""
+    released: float = 1e-3
+    """Relative change of q̈ from which on a constraint's force is missed."""
+    solutions: int = 6
+    """The most for q̈ at the start, for rounding errors of light bodies."""
+    rough_solutions: int = 100
+    """The same with friction."""
+    jammed: float = 1e-6
+    """Last relative change of a reaction from which on friction jams."""
 
 
 PROJECTION = ProjectionOptions()

@@ -22,20 +22,34 @@ from flexband.rounding import Units
 class StepCheck(NamedTuple):
     """Which errors of a step are remarked on, and how vibrations are read off outputs."""
 
-    max_loss: float = 0.01  # of a body's speed over a run, or lag of its angle, without a warning
-    max_error: float = 0.04  # of an output's variation, without a remark
-    target_error: float = 0.01  # for which a step is recommended
-    half_width: float = 0.15  # of the band about a vibration's frequency, relative to it
-    contrast: float = 2.0  # energy of a vibration's band over that of the bands on either side
-    min_periods: int = 6  # of a vibration in the record
-    min_times: int = 24  # in the record
-    min_swings: float = 1.5  # to and fro in a run, of a part whose lag adds up over them
-    min_turns: int = 3  # periods in the record of a function of time that forces vibrations
-    harmonics: int = 12  # multiples of its frequency whose vibrations count as forced
-    window_floor: float = 0.2  # where the window is above it, the size of a vibration is known
-    driven_share: float = 1e-2  # of a function's energy that makes a frequency one of its own
-    min_scale: float = 1e-6  # variation of an output over the largest output of the same unit
-    candidates: int = 4  # outputs whose vibrations are followed in time
+    max_loss: float = 0.01
+    """Of a body's speed over a run, or lag of its angle, without a warning."""
+    max_error: float = 0.04
+    """Of an output's variation, without a remark."""
+    target_error: float = 0.01
+    """For which a step is recommended."""
+    half_width: float = 0.15
+    """Of the band about a vibration's frequency, relative to it."""
+    contrast: float = 2.0
+    """Energy of a vibration's band over that of the bands on either side."""
+    min_periods: int = 6
+    """Of a vibration in the record."""
+    min_times: int = 24
+    """In the record."""
+    min_swings: float = 1.5
+    """To and fro in a run, of a part whose lag adds up over them."""
+    min_turns: int = 3
+    """Periods in the record of a function of time that forces vibrations."""
+    harmonics: int = 12
+    """Multiples of its frequency whose vibrations count as forced."""
+    window_floor: float = 0.2
+    """Where the window is above it, the size of a vibration is known."""
+    driven_share: float = 1e-2
+    """Of a function's energy that makes a frequency one of its own."""
+    min_scale: float = 1e-6
+    """Variation of an output over the largest output of the same unit."""
+    candidates: int = 4
+    """Outputs whose vibrations are followed in time."""
 
     def edges(self, k: np.ndarray, count: int, power: int) -> np.ndarray:
         """Return the first number of a band about each of k, and the first after it."""

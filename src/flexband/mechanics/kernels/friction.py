@@ -58,8 +58,10 @@ from flexband.mechanics.kernels.state import FRICTION_ROWS
 class FollowOptions(NamedTuple):
     """When changes of reactions are summed up."""
 
-    skew: float = 1e-2  # squared sine of the angle between two changes that count as parallel
-    ratio: float = 0.995  # of their sizes, beyond which they are not summed up
+    skew: float = 1e-2
+    """Squared sine of the angle between two changes that count as parallel."""
+    ratio: float = 0.995
+    """Of their sizes, beyond which they are not summed up."""
 
 
 FOLLOW = FollowOptions()

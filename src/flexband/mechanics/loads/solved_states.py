@@ -29,12 +29,18 @@ OUTCOME = Outcomes()
 class StateSolver(NamedTuple):
     """How states are solved for. Sizes of states are relative to y, b and a part of τ ẏ."""
 
-    iterations: int = 50  # of Newton's method, at most
-    halvings: int = 12  # of each of its corrections, at most
-    difference: float = 1e-7  # displacement of the differences that derivatives are taken from
-    rate_part: float = 1e-4  # of τ ẏ, the size of a state near zero; a stiff one changes by less
-    tolerance: float = 1e-12  # of the last correction
-    stalled: float = 1e-8  # the same where rounding lets no correction be smaller
+    iterations: int = 50
+    """Of Newton's method, at most."""
+    halvings: int = 12
+    """Of each of its corrections, at most."""
+    difference: float = 1e-7
+    """Displacement of the differences that derivatives are taken from."""
+    rate_part: float = 1e-4
+    """Of τ ẏ, the size of a state near zero; a stiff one changes by less."""
+    tolerance: float = 1e-12
+    """Of the last correction."""
+    stalled: float = 1e-8
+    """The same where rounding lets no correction be smaller."""
 
 
 SOLVER = StateSolver()

@@ -26,24 +26,42 @@ from flexband.mechanics.kernels.lanes import (
 class StepControl(NamedTuple):
     """How the length of a step follows from the error of the one before."""
 
-    safety: float = 0.9  # part of the length that the error asks for
-    shortest: float = 0.2  # length of a step over that of the one before, at least
-    longest: float = 2.0  # the same at most
-    unchanged: float = 1.2  # growth below which the length remains
-    repeated: float = 0.25  # ratio of lengths where Newton's method has failed
-    first: float = 0.05  # first step of a run, in steps of the output
-    overshoot: float = 2e-4  # part of a step beyond an event; half the tolerance past a contact
-    located: float = 1e-3  # part of a step in which an event is located at its end
-    stuck: float = 1e-6  # both for sticking and sliding: forces jump, and no depth bounds the error
-    difference: float = 1e-3  # part of a step over which the rates of gaps are differences
-    least_speed: float = 1e-30  # size of a mode where its gap does not move
-    in_flight: float = 0.1  # part of the tolerance with all contacts open: clearances are small
-    in_contact: float = 0.01  # the same with a contact closed: depths are smaller
-    depths: float = 1.5  # ratio by which the depth of a contact changes at most in a step
-    least_depth: float = 0.1  # change in parts of the tolerance that is always allowed
-    events_in_a_row: float = 20.0  # more, without a long step between them, are without end
-    long_step: float = 10.0  # such a step over the shortest one
-    newton: float = 0.01  # Newton's tolerance in parts of that of the step, if less than its own
+    safety: float = 0.9
+    """Part of the length that the error asks for."""
+    shortest: float = 0.2
+    """Length of a step over that of the one before, at least."""
+    longest: float = 2.0
+    """The same at most."""
+    unchanged: float = 1.2
+    """Growth below which the length remains."""
+    repeated: float = 0.25
+    """Ratio of lengths where Newton's method has failed."""
+    first: float = 0.05
+    """First step of a run, in steps of the output."""
+    overshoot: float = 2e-4
+    """Part of a step beyond an event; half the tolerance past a contact."""
+    located: float = 1e-3
+    """Part of a step in which an event is located at its end."""
+    stuck: float = 1e-6
+    """Both for sticking and sliding: forces jump, and no depth bounds the error."""
+    difference: float = 1e-3
+    """Part of a step over which the rates of gaps are differences."""
+    least_speed: float = 1e-30
+    """Size of a mode where its gap does not move."""
+    in_flight: float = 0.1
+    """Part of the tolerance with all contacts open: clearances are small."""
+    in_contact: float = 0.01
+    """The same with a contact closed: depths are smaller."""
+    depths: float = 1.5
+    """Ratio by which the depth of a contact changes at most in a step."""
+    least_depth: float = 0.1
+    """Change in parts of the tolerance that is always allowed."""
+    events_in_a_row: float = 20.0
+    """More, without a long step between them, are without end."""
+    long_step: float = 10.0
+    """Such a step over the shortest one."""
+    newton: float = 0.01
+    """Newton's tolerance in parts of that of the step, if less than its own."""
 
 
 CONTROL = StepControl()

@@ -54,10 +54,14 @@ from flexband.mechanics.kernels.laws.forces import gap_count
 class StickOptions(NamedTuple):
     """How sticking and sliding are told from each other."""
 
-    speed: float = 1e-3  # that counts as rest, in tolerances of a step per step of the output
-    force: float = 1e-9  # by which µs N must be exceeded, relative to N
-    still: float = 1e-6  # rate of what sticks, relative to the largest q̈, that is due to rounding
-    changes: int = 4  # the most changes of modes at an event for each friction
+    speed: float = 1e-3
+    """That counts as rest, in tolerances of a step per step of the output."""
+    force: float = 1e-9
+    """By which µs N must be exceeded, relative to N."""
+    still: float = 1e-6
+    """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
+    changes: int = 4
+    """The most changes of modes at an event for each friction."""
 
 
 STICK = StickOptions()

@@ -44,13 +44,13 @@ DEPTH_DIFFERENCE = 1e-2
 class GapKinds(NamedTuple):
     """What a gap is of."""
 
-    event: int = 0  # of a user's law
-    length: int = 1  # [m] of a contact
-    angle: int = 2  # [rad] of a contact
-    margin: int = 3  # of a friction, see `engine.free_steps.stick_slip`; these are the last gaps
+    event: int  # of a user's law
+    length: int  # [m] of a contact
+    angle: int  # [rad] of a contact
+    margin: int  # of a friction, see `engine.free_steps.stick_slip`; these are the last gaps
 
 
-GAP = GapKinds()
+GAP = GapKinds(*range(4))
 
 
 class LawRows(NamedTuple):

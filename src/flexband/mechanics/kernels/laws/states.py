@@ -21,9 +21,12 @@ from flexband.mechanics.kernels.lanes import compiled, filled, load, store, wher
 class Marks(NamedTuple):
     """Numbers that stand for something else."""
 
-    steady: float = 1e300  # for a state at the start that is to have no rate
-    solved: float = -1.0  # for h (1 − c) where a law solves for a state that has no rate
-    at_rest: float = 1e30  # for the speed of a contact that never closed: it damps no vibration
+    steady: float = 1e300
+    """For a state at the start that is to have no rate."""
+    solved: float = -1.0
+    """For h (1 − c) where a law solves for a state that has no rate."""
+    at_rest: float = 1e30
+    """For the speed of a contact that never closed: it damps no vibration."""
 
 
 MARK = Marks()

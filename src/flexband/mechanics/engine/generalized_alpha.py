@@ -83,17 +83,17 @@ class NewtonOptions(NamedTuple):
     rough_iterations: int = 40
     """The same with friction."""
     settled: float = 1e-9
-    """Change of reactions, relative to the largest, that friction ignores."""
+    """Change of reactions, relative to the largest one, that friction does not follow."""
     nearly_settled: float = 1e-4
-    """After `followed` changes: in short steps rounding is larger."""
+    """The same after `followed` changes: in short steps rounding errors are larger."""
     followed: int = 8
-    """Changes of reactions."""
+    """How many changes of reactions friction follows before that."""
     damped_iterations: int = 100
     """The most of a second attempt at a step."""
     max_correction: float = 0.1
-    """The largest of these."""
+    """The largest correction of each of these."""
     initial_rate: float = 0.1
-    """Of convergence, before it has been observed."""
+    """Rate of convergence that is assumed before it has been observed."""
     redundant_tolerance: float = 1e-8
     """Of redundant constraints during the motion."""
     max_fall: float = 0.05

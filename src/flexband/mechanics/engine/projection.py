@@ -48,47 +48,46 @@ class ProjectionOptions(NamedTuple):
     in a mechanism that passes a position where constraints depend on each other, reactions next to
     it would be rounding errors divided by this sine.
 
-    Constraints that share forces have a compliance, relative to that of the masses they move. A
-    smaller one follows where the passes with it do not settle: next to a position where constraints
-    depend on each other, and where masses differ much.
+    Passes with which constraints share forces do not settle next to such a position, and where
+    masses differ much.
     """
 
     max_error: float = 1e-12
-    """Of v × step, relative to the size, without a new matrix."""
+    """Error of a projected velocity, times the step over the size, that calls for a new matrix."""
     max_change: float = 3e-5
-    """The same since the last matrix, about φ³/6 for a turn φ per step."""
+    """The same change since the last matrix: about φ³/6 for a body that turns by φ in a step."""
     min_pivot: float = 1e-7
-    """Least pivot."""
+    """Relative size of a pivot below which a constraint is left out of a step."""
     zero_pivot: float = 1e-13
-    """Where a start is nearly locked, or massless without redundancy."""
+    """The same where the start is nearly locked, or bodies are massless without redundancy."""
     massless_pivot: float = 1e-10
-    """Where bodies are massless: what stands for zeros is small too."""
+    """The same where bodies are massless: what matrices have for zeros is small as well."""
     softening: float = 1e-7
-    """Compliance of constraints that share forces."""
+    """Compliance of constraints that share forces, relative to that of the masses they move."""
     small_softening: float = 1e-10
-    """The one after it."""
+    """The one after it where the passes do not settle."""
     min_passes: int = 4
-    """With each; enough where masses differ by less than 1e4."""
+    """The least with each of them, which is enough where masses differ by less than 1e4."""
     max_passes: int = 40
-    """The most."""
+    """The most with each of them."""
     min_refinements: int = 2
-    """Where bodies are massless; each leaves about 1e-4 of the error."""
+    """The least where bodies are massless, each of which leaves about 1e-4 of the error."""
     max_refinements: int = 20
-    """Where masses hardly determine the motion."""
+    """The most, where masses hardly determine the motion."""
     settled: float = 1e-8
-    """Correction relative to the solution after which no other follows."""
+    """Size of a correction, relative to the solution, below which no other follows."""
     unsettled: float = 1e-2
-    """The same of the last one from which on they do not converge."""
+    """Size of the last correction from which on they do not converge."""
     unshared: float = 1e-3
-    """Relative size of the last pass beyond which shared forces are missed."""
+    """What the last pass adds to shared forces, relative to them, beyond which some are missed."""
     released: float = 1e-3
-    """Relative change of q̈ from which on a constraint's force is missed."""
+    """Relative change of q̈ by a constraint that is left out from which on its force is missed."""
     solutions: int = 6
-    """The most for q̈ at the start, for rounding errors of light bodies."""
+    """The most for q̈ at the start: rounding errors matter where bodies are light."""
     rough_solutions: int = 100
     """The same with friction."""
     jammed: float = 1e-6
-    """Last relative change of a reaction from which on friction jams."""
+    """Last relative change of a reaction that friction follows from which on it jams."""
 
 
 PROJECTION = ProjectionOptions()

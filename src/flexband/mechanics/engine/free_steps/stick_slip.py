@@ -55,9 +55,9 @@ class StickOptions(NamedTuple):
     """How sticking and sliding are told from each other."""
 
     speed: float = 1e-3
-    """That counts as rest, in tolerances of a step per step of the output."""
+    """Sliding speed that counts as rest, in tolerances of a step per step of the output."""
     force: float = 1e-9
-    """By which µs N must be exceeded, relative to N."""
+    """Force by which µs N must be exceeded, relative to N."""
     still: float = 1e-6
     """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
     changes: int = 4

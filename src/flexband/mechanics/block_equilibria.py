@@ -20,29 +20,18 @@ from flexband.mechanics.linearization.load_path import raised, snap_throughs
 
 
 class BlockEquilibria(NamedTuple):
-    """Equilibria of the first samples of one block.
+    """Equilibria of the first samples of one block."""
 
-    Attributes
-    ----------
-    rows : of the sensors on the way to the equilibria, shape (states, rows, WIDTH).
-    failure : as the engine has it, shape (4, WIDTH).
-    balances : the balance of each sample.
-    start : the state at the start, shape (rows, WIDTH).
-    """
-
-    rows: np.ndarray
-    failure: np.ndarray
-    balances: list[Balance]
-    start: np.ndarray
+    rows: np.ndarray  # of the sensors on the way to the equilibria, (states, rows, WIDTH)
+    failure: np.ndarray  # as the engine has it, (4, WIDTH)
+    balances: list[Balance]  # of each sample
+    start: np.ndarray  # the state at the start, (rows, WIDTH)
 
 
 def block_equilibria(
     system: System, values: Values, steps: int, samples: int, spins: Sequence[Spin] | None = None
 ) -> BlockEquilibria:
-    """Find the equilibria of so many samples of one block, each in its own steady rotation.
-
-    Without `spins` they are at rest.
-    """
+    """Find the equilibria of the first samples of a block, at rest or in their rotations."""
     spins = spins or [resting(system)] * samples
     work, failure = begin(system, values)
     state = system.structure.state

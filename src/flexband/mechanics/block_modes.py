@@ -36,54 +36,32 @@ class SampleModes(NamedTuple):
 
 
 class BlockModes(NamedTuple):
-    """Modes of the samples of a block.
+    """Modes of the samples of a block."""
 
-    Attributes
-    ----------
-    failure : as the engine has it, shape (4, WIDTH).
-    samples : the modes of each sample that did not fail.
-    unbalanced : which samples are not in equilibrium.
-    moving : whether the mechanism moves at the start.
-    """
-
-    failure: np.ndarray
-    samples: list[SampleModes]
-    unbalanced: list[int]
-    moving: bool
+    failure: np.ndarray  # as the engine has it, (4, WIDTH)
+    samples: list[SampleModes]  # those that did not fail
+    unbalanced: list[int]  # samples that are not in equilibrium
+    moving: bool  # whether the mechanism moves at the start
 
 
 @dataclass(frozen=True)
 class ModeSolver:
-    """What modes are looked for, and how.
-
-    Attributes
-    ----------
-    system : the mechanism.
-    sections : what tells modes of thickness.
-    count : number of modes.
-    at_start : whether the modes are about the start instead of an equilibrium.
-    steps : as in `equilibrium`.
-    thickness : whether modes of thickness are among them.
-    spins : the steady rotation of each sample, None without one.
-    sliding : whether drives go on instead.
-    perturbation : displacement of the central differences that differentiate the sensors, relative
-        to the size.
-    min_speed : velocity, relative to the size of the mechanism per second, that counts as none.
-    unbalanced : excess of the forces, as `Balance` measures it, from which on the start is no
-        equilibrium.
-    """
+    """What modes are looked for, and how."""
 
     system: System
-    sections: Thickness
+    sections: Thickness  # what tells modes of thickness
     count: int
-    at_start: bool
-    steps: int
-    thickness: bool
-    spins: list[Spin] | None
-    sliding: bool
+    at_start: bool  # whether the modes are about the start instead of an equilibrium
+    steps: int  # as in `equilibrium`
+    thickness: bool  # whether modes of thickness are among them
+    spins: list[Spin] | None  # the steady rotation of each sample
+    sliding: bool  # whether drives go on instead
     perturbation: float = 1e-6
+    """Of the differences that differentiate the sensors, over the size."""
     min_speed: float = 1e-7
+    """In sizes of the mechanism per second; less counts as none."""
     unbalanced: float = 1e3
+    """Excess of forces in `Balance` from which on the start is no rest."""
 
     def block(self, values: Values, numbers: np.ndarray) -> BlockModes:
         """Return the modes of a block that has the samples with these numbers."""

@@ -33,11 +33,7 @@ class Configuration:
 
     def value(self, form: Form) -> float:
         """Return the value of a form."""
-        terms = form.terms.items()
-        return sum(
-            self.number(c) * (1.0 if f is None else self.number(f)) * float(self.z[i] * self.z[j])
-            for (i, j, f), c in terms
-        )
+        return self.number(form.at([*self.z]))
 
     def vector(self, vector: Vector) -> np.ndarray:
         """Return the X and Y components of a vector, shape (2,)."""

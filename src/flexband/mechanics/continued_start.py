@@ -32,20 +32,12 @@ STEP_ROWS = 4
 
 @dataclass(frozen=True, eq=False)
 class EndState:
-    """The state of a mechanism at the end of a motion, from which another one goes on.
+    """The state of a mechanism at the end of a motion, from which another one goes on."""
 
-    Attributes
-    ----------
-    time : end of the motion [s].
-    spectral_radius : that of the integrator.
-    meshes : of the bodies.
-    parts : numbers by their labels, shape (rows, samples).
-    """
-
-    time: float
-    spectral_radius: float
-    meshes: dict[str, tuple]
-    parts: dict[Label, np.ndarray]
+    time: float  # end of the motion [s]
+    spectral_radius: float  # of the integrator
+    meshes: dict[str, tuple]  # of the bodies
+    parts: dict[Label, np.ndarray]  # numbers by their labels, (rows, samples)
 
     @property
     def samples(self) -> int:
@@ -86,8 +78,8 @@ def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
     """Return a system that starts in the state of another one, and its start."""
     for name, mesh in _meshes(system).items():
         if name not in state.meshes:
-            there = ", ".join(state.meshes)
-            raise InputError(f"body {name!r} must be in the motion that goes on; there is {there}")
+            names = ", ".join(state.meshes)
+            raise InputError(f"body {name!r} must be in the motion that goes on; there is {names}")
         if mesh != state.meshes[name]:
             raise InputError(
                 f"body {name!r} must have the same mesh in both mechanisms; members are divided "
@@ -126,21 +118,14 @@ def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
 
 @dataclass(frozen=True, eq=False)
 class ContinuedStart(Start):
-    """The state at the end of another motion, whose velocities joints change by a plastic impact.
+    """The end of another motion, whose velocities joints change by a plastic impact."""
 
-    Attributes
-    ----------
-    ends, known : see `Batch`, shape (rows, samples), and which rows are not of new parts.
-    spectral_radius : of the integrator of the other motion.
-    lost_energy : kinetic energy that each sample has lost at the start [J], filled by blocks.
-    tolerance : by which joints may be apart, relative to the size of the mechanism.
-    """
-
-    ends: np.ndarray
-    known: np.ndarray
-    spectral_radius: float
-    lost_energy: np.ndarray
+    ends: np.ndarray  # see `Batch`, (rows, samples)
+    known: np.ndarray  # which rows are not of new parts
+    spectral_radius: float  # of the integrator of the other motion
+    lost_energy: np.ndarray  # kinetic energy lost at the start [J], (samples,), filled by blocks
     tolerance: float = 1e-5
+    """By which joints may be apart, relative to the mechanism's size."""
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""
@@ -149,10 +134,8 @@ class ContinuedStart(Start):
         free = run.integrator.step_limits(state, step) is not None
         same_method = self.spectral_radius == float(run.integrator.spectral_radius)
         q, velocity = slice(1, state.coordinates + 1), state.velocity
-        second, laws = (
-            slice(state.acceleration + 1, state.energy),
-            slice(state.law_state, state.sliding),
-        )
+        second = slice(state.acceleration + 1, state.energy)
+        laws = slice(state.law_state, state.sliding)
         stuck = slice(state.sliding, state.sliding + 2 * (state.angle - state.friction))
         keeps_rule = self.known[laws].all()
         springs, places = system.structure.springs, [*accumulate(_sizes(system))]
@@ -215,13 +198,9 @@ def _sizes(system: System) -> tuple[int, ...]:
 def _meshes(system: System) -> dict[str, tuple]:
     """Return what must be the same of each body."""
     mechanism = system.mechanism
-    meshes = {name: body.mesh for name, body in mechanism.members.items()}
+    meshes = {name: member.mesh[:2] for name, member in mechanism.members.items()}
     return {
-        name: (
-            type(body),
-            body.size,
-            *(tuple(array.tolist()) for mesh in (meshes.get(name),) if mesh for array in mesh[:2]),
-        )
+        name: (type(body), body.size, *(tuple(array.tolist()) for array in meshes.get(name, ())))
         for name, body in mechanism.bodies.items()
     }
 
@@ -258,10 +237,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
 def _numbered(
     kind: str, owners: Iterable[str], first: int, copies: int = 1
 ) -> dict[Label, np.ndarray]:
-    """Return the labels of rows that have these owners, from the first one on.
-
-    Copies of all rows follow each other.
-    """
+    """Return the labels of rows with these owners; `copies` of all rows follow each other."""
     owners, count = list(owners), Counter[str]()
     labels: dict[Label, np.ndarray] = {}
     for row, owner in enumerate(owners, start=first):

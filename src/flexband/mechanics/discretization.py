@@ -58,8 +58,7 @@ def discretization_error(
     InputError, AssemblyError, SimulationError
         As `simulate` does, also if one of the finer runs fails.
     """
-    given = {"step": step, "integrator": integrator, "threads": threads}
-    run = partial(simulate, duration=duration, **given)
+    run = partial(simulate, duration=duration, step=step, integrator=integrator, threads=threads)
     coarse = run(mechanism)
     finer = mechanism.refined()
 

@@ -17,7 +17,7 @@ from flexband.mechanics.engine.entries import statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
-from flexband.mechanics.engine.threads import in_parallel, while_compiling
+from flexband.mechanics.engine.threads import in_parallel, thread_count, while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.sensors.extremes import refuse_over_steps
 from flexband.words import number_of
@@ -74,8 +74,7 @@ def equilibrium(
     refuse_over_steps(mechanism.sensors)
     mechanism = mechanism.at_rest()
     steps, at = check_steps(steps), check_time(time)
-    if threads is not None:
-        check_integer("threads", threads, 1)
+    threads = thread_count(threads)
     system = assemble(mechanism)
     packed = pack(system, np.array([at, at + 1.0]))
     outputs = np.empty((system.samples, len(system.outputs)))

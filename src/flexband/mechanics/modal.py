@@ -21,8 +21,8 @@ from flexband.errors import (
     check_function,
     check_instance,
     check_integer,
+    check_numbers,
     check_option,
-    shown,
     warn,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -34,20 +34,16 @@ from flexband.words import number_of
 
 
 class ModeTracking(NamedTuple):
-    """How modes are followed from the nominal values.
-
-    Attributes
-    ----------
-    clear : agreement of shapes above which no other mode can agree as much.
-    halvings : of the way from the nominal values, until modes are followed by their best agreement.
-    further : modes beside those asked for, among which those that are followed are looked for.
-    equal : relative difference of frequencies below which shapes are arbitrary.
-    """
+    """How modes are followed from the nominal values."""
 
     clear: float = 0.6
+    """Agreement of shapes above which no other mode can agree as much."""
     halvings: int = 6
+    """Of the way from the nominal values; then the best agreement is taken."""
     further: int = 6
+    """Modes beside those asked for, among which these are looked for."""
     equal: float = 1e-6
+    """Relative difference of frequencies below which shapes are arbitrary."""
 
 
 class Followed(NamedTuple):
@@ -139,10 +135,7 @@ class ModalResponse(AtRest):
         candidates: Followed,
         halvings: int,
     ) -> tuple[Followed, int]:
-        """Return the modes that the reference, at values `near`, becomes at values `far`.
-
-        The second number is that of samples in which a mode agrees with none.
-        """
+        """Return what modes at `near` become at `far`, and how many samples lose one."""
         chosen, clear = _matched(reference, candidates, self.tracking)
         result = Followed(
             np.take_along_axis(candidates.frequency, chosen, axis=1),
@@ -154,10 +147,10 @@ class ModalResponse(AtRest):
             return result, len(unclear)
         ends = [{k: _part(v, unclear) for k, v in values.items()} for values in (near, far)]
         middle = {k: _middle(ends[0][k], ends[1][k]) for k in far}
-        there = self._modes(self.mechanism(middle))
-        if len(there.frequency) < len(unclear):
-            there = there.take(np.zeros(len(unclear), dtype=int))
-        half, _ = self._followed(ends[0], reference.take(unclear), middle, there, halvings - 1)
+        between = self._modes(self.mechanism(middle))
+        if len(between.frequency) < len(unclear):
+            between = between.take(np.zeros(len(unclear), dtype=int))
+        half, _ = self._followed(ends[0], reference.take(unclear), middle, between, halvings - 1)
         unclear_modes, lost = self._followed(
             middle, half, ends[1], candidates.take(unclear), halvings - 1
         )
@@ -169,10 +162,7 @@ class ModalResponse(AtRest):
 def _matched(
     reference: Followed, candidates: Followed, tracking: ModeTracking
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which modes agree most with those of a reference, and whether that is clear.
-
-    Shapes are (n, modes) and (n,).
-    """
+    """Return which modes agree most with a reference, (n, modes), and where that is clear, (n,)."""
     agreement = np.abs(np.einsum("nck,ncl->nkl", reference.momenta.conj(), candidates.vectors)) ** 2
     sizes = np.abs(np.einsum("nck,nck->nk", reference.momenta.conj(), reference.vectors))
     agreement = agreement / sizes[:, :, None]
@@ -247,13 +237,6 @@ def modal_response(
     check_instance("nominal", nominal, Mapping, "a mapping from arguments to values")
     check_option("about", about, ["start", "equilibrium"])
     for name, value in nominal.items():
-        if not callable(value) and (np.ndim(value) > 0 or not _is_number(value)):
-            raise InputError(f"nominal {name} must be a number; got {shown(value)}")
+        if not callable(value):
+            check_numbers(f"nominal {name}", value)
     return ModalResponse(builder, steps, modes=modes, nominal=dict(nominal), about=about)
-
-
-def _is_number(value) -> bool:
-    try:
-        return not isinstance(value, str | bytes) and bool(np.isfinite(float(value)))
-    except (TypeError, ValueError, OverflowError):
-        return False

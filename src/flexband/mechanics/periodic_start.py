@@ -30,25 +30,19 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 @dataclass(frozen=True)
 class PeriodicStart(Start):
-    """The state of a motion that is the same one period later.
+    """The state of a motion that is the same one period later."""
 
-    Attributes
-    ----------
-    period : of all functions of time [s], a multiple of the step.
-    tolerance : change of a state in a period, relative to the size of the mechanism.
-    max_radius : largest spectral radius of the map that is accepted.
-    max_periods : most periods that are simulated.
-    memory : most differences of iterates that are used.
-    independent : singular value of the differences, relative to the largest, below which they are
-        rounding errors.
-    """
-
-    period: float
+    period: float  # of all functions of time [s], a multiple of the step
     tolerance: float = 1e-10
+    """Change of a state in a period, relative to the mechanism's size."""
     max_radius: float = 0.98
+    """Largest spectral radius of the map that is accepted."""
     max_periods: int = 100
+    """The most that are simulated."""
     memory: int = 40
+    """The most differences of iterates that are used."""
     independent: float = 1e-7
+    """Least relative singular value of differences that is no rounding."""
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block. Raise `InputError` if a function of time is not periodic."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from contextlib import nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from flexband.errors import (
-    InputError,
     ResolutionWarning,
     RunError,
     check_affordable,
@@ -43,11 +43,11 @@ from flexband.mechanics.engine.step_check import (
     warn_of_missed_turns,
 )
 from flexband.mechanics.engine.straining import warn_of_large_strains
-from flexband.mechanics.engine.threads import Progress, available_cores, interruptible
+from flexband.mechanics.engine.threads import interruptible, thread_count
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_windows
-from flexband.mechanics.starts import started
-from flexband.progress import ProgressListener, listener, listening
+from flexband.mechanics.starts import check_multiple, started
+from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -153,29 +153,23 @@ def simulate(
             progress=progress,
         )
     integrator = GeneralizedAlpha() if integrator is None else integrator
-    few = ""
     if integrator.step_limits(system.structure.state, step) is None:
-        few = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
-    if few:
-        motion.attrs["few_steps"] = few
-        warn(few, ResolutionWarning)
+        remark = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
+        if remark:
+            motion.attrs["few_steps"] = remark
+            warn(remark, ResolutionWarning)
     return motion
 
 
 class TimeGrid(NamedTuple):
-    """Times of a simulation.
+    """Times of a simulation."""
 
-    Attributes
-    ----------
-    duration, step : simulated time and step [s]; the duration is a whole multiple of the step.
-    substeps : number of equal parts in which each step is integrated.
-    begin : first time [s].
-    """
-
-    duration: float
-    step: float
+    duration: float  # [s], a whole multiple of the step
+    step: float  # [s]
     substeps: int = 1
+    """Equal parts in which each step is integrated."""
     begin: float = 0.0
+    """First time [s]."""
 
     def times(self) -> np.ndarray:
         """Return the times of all substeps [s], including the first one."""
@@ -206,8 +200,7 @@ def simulated(
     check_instance("mechanism", mechanism, Mechanism)
     integrator = GeneralizedAlpha() if integrator is None else integrator
     check_instance("integrator", integrator, GeneralizedAlpha)
-    if threads is not None:
-        check_integer("threads", threads, 1)
+    threads = thread_count(threads)
     if progress is not None:
         check_function("progress", progress)
     check_flag("keep_state", keep_state)
@@ -217,39 +210,19 @@ def simulated(
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
     free = integrator.step_limits(system.structure.state, grid.step)
-    check_memory(
-        system, count, threads or available_cores(), substeps, polynomials=free is not None
-    )
+    check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()
-    batch = run_samples(
-        system,
-        times,
-        integrator,
-        start=begins,
-        every=substeps,
-        keep=keep_state,
-        threads=threads,
-        progress=progress,
+    run = partial(
+        run_samples, system, integrator=integrator, start=begins, keep=keep_state, threads=threads
     )
-    impulses = batch.impulses
+    batch = run(times=times, every=substeps, progress=progress)
     again = np.flatnonzero(
         np.isin(batch.failures[:, 0], (FAILURE.diverged, FAILURE.contradicted, FAILURE.law_failed))
     )
     complete = complete and not free
     if len(again) and complete:
         halves = grid._replace(substeps=2 * substeps)
-        finer = run_samples(
-            system,
-            halves.times(),
-            integrator,
-            samples=again,
-            start=begins,
-            every=halves.substeps,
-            attempts=2,
-            keep=keep_state,
-            threads=threads,
-        )
-        impulses = [i for i in impulses if i.sample not in again] + finer.impulses
+        finer = run(times=halves.times(), samples=again, every=halves.substeps, attempts=2)
         _replace_samples(batch, finer, again, system, halves, integrator)
     result = xr.DataArray(
         batch.outputs,
@@ -260,15 +233,20 @@ def simulated(
             "time": ("time", grid._replace(substeps=1).times(), {"units": "s"}),
         },
     )
-    _raise_failures(batch, system, times, result, halved=complete)
+    try:
+        raise_failures(batch.failures, system, times, halved=complete)
+    except RunError as error:
+        batch.outputs[list(error.failures)] = np.nan
+        error.results = result
+        raise
     if free:
         warn_of_missed_turns(batch.turned, system, times)
     else:
         warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
-    if impulses:
-        result.attrs["impulses"] = _impulses_text(system, impulses)
+    if batch.impulses:
+        result.attrs["impulses"] = _impulses_text(system, batch.impulses)
     result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
@@ -295,11 +273,12 @@ def _replace_samples(
     times = halves.times()
     interruptible(lambda: find_out_of_reach(system, times, integrator, again, finer.failures))
     finer.failures[:, 1] = np.ceil(finer.failures[:, 1] / 2)
+    kept_impulses = [impulse for impulse in batch.impulses if impulse.sample not in again]
+    batch.impulses[:] = kept_impulses + finer.impulses
     batch.outputs[again], batch.failures[again] = finer.outputs, finer.failures
     batch.turned[again] = finer.turned
     batch.unresolved[again] = np.ceil(finer.unresolved / 2)
-    for strains, new in zip(batch.strains, finer.strains, strict=True):
-        strains[..., again] = new
+    batch.strains.place(again, finer.strains)
     if finer.ends.size:
         batch.ends[:, again] = finer.ends
 
@@ -308,18 +287,6 @@ def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
     """Raise `InputError` if there are no sensors, or averages are over other times."""
     mechanism.check_sensors()
     refuse_windows(mechanism.sensors, grid.begin, grid.begin + grid.duration, grid.step)
-
-
-def _raise_failures(
-    batch: Batch, system: System, times: np.ndarray, result: xr.DataArray, *, halved: bool
-) -> None:
-    """Raise the error of the samples that failed, with the result of the others."""
-    try:
-        raise_failures(batch.failures, system, times, halved=halved)
-    except RunError as error:
-        batch.outputs[list(error.failures)] = np.nan
-        error.results = result
-        raise
 
 
 def _impulses_text(system: System, impulses: list[Impulse]) -> str:
@@ -357,18 +324,12 @@ class _Printed(ProgressListener):
 
 def whole_steps(duration: float, step: float, substeps: int = 1, name: str = "step") -> int:
     """Return the number of steps; raise `InputError` if it is not whole, or cannot be afforded."""
-    given = (("duration [s]", duration), (f"{name} [s]", step))
     length, size = (
-        float(check_positive(label, check_numbers(label, value))) for label, value in given
+        float(check_positive(label, check_numbers(label, value)))
+        for label, value in (("duration [s]", duration), (f"{name} [s]", step))
     )
-    ratio = length / size
-    count = ratio * substeps
+    count = length / size * substeps
     check_affordable(
         f"duration [s] {length:g} with {name} {size:g}, {count:.3g} steps,", 5.0 * count
     )
-    steps = round(ratio)
-    if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
-        raise InputError(
-            f"duration [s] must be a whole multiple of {name}; got {length:g} with {name} {size:g}"
-        )
-    return steps
+    return check_multiple("duration [s]", length, name, size)

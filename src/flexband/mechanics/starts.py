@@ -61,13 +61,20 @@ def start_of(name: str, period: float | None, step: float, step_name: str) -> St
     if period is None:
         return StaticStart() if name == "static" else Start()
     length = float(check_positive("period [s]", check_numbers("period [s]", period)))
-    ratio = length / step
-    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
-        raise InputError(
-            f"period [s] must be a whole multiple of {step_name}; got {length:g} with "
-            f"{step_name} {step:g}"
-        )
+    check_multiple("period [s]", length, step_name, step)
     return PeriodicStart(length)
+
+
+def check_multiple(name: str, length: float, step_name: str, step: float) -> int:
+    """Return how many steps [s] make up a length [s]; raise `InputError` if that is not whole."""
+    ratio = length / step
+    count = round(ratio)
+    if count < 1 or abs(ratio - count) > 1e-6 * ratio:
+        raise InputError(
+            f"{name} must be a whole multiple of {step_name}; got {length:g} with {step_name} "
+            f"{step:g}"
+        )
+    return count
 
 
 def started(

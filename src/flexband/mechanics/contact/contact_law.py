@@ -36,20 +36,12 @@ LAW_PARAMETERS = 4
 
 
 class PairContact(NamedTuple):
-    """A contact between two points.
+    """A contact between two points."""
 
-    Attributes
-    ----------
-    law : of the memory of all lanes; `loads.compiled_laws` compiles it.
-    parameters : of the normal law, then of the geometry.
-    kind : what the gap is of, see `kernels.laws.forces`.
-    friction : along the surfaces, if there is any.
-    """
-
-    law: Callable[..., None]
-    parameters: Sequence[ArrayLike]
-    kind: int = GAP.length
-    friction: FrictionEntry | None = None
+    law: Callable[..., None]  # of the memory of all lanes; `loads.compiled_laws` compiles it
+    parameters: Sequence[ArrayLike]  # of the normal law, then of the geometry
+    kind: int = GAP.length  # what the gap is of
+    friction: FrictionEntry | None = None  # along the surfaces
 
 
 def touching(
@@ -115,7 +107,7 @@ def angular_law(memory):
     store_rows(memory, mode + 1, (gap, M, rate))
 
 
-def check_law(name: str, value: object) -> None:
+def check_law(name: str, value: NormalLaw | None) -> None:
     """Raise `InputError` if a value is not a normal law."""
     check_instance(name, value, NormalLaw, "a normal law, such as fb.contact.KeepsRestitution")
 
@@ -124,14 +116,13 @@ def checked_limits(
     name: str, lower: ArrayLike | None, upper: ArrayLike | None
 ) -> list[tuple[float, np.ndarray]]:
     """Return a sign and a limit for each of the limits that are given."""
-    limits = {-1.0: lower, 1.0: upper}
-    given = {
-        sign: check_finite(f"{name} {'upper' if sign > 0 else 'lower'}", value)
-        for sign, value in limits.items()
-        if value is not None
-    }
-    if not given:
+    if lower is None and upper is None:
         raise InputError(f"{name} needs finite limits, lower, upper or both; got {lower}, {upper}")
-    if len(given) == 2 and np.any(given[-1.0] >= given[1.0]):
+    limits = []
+    if lower is not None:
+        limits.append((-1.0, -check_finite(f"{name} lower", lower)))
+    if upper is not None:
+        limits.append((1.0, check_finite(f"{name} upper", upper)))
+    if len(limits) == 2 and np.any(-limits[0][1] >= limits[1][1]):
         raise InputError(f"{name} lower limit must be below the upper one; got {lower}, {upper}")
-    return [(sign, sign * value) for sign, value in given.items()]
+    return limits

@@ -55,20 +55,17 @@ class Coulomb:
 
     def __post_init__(self) -> None:
         kinetic = check_non_negative("Coulomb kinetic", self.kinetic)
-        check_non_negative("Coulomb viscous [N s/m]", self.viscous)
-        given = [self.kinetic, self.viscous]
+        static = kinetic
+        given = [kinetic, check_non_negative("Coulomb viscous [N s/m]", self.viscous)]
         if self.static is not None:
             static = check_non_negative("Coulomb static", self.static)
-            check_same_samples("Coulomb", self.kinetic, self.static)
-            if np.any(static < kinetic):
-                raise InputError(
-                    f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"
-                )
-            given.append(self.static)
         if self.stribeck_speed is not None:
-            check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed)
-            given.append(self.stribeck_speed)
-        check_same_samples("Coulomb", *given)
+            given.append(check_positive("Coulomb stribeck_speed [m/s]", self.stribeck_speed))
+        check_same_samples("Coulomb", static, *given)
+        if np.any(static < kinetic):
+            raise InputError(
+                f"Coulomb static must be at least kinetic; got {self.static} and {self.kinetic}"
+            )
 
 
 Friction = Coulomb | ArrayLike
@@ -111,32 +108,24 @@ def check_law_output(name: str, value: tuple, kind: str) -> None:
 
 
 class FrictionEntry(NamedTuple):
-    """What sticks or slides, see `kernels.friction`.
+    """What sticks or slides along a travel s, see `kernels.friction`.
 
-    Attributes
-    ----------
-    sliding : the travel s.
-    law : of the friction, for the travel of the surfaces, or µ.
-    normal : returns vectors whose lengths add up to the normal force, from the multipliers of a
-        joint or the forces of the contacts of its part.
-    normals : number of these vectors.
-    lever : travel of the surfaces over s, a radius [m] where s is an angle.
-    factor : returns the ratio of the forces from µ, which are not the same in a pin.
-    angular : whether s is an angle.
-    one_way : whether s is free to increase and does not decrease; N is then 1.
-    active : of a joint that switches, the function of time or the event that says whether s sticks;
-        N is then positive where it does, and µs the largest |s| at which it may begin.
+    `normal` returns vectors whose lengths add up to the normal force N, from the multipliers of a
+    joint or the forces of the contacts of its part. A joint that switches says when s sticks: N is
+    then positive, and µs is the largest |s| at which it may begin.
     """
 
     sliding: Travel
-    law: Friction
+    law: Friction  # for the travel of the surfaces
     normal: Callable[[Sequence[Form]], Sequence[Vector]]
     normals: int = 1
+    """Number of these vectors."""
     lever: ArrayLike = 1.0
-    factor: Callable[[np.ndarray], np.ndarray] = np.asarray
-    angular: bool = False
-    one_way: bool = False
-    active: Activity | None = None
+    """Travel of the surfaces over s, a radius [m] where s is an angle."""
+    factor: Callable[[np.ndarray], np.ndarray] = np.asarray  # ratio of the forces from µ
+    angular: bool = False  # whether s is an angle
+    one_way: bool = False  # whether s is free to increase and does not decrease; N is then 1
+    active: Activity | None = None  # of a joint that switches
 
     @property
     def whole_travel(self) -> Form:

@@ -24,12 +24,12 @@ from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
-from flexband.mechanics.engine.threads import Progress, in_parallel, stop_flag, while_compiling
+from flexband.mechanics.engine.threads import in_parallel, stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
-from flexband.progress import Pace
+from flexband.progress import Pace, Progress
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -106,7 +106,7 @@ def run_samples(
     every: int = 1,
     attempts: int = 1,
     keep: bool = False,
-    threads: int | None = None,
+    threads: int = 1,
     progress: Progress | None = None,
 ) -> Batch:
     """Run all samples of a system, or those with these numbers, over equidistant times [s].
@@ -135,7 +135,8 @@ def run_samples(
     impulses: list[Impulse] = []
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
-    members, strains = Members(system), [LargestStrains.none()] * blocks
+    members = Members(system)
+    strains = LargestStrains.zeros(len(members.bodies), len(chosen))
     ends = [np.empty((0, 0))] * blocks
     under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
 
@@ -163,9 +164,8 @@ def run_samples(
         failures[places] = _with_branches(conditions, failure).T[: len(numbers)]
         turned[places] = work.turned.T[: len(numbers)].reshape(len(numbers), *turned.shape[1:])
         unresolved[places] = work.unresolved[0, : len(numbers)]
-        if members.own:
-            states = work.kept.reshape(KEPT, -1, WIDTH)
-            strains[block] = members.largest(states, chosen[lanes])
+        states = work.kept.reshape(KEPT, -1, WIDTH)[:, :, : len(numbers)]
+        strains.place(places, members.largest(states, numbers))
         firsts[:, places] = begun.assembled[:, : len(numbers)]
         if failure[3, : len(numbers)].any():
             starts[int(numbers[0])] = first[:, 0].copy()
@@ -181,7 +181,7 @@ def run_samples(
         corrections(system, firsts, chosen),
         turned,
         unresolved,
-        LargestStrains.joined(strains, len(chosen)),
+        strains,
         times[schedule.numbers[kept_steps(rounds - 1), 0]],
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
         np.concatenate(ends, axis=1),
@@ -194,7 +194,7 @@ def _run_blocks(
     samples: int,
     steps: int,
     under_way: list[np.ndarray],
-    threads: int | None,
+    threads: int,
     progress: Progress | None,
 ) -> None:
     """Simulate all blocks, and tell how far those are that are `under_way`."""
@@ -280,10 +280,7 @@ def begin(
 
 
 def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> np.ndarray:
-    """Return the end of a run as in `Batch.ends`, with q̈ as if another one started there.
-
-    The last functions of time of `at_end` are those of the end.
-    """
+    """Return the end of a run, see `Batch.ends`; the last functions of `at_end` belong to it."""
     state, count = system.structure.state, system.structure.functions
     at_end = at_end._replace(
         springs=values.springs,
@@ -360,21 +357,12 @@ def run(
     limits: StepLimits | None = None,
 ) -> None:
     """Perform one of the tasks of `entries`. With limits, lanes choose the steps of MARCH."""
-    arguments = (
-        *(() if limits else (task,)),
-        system.record,
-        method,
-        *((limits,) if limits else ()),
-        float(number),
-        Record(values),
-        Record(work),
-        outputs,
-        address(failure),
-        address(stop_flag()),
-    )
-    entry = dynamics if task in (START, HOLD, MARCH) else statics
-    entry = free_dynamics if limits else entry
-    entry(*arguments)
+    memory = Record(values), Record(work), outputs, address(failure), address(stop_flag())
+    if limits:
+        free_dynamics(system.record, method, limits, float(number), *memory)
+    else:
+        entry = dynamics if task in (START, HOLD, MARCH) else statics
+        entry(task, system.record, method, float(number), *memory)
     if system.laws and failure is not NOTHING:
         blame_laws(system, failure, method.step if task == MARCH else 0.0)
 
@@ -386,13 +374,9 @@ def derive(system: System, rows: np.ndarray) -> np.ndarray:
 
 
 def _with_branches(conditions: np.ndarray, failure: np.ndarray) -> np.ndarray:
-    """Return the failures, including those of joints on the wrong branch.
-
-    `conditions`, shape (times, conditions, WIDTH), must be positive until a run fails.
-    """
+    """Return the failures with those of conditions (times, conditions, WIDTH) that are negative."""
     failure = failure.copy()
-    times, rows, lanes = np.nonzero(conditions < 0)
-    for time, row, lane in zip(times[::-1], rows[::-1], lanes[::-1], strict=True):
+    for time, row, lane in np.argwhere(conditions < 0)[::-1]:
         if failure[0, lane] in (0, FAILURE.wrong_branch) or time < failure[1, lane]:
             failure[:3, lane] = FAILURE.wrong_branch, time, row
     return failure

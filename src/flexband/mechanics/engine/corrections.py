@@ -9,27 +9,22 @@ import numpy as np
 from flexband.errors import warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import rigid_motions
-from flexband.mechanics.engine.redundancy import RANK, jacobian
+from flexband.mechanics.engine.redundancy import RANK, jacobian, of_samples
 
 
 class ReportedChanges(NamedTuple):
-    """Which changes of the given start are reported and warned of.
-
-    Attributes
-    ----------
-    min_turn, min_move, min_rate
-        Smaller changes are not reported: in rad, and relative to the mechanism and to a given rate.
-    large_turn
-        Turns [rad] from here on are warned of.
-    large_rate
-        Relative changes of given velocities from here on are warned of.
-    """
+    """From where on changes of the given start are reported, and warned of."""
 
     min_turn: float = 1e-6
+    """Least turn that is reported [rad]."""
     min_move: float = 1e-6
+    """The same of a move, relative to the size of the mechanism."""
     min_rate: float = 1e-6
+    """The same of a rate, relative to the given one."""
     large_turn: float = 0.1
+    """Turn that is warned of [rad]."""
     large_rate: float = 0.1
+    """Change of a rate that is warned of, relative to the given one."""
 
 
 class Corrections(NamedTuple):
@@ -39,9 +34,7 @@ class Corrections(NamedTuple):
     moves: np.ndarray  # largest change of a place of the body [m]
     rates: np.ndarray  # relative change of the body's angular velocity, 0 if none was given
     speeds: np.ndarray  # relative change of the velocity of its first node, 0 if none was given
-    reversed: (
-        np.ndarray
-    )  # whether loops closed in another branch than that of the guess, (samples,)
+    reversed: np.ndarray  # whether loops closed in another branch than the guess, (samples,)
 
 
 def corrections(
@@ -55,8 +48,8 @@ def corrections(
     """
     z, velocity = z[:, : len(samples)], system.structure.state.velocity
     q, v = z[:velocity], z[velocity:]
-    given = _of(samples, system.given)
-    given_v = _of(samples, system.values.velocity)
+    given = of_samples(system.given, samples)
+    given_v = of_samples(system.values.velocity, samples)
     mechanism = system.mechanism
     shape = len(mechanism.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
@@ -80,7 +73,7 @@ def corrections(
     turned = np.flatnonzero(turns.max(axis=0) > branch_turn)
     if len(turned):
         guess = np.zeros((len(z), len(turned)))
-        guess[: len(given)] = _of(samples[turned], system.values.start)
+        guess[: len(given)] = of_samples(system.values.start, samples[turned])
         changes.reversed[turned] = _reversed(system, guess, z[:, turned], samples[turned])
     return changes
 
@@ -89,7 +82,7 @@ def report(
     system: System, changes: Corrections, limits: ReportedChanges = ReportedChanges()
 ) -> dict[str, str | float]:
     """Return attributes that state the largest changes; warn of large ones."""
-    names, said, attributes = list(system.mechanism.bodies), [], {}
+    names, sentences, attributes = list(system.mechanism.bodies), [], {}
     size = float(np.min(1 / system.values.inverse_scale[1]))
 
     def largest(change: np.ndarray) -> tuple[float, str, str]:
@@ -100,32 +93,27 @@ def report(
     turn, body, where = largest(changes.turns)
     if turn > limits.min_turn:
         attributes["largest_turn"] = turn
-        said.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
+        sentences.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
         if turn > limits.large_turn:
-            warn(said[-1] + ", since the joints cannot be met at the given angles")
+            warn(sentences[-1] + ", since the joints cannot be met at the given angles")
     move, body, where = largest(changes.moves)
     if move > limits.min_move * size:
         attributes["largest_move"] = move
-        said.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
-    for change, what in ((changes.rates, "rate"), (changes.speeds, "velocity")):
-        relative, body, where = largest(change)
-        if relative > limits.min_rate:
-            said.append(
-                f"joints change the given {what} of {body} by {100 * relative:.3g} %{where}"
-            )
-            if relative > limits.large_rate:
-                warn(said[-1] + "; give all bodies velocities that joints and drives allow")
+        sentences.append(f"assembly moved {body} by {move:.3g} m from its given place{where}")
+    for change, quantity in ((changes.rates, "rate"), (changes.speeds, "velocity")):
+        part, body, where = largest(change)
+        if part > limits.min_rate:
+            change_text = f"joints change the given {quantity} of {body} by {100 * part:.3g} %"
+            sentences.append(change_text + where)
+            if part > limits.large_rate:
+                warn(sentences[-1] + "; give all bodies velocities that joints and drives allow")
     if changes.reversed.any():
         where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
-        said.append(f"a loop closed in another branch than that of the given angles{where}")
-        warn(said[-1] + "; give angles that are closer to the branch that is meant")
-    if said:
-        attributes["assembly"] = "; ".join(said)
+        sentences.append(f"a loop closed in another branch than that of the given angles{where}")
+        warn(sentences[-1] + "; give angles that are closer to the branch that is meant")
+    if sentences:
+        attributes["assembly"] = "; ".join(sentences)
     return attributes
-
-
-def _of(samples: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return values[:, np.minimum(samples, values.shape[1] - 1)]
 
 
 def _dot(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:
@@ -146,7 +134,7 @@ def _reversed(system: System, guess: np.ndarray, z: np.ndarray, samples: np.ndar
     With the Jacobians J₀ and J₁ of the constraints by the rigid motions of the bodies, and the
     singular vectors U and V of J₀, that is where det(Uᵀ J₁ V) is negative.
     """
-    size = 1 / _of(samples, system.values.inverse_scale)[1]
+    size = 1 / of_samples(system.values.inverse_scale, samples)[1]
     before, after = (
         np.einsum("kqs,qbs->skb", jacobian(system, at, samples), rigid_motions(system, at, size))
         for at in (guess, z)

@@ -58,10 +58,7 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
 def raise_failures(
     failures: np.ndarray, system: System, times: np.ndarray, *, halved: bool = False
 ) -> None:
-    """Raise an error that lists which samples failed, when and why, and what to change.
-
-    `halved` tells whether those that diverged were run again with half the step.
-    """
+    """Raise an error that lists which samples failed, when, why, and what to change."""
     code, number, row, part = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
@@ -71,12 +68,13 @@ def raise_failures(
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
+    named = {
+        FAILURE.wrong_branch: system.conditions,
+        FAILURE.law_failed: system.law_failures,
+        FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
+    }
     for sample in failed:
-        names = {
-            FAILURE.wrong_branch: system.conditions,
-            FAILURE.law_failed: system.law_failures,
-            FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
-        }.get(code[sample], system.constraints)
+        names = named.get(code[sample], system.constraints)
         where = names[int(row[sample])] if row[sample] >= 0 else ""
         reason = {
             FAILURE.not_assembled: "the constraints cannot be met",

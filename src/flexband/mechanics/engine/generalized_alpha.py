@@ -21,6 +21,7 @@ from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.projection import (
     PROJECTION,
     accelerate,
+    greatest,
     light,
     project,
     refine,
@@ -71,56 +72,42 @@ SHORTEST_STEP = 1e-300
 
 
 class NewtonOptions(NamedTuple):
-    """How Newton's method solves a step. Lengths are relative to the size of the mechanism.
-
-    Attributes
-    ----------
-    factorizations, iterations, rough_iterations
-        The most per step, and the most iterations with each, without friction and with it.
-    settled, nearly_settled, followed
-        With friction, the change of reactions relative to the largest one from which on normal
-        forces do not follow; the same after they have followed so many times, since in short steps
-        rounding errors of reactions are larger.
-    rough_matrices
-        With friction, the most matrices of a step.
-    damped_iterations, max_correction
-        The most of a second attempt at a step, and the largest correction of each.
-    initial_rate
-        Rate of convergence that is assumed before it has been observed.
-    redundant_tolerance
-        Of redundant constraints during the motion.
-    max_fall
-        Largest part of a predicted motion that is due to accelerations.
-    """
+    """How Newton's method solves a step. Lengths are relative to the size of the mechanism."""
 
     factorizations: int = 6
-    iterations: int = 5
-    rough_iterations: int = 40
-    settled: float = 1e-9
-    nearly_settled: float = 1e-4
-    followed: int = 8
+    """The most per step without friction."""
     rough_matrices: int = 40
+    """The same with friction."""
+    iterations: int = 5
+    """The most with each factorization without friction."""
+    rough_iterations: int = 40
+    """The same with friction."""
+    settled: float = 1e-9
+    """Change of reactions, relative to the largest one, that friction does not follow."""
+    nearly_settled: float = 1e-4
+    """The same after `followed` changes: in short steps rounding errors are larger."""
+    followed: int = 8
+    """How many changes of reactions friction follows before that."""
     damped_iterations: int = 100
+    """The most of a second attempt at a step."""
     max_correction: float = 0.1
+    """The largest correction of each of these."""
     initial_rate: float = 0.1
+    """Rate of convergence that is assumed before it has been observed."""
     redundant_tolerance: float = 1e-8
+    """Of redundant constraints during the motion."""
     max_fall: float = 0.05
+    """Largest part of a predicted motion that is due to accelerations."""
 
 
 NEWTON = NewtonOptions()
 
 
 class StepLimits(NamedTuple):
-    """What a run asks of its steps.
+    """What a run asks of its steps."""
 
-    Attributes
-    ----------
-    tolerance : error of a coordinate in a step, relative to the size of the mechanism.
-    smallest : shortest step [s].
-    """
-
-    tolerance: float
-    smallest: float
+    tolerance: float  # error of a coordinate in a step, relative to the size of the mechanism
+    smallest: float  # shortest step [s]
 
 
 @frozen(kw_only=True)
@@ -171,10 +158,7 @@ class GeneralizedAlpha:
             )
 
     def step_limits(self, state: State, step: float) -> StepLimits | None:
-        """Return the limits of steps that samples choose between times that are `step` [s] apart.
-
-        They are None where samples take the steps that are given.
-        """
+        """Return the limits of steps that samples choose between times `step` [s] apart or None."""
         if self.step_tolerance is None and state.gap == state.extreme:
             return None
         tolerance = 1e-7 if self.step_tolerance is None else self.step_tolerance
@@ -203,8 +187,10 @@ class Coefficients(NamedTuple):
     gamma: float
     dq_da: float  # 1/β', ∂q/∂q̈ [s²]
     dv_da: float  # γ'/β', ∂q̇/∂q̈ [s]
-    attempts: int = 1  # at a step, from the second one on with damped corrections
-    matrices: int = 1000  # the most of an attempt, with as many iterations each as Newton allows
+    attempts: int = 1
+    """At a step, from the second one on with damped corrections."""
+    matrices: int = 1000
+    """The most of an attempt, with as many iterations each as Newton allows."""
 
 
 @compiled
@@ -269,9 +255,7 @@ def correct(structure, method, values, z, a, x, active):
 @compiled
 def shorten(structure, method, values, x):
     """Shorten Newton's corrections to `NEWTON.max_correction`."""
-    largest = filled(0.0)
-    for i in range(1, structure.state.coordinates + 1):
-        largest = maximum(largest, magnitude(load(x, i)) * load(values.inverse_scale, i))
+    largest = greatest(x, 0, values.inverse_scale, structure.state.coordinates)
     largest = method.dq_da * largest
     short = less(largest, filled(NEWTON.max_correction))
     part = where(short, filled(1.0), NEWTON.max_correction / largest)
@@ -358,7 +342,7 @@ def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
     vectors, turned = structure.vectors, work.turned
     for k in range(len(vectors.start) - 1 - vectors.turning):
-        rate = angle_rate(vectors, values.vectors, structure.state, work.z, vectors.turning + k)
+        rate = angle_rate(structure, values, work.z, vectors.turning + k)
         turn = where(stepping, method.step * rate, filled(0.0))
         angle = load(turned, 4 * k + 1) + turn
         square = turn * turn
@@ -370,12 +354,16 @@ def add_turns(structure, method, values, work, stepping):
 
 @compiled
 def kept_at(k, steps):
-    """Return at which of so many steps the state is kept for the k-th time.
-
-    The steps are scattered, so that no motion keeps in step with them.
-    """
+    """Return the step at which the k-th state is kept: scattered, so that no motion keeps pace."""
     golden = (5**0.5 - 1) / 2
     return 1 + int((k + (k * golden) % 1.0) * steps / KEPT)
+
+
+@compiled
+def states_to_keep(structure):
+    """Return how many states a run keeps: none without flexible members."""
+    elements = len(structure.beams.first) + len(structure.continua.first)
+    return KEPT if elements + len(structure.cables.first) > 0 else 0
 
 
 @compiled
@@ -466,6 +454,15 @@ def begin_steps(structure, work):
 
 
 @compiled
+def sense_start(structure, values, work, outputs):
+    """Begin the extremes, and set the first of the sensors' rows."""
+    now, moment = np.int64(0), load(values.moments, 0)
+    begin_extremes(structure.extremes, structure.state, work.z)
+    watch(structure, values, now, work, moment, moment, filled(1.0))
+    sense(structure, values, now, work.z, outputs[0], work.blocks)
+
+
+@compiled
 def finish_impulse(structure, z, struck):
     """Complete the change of v that `strike` has begun."""
     state = structure.state
@@ -553,13 +550,9 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
     z, a, none = work.z, work.a, filled(0.0)
     code, known = load(failure, 0), load(failure, 3)
     begin_steps(structure, work)
-    begin_extremes(structure.extremes, structure.state, z)
-    moment = load(values.moments, 0)
-    watch(structure, values, np.int64(0), work, moment, moment, filled(1.0))
-    sense(structure, values, np.int64(0), z, outputs[0], work.blocks)
+    sense_start(structure, values, work, outputs)
     alive, before = where(code, none, filled(1.0)), filled(1.0)
-    elements = len(structure.beams.first) + len(structure.continua.first)
-    rounds, k = outputs.shape[0] - 1, 0 if elements + len(structure.cables.first) else KEPT
+    rounds, k, kept = outputs.shape[0] - 1, 0, states_to_keep(structure)
     for n in range(1, rounds + 1):
         if any_true(load(stop, 0)) or not any_true(alive):
             break
@@ -599,7 +592,7 @@ def march(structure, method, tolerance, values, work, outputs, failure, stop):
         end_states(structure.state, z, length * method.step, stepping)
         if any_true(struck):
             finish_impulse(structure, z, struck)
-        while k < KEPT and kept_at(k, rounds) == n:
+        while k < kept and kept_at(k, rounds) == n:
             keep(structure, z, work.kept, k, filled(1.0))
             k += 1
         store(work.reached, 0, filled(float(n)))

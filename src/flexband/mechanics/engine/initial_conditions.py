@@ -44,30 +44,20 @@ from flexband.mechanics.kernels.springs import set_rest
 
 
 class AssemblyOptions(NamedTuple):
-    """How the start is found. Lengths are relative to the size of the mechanism.
-
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    constraint_tolerance
-        Of the constraints.
-    position_tolerance
-        Of the last correction.
-    max_step
-        Of a correction; longer ones might leave the branch.
-    min_pivot
-        As in `projection`; it is smaller since members are almost rigid here.
-    velocity_sweeps
-        Projections of the velocities.
-    """
+    """How the start is found. Lengths are relative to the size of the mechanism."""
 
     iterations: int = 50
+    """Of Newton's method, at most."""
     constraint_tolerance: float = 1e-9
+    """Of Φ at the start."""
     position_tolerance: float = 1e-12
+    """Of the last correction."""
     max_step: float = 0.2
+    """Longer corrections might leave the branch."""
     min_pivot: float = 1e-12
+    """As in `projection`, but smaller: members are almost rigid here."""
     velocity_sweeps: int = 4
+    """Projections of the velocities."""
 
 
 ASSEMBLY = AssemblyOptions()
@@ -75,10 +65,7 @@ ASSEMBLY = AssemblyOptions()
 
 @compiled
 def elastic_matrix(structure, values, mass, s, work, smallest):
-    """Factor [M + s K, Φ_qᵀ; Φ_q, 0] at the start; return how many multipliers were left out.
-
-    `mass` holds the entries of M, those of the mass matrix or of the metric of assembly.
-    """
+    """Factor [M + s K, Φ_qᵀ; Φ_q, 0], M with entries `mass`; return the multipliers left out."""
     z, matrix, blocks = work.z, work.matrix, work.blocks
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
@@ -99,7 +86,7 @@ def assemble(structure, values, s, work, held):
     state, z, r = structure.state, work.z, work.r
     moving, redundant = filled(1.0), filled(0.0)
     for iteration in range(ASSEMBLY.iterations):
-        update_angles(structure.vectors, values.vectors, state, z)
+        update_angles(structure, values, z)
         left_out = elastic_matrix(
             structure, values, values.metric, s, work, filled(ASSEMBLY.min_pivot)
         )
@@ -109,7 +96,7 @@ def assemble(structure, values, s, work, held):
         if not held:
             add_elastic_forces(structure, values, z, r)
         add_constraints(structure.terms, values.terms, values.functions, np.int64(0), z, r)
-        pass_on_moments(structure.vectors, values.vectors, state, z, r)
+        pass_on_moments(structure, values, z, r)
         to_right_side(structure, r, s)
         solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
         largest = filled(0.0)
@@ -165,15 +152,10 @@ def start(structure, values, work, failure, held, number):
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work, held)
-    set_rest(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, z, held
-    )  # fmt: skip
+    set_rest(structure, values, z, held)
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
-        start_states(
-            structure.laws, values.laws, values.law_states, structure.vectors, values.vectors,
-            state, values.functions, np.int64(0), z, work.blocks,
-        )  # fmt: skip
+        start_states(structure, values, z, work.blocks)
         hold_states(state, z, filled(1.0))
     left_out = projection.accelerate(structure, values, np.int64(0), work, filled(1.0))
     if any_true(left_out):

@@ -20,27 +20,18 @@ from flexband.mechanics.engine.redundancy import RANK, derivatives
 
 
 class ClosureOptions(NamedTuple):
-    """How loops are closed.
-
-    Attributes
-    ----------
-    tolerance
-        Of the constraints, relative to the size of the mechanism.
-    turn_weight
-        How much more a turn by 1 rad counts than a move by the size of the mechanism.
-    min_damping
-        Of a step, with which redundant constraints do no harm.
-    first_damping
-        After the first step that leads away.
-    damping_factor
-        From one step to the next.
-    """
+    """How loops are closed."""
 
     tolerance: float = 1e-13
+    """Of the constraints, relative to the size of the mechanism."""
     turn_weight: float = 30.0
+    """Of a turn by 1 rad against a move by the size of the mechanism."""
     min_damping: float = 1e-10
+    """Of a step, with which redundant constraints do no harm."""
     first_damping: float = 1e-4
+    """After the first step that leads away."""
     damping_factor: float = 10.0
+    """From one step to the next."""
 
 
 def guessed(system: System, values: Values) -> np.ndarray:
@@ -53,10 +44,7 @@ def guessed(system: System, values: Values) -> np.ndarray:
 def closed(
     system: System, values: Values, options: ClosureOptions = ClosureOptions()
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return z as near to meeting the constraints as rigid motions get, and what is left of Φ.
-
-    Φ, shape (multipliers, lanes), is divided by the size of the mechanism.
-    """
+    """Return z as near to Φ = 0 as rigid motions get, and Φ over the size, (multipliers, lanes)."""
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * constraint_errors(system, values, z)

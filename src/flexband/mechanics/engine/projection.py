@@ -43,80 +43,70 @@ from flexband.mechanics.kernels.lanes import (
 class ProjectionOptions(NamedTuple):
     """How velocities and accelerations are moved onto the constraints.
 
-    Attributes
-    ----------
-    max_error
-        Error of a projected velocity, times the step and relative to the size of the mechanism,
-        that calls for a new matrix.
-    max_change
-        The same change since the last matrix calls for a new one. It is about φ³/6 for a body that
-        turns by φ in a step.
-    min_pivot
-        Relative size of the pivot of a multiplier below which its constraint is left out of a step.
-        It is the squared sine of the angle between its gradient and those of all other constraints.
-        In a mechanism that passes a position where constraints depend on each other, reactions next
-        to it would be rounding errors divided by this sine.
-    zero_pivot
-        The same for mechanisms that start nearly locked, with a light body between heavy ones, or
-        with massless bodies and no redundant constraint.
-    massless_pivot
-        The same where bodies are massless: what matrices have in place of zeros is small as well.
-    softening, small_softening
-        Compliance of the constraints that share forces, relative to that of the masses they move,
-        and the one after that where the passes do not settle: next to a position where constraints
-        depend on each other, and where masses differ much.
-    min_passes, max_passes
-        With each of them: the least, which is enough where masses differ by less than 1e4, and the
-        most.
-    min_refinements, max_refinements
-        Of a solution where bodies are massless: the least, each of which leaves about 1e-4 of its
-        error, and the most, where masses hardly determine the motion.
-    settled, unsettled
-        Size of a correction, relative to the solution, below which no other follows, and that of
-        the last one from which on they do not converge.
-    unshared
-        Size of what the last pass adds to shared forces, relative to them, beyond which some are
-        missed. Rounding errors of the passes are far below it.
-    released
-        Change of the accelerations, relative to the largest, that a constraint that is left out
-        would make, from which on it has a force that is missed.
-    solutions
-        The most for accelerations at the start: rounding errors matter where bodies are light.
-    rough_solutions, jammed
-        The same with friction, and the last change of a reaction that it follows, relative to the
-        largest one, from which on it jams.
+    The pivot of a multiplier is the squared sine of the angle between the gradient of its
+    constraint and those of all others. Below a least pivot the constraint is left out of a step:
+    in a mechanism that passes a position where constraints depend on each other, reactions next to
+    it would be rounding errors divided by this sine.
+
+    Passes with which constraints share forces do not settle next to such a position, and where
+    masses differ much.
     """
 
     max_error: float = 1e-12
+    """Error of a projected velocity, times the step over the size, that calls for a new matrix."""
     max_change: float = 3e-5
+    """The same change since the last matrix: about φ³/6 for a body that turns by φ in a step."""
     min_pivot: float = 1e-7
+    """Relative size of a pivot below which a constraint is left out of a step."""
     zero_pivot: float = 1e-13
+    """The same where the start is nearly locked, or bodies are massless without redundancy."""
     massless_pivot: float = 1e-10
+    """The same where bodies are massless: what matrices have for zeros is small as well."""
     softening: float = 1e-7
+    """Compliance of constraints that share forces, relative to that of the masses they move."""
     small_softening: float = 1e-10
+    """The one after it where the passes do not settle."""
     min_passes: int = 4
+    """The least with each of them, which is enough where masses differ by less than 1e4."""
     max_passes: int = 40
+    """The most with each of them."""
     min_refinements: int = 2
+    """The least where bodies are massless, each of which leaves about 1e-4 of the error."""
     max_refinements: int = 20
+    """The most, where masses hardly determine the motion."""
     settled: float = 1e-8
+    """Size of a correction, relative to the solution, below which no other follows."""
     unsettled: float = 1e-2
+    """Size of the last correction from which on they do not converge."""
     unshared: float = 1e-3
+    """What the last pass adds to shared forces, relative to them, beyond which some are missed."""
     released: float = 1e-3
+    """Relative change of q̈ by a constraint that is left out from which on its force is missed."""
     solutions: int = 6
+    """The most for q̈ at the start: rounding errors matter where bodies are light."""
     rough_solutions: int = 100
+    """The same with friction."""
     jammed: float = 1e-6
+    """Last relative change of a reaction that friction follows from which on it jams."""
 
 
 PROJECTION = ProjectionOptions()
 
 
 @compiled
-def greatest(x, scale, first, end):
-    """Return the greatest magnitude of these rows of x, each times that of `scale`."""
+def greatest(x, first, scale, count):
+    """Return the greatest magnitude of `count` rows of x after `first`, each times its scale."""
     largest = filled(0.0)
-    for i in range(first, end):
-        largest = maximum(largest, magnitude(load(x, i)) * load(scale, i))
+    for i in range(1, count + 1):
+        largest = maximum(largest, magnitude(load(x, first + i)) * load(scale, i))
     return largest
+
+
+@compiled
+def add_rows(z, first, x, begin, end, chosen):
+    """Add rows `begin` to `end` of x to those of z after `first`, where `chosen` is true."""
+    for i in range(begin, end):
+        store(z, first + i, load(z, first + i) + where(chosen, load(x, i), filled(0.0)))
 
 
 @compiled
@@ -152,10 +142,9 @@ def refine_massless(mass, pattern, state, entries, regular, inverse_scale, matri
             store(t, i, added * load(t, i) if massless else none)
             n = min(n + massless, len(mass.massless) - 1)
         solve(pattern, pattern.below, matrix, (t,))
-        for i in range(1, state.angle):
-            store(x, i, load(x, i) + where(pending, load(t, i), none))
-        largest = greatest(x, inverse_scale, 1, state.coordinates + 1)
-        last = where(pending, greatest(t, inverse_scale, 1, state.coordinates + 1), last)
+        add_rows(x, 0, t, 1, state.angle, pending)
+        largest = greatest(x, 0, inverse_scale, state.coordinates)
+        last = where(pending, greatest(t, 0, inverse_scale, state.coordinates), last)
         if count >= PROJECTION.min_refinements - 1:
             pending = where(less(PROJECTION.settled * largest, last), pending, none)
             if not any_true(pending):
@@ -173,30 +162,25 @@ def project(structure, method, values, now, work, solved, moved):
     """
     state, z, a, r, s = structure.state, work.z, work.a, work.r, work.s
     pattern, matrix = structure.pattern, work.matrix
-    velocity, acceleration, none = state.velocity, state.acceleration, filled(0.0)
+    velocity, end, none = state.velocity, state.multiplier, filled(0.0)
     clear(r, velocity)
     subtract_speed_errors(structure, values, now, z, r)
     solve(pattern, pattern.reached, matrix, (r,))
     refine(structure, values, work, r)
-    largest = none
-    for i in range(1, state.coordinates + 1):
-        largest = maximum(largest, magnitude(load(r, i)) * load(values.inverse_scale, i))
+    largest = greatest(r, 0, values.inverse_scale, state.coordinates)
     inexact = less(filled(PROJECTION.max_error), method.step * largest * moved)
     inexact = where(less(moved, filled(PROJECTION.max_change)), inexact, filled(1.0))
     mask = where(inexact, none, solved)
-    for i in range(1, state.coordinates + 1):
-        store(z, velocity + i, load(z, velocity + i) + where(mask, load(r, i), none))
+    add_rows(z, velocity, r, 1, end, mask)
     clear(r, velocity)
     clear(s, velocity)
     subtract_rate_errors(structure, values, now, z, a, r, s)
     solve(pattern, pattern.reached, matrix, (r, s))
     refine(structure, values, work, r)
     refine(structure, values, work, s)
-    for i in range(1, state.coordinates + 1):
-        store(z, acceleration + i, load(z, acceleration + i) + where(mask, load(r, i), none))
-        store(a, i, load(a, i) + where(mask, load(s, i), none))
-    for k in range(state.multiplier, state.angle):
-        store(z, k, load(z, k) + where(mask, load(r, k), none))
+    add_rows(z, state.acceleration, r, 1, end, mask)
+    add_rows(a, 0, s, 1, end, mask)
+    add_rows(z, 0, r, end, state.angle, mask)
     return mask
 
 
@@ -207,6 +191,17 @@ def mass_matrix(structure, values, mass, now, z, matrix):
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, mass, matrix)
     add_jacobian(structure, values, now, z, none, matrix)
+
+
+@compiled
+def solve_accelerations(structure, values, now, work):
+    """Set `work.r` to what q̈ and λ miss, with the factors of `mass_matrix` in `work.matrix`."""
+    state, z, r = structure.state, work.z, work.r
+    residual(structure, values, now, z, r, work.blocks)
+    for i in range(1, state.angle):
+        store(r, i, -load(r, i) if i <= state.coordinates else filled(0.0))
+    subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
+    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
 
 
 @compiled
@@ -221,11 +216,7 @@ def accelerate(structure, values, now, work, chosen):
     left_out = factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     pending, followed, rough = chosen, none, state.angle > state.friction
     for count in range(PROJECTION.rough_solutions if rough else PROJECTION.solutions):
-        residual(structure, values, now, z, r, work.blocks)
-        for i in range(1, state.angle):
-            store(r, i, -load(r, i) if i <= state.coordinates else none)
-        subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
-        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        solve_accelerations(structure, values, now, work)
         refine(structure, values, work, r)
         change, largest = none, none
         for k in range(state.multiplier, state.angle):
@@ -239,11 +230,8 @@ def accelerate(structure, values, now, work, chosen):
             pending = where(more, pending, none)
             if not any_true(pending):
                 break
-        for i in range(1, state.coordinates + 1):
-            row = state.acceleration + i
-            store(z, row, load(z, row) + where(pending, load(r, i), none))
-        for k in range(state.multiplier, state.angle):
-            store(z, k, load(z, k) + where(pending, load(r, k), none))
+        add_rows(z, state.acceleration, r, 1, state.multiplier, pending)
+        add_rows(z, 0, r, state.multiplier, state.angle, pending)
         followed = carry_reactions(structure, values, z, pending, count == 0)
     if rough:
         jammed = where(less(filled(PROJECTION.jammed), followed), pending, none)
@@ -293,24 +281,14 @@ def light(structure, values, now, work, left_out):
 
 @compiled
 def released(structure, values, now, work, chosen):
-    """Return where the accelerations would not be the same with all constraints but redundant ones.
-
-    Only the `chosen` lanes are looked at. The state z remains, the work space does not.
-    """
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    """Return which `chosen` lanes accelerate otherwise if only redundant rows are left out."""
+    state, z, r = structure.state, work.z, work.r
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, filled(PROJECTION.zero_pivot), r)
-    residual(structure, values, now, z, r, work.blocks)
-    for i in range(1, state.angle):
-        store(r, i, -load(r, i) if i <= state.coordinates else none)
-    subtract_rate_errors(structure, values, now, z, work.a, r, work.s)
-    solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
-    change, largest = none, none
-    for i in range(1, state.coordinates + 1):
-        scale = load(values.inverse_scale, i)
-        change = maximum(change, scale * magnitude(load(r, i)))
-        largest = maximum(largest, scale * magnitude(load(z, state.acceleration + i)))
-    return where(less(PROJECTION.released * largest, change), chosen, none)
+    solve_accelerations(structure, values, now, work)
+    change = greatest(r, 0, values.inverse_scale, state.coordinates)
+    largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
+    return where(less(PROJECTION.released * largest, change), chosen, filled(0.0))
 
 
 @compiled
@@ -339,7 +317,7 @@ def share(structure, values, now, work, shared):
             clear(r, state.velocity)
             add_constraints(structure.terms, values.terms, values.functions, now, z, r)
             add_friction(structure, values, now, z, r)
-            pass_on_moments(structure.vectors, values.vectors, state, z, r)
+            pass_on_moments(structure, values, z, r)
             for k in range(state.multiplier, state.angle):
                 store(r, k, none)
             solve(structure.pattern, structure.pattern.below, matrix, (r,))

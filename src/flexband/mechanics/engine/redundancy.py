@@ -22,24 +22,22 @@ INVOLVED = 0.1
 
 def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
     """Return Φ_q of states z (rows, samples), shape (multipliers, coordinates, samples)."""
-    terms = system.structure.terms
-
-    def own(values: np.ndarray) -> np.ndarray:
-        return values[..., np.minimum(samples, values.shape[-1] - 1)]
-
-    c = own(system.values.terms).copy()
-    for t, f in enumerate(terms.f):
+    c = of_samples(system.values.terms, samples).copy()
+    for t, f in enumerate(system.structure.terms.f):
         if f > 0:
-            c[t] *= own(np.atleast_1d(returned(system.functions[f - 1], system.first_time)))
-    x, y = map(own, system.values.vectors)
+            factor = np.atleast_1d(returned(system.functions[f - 1], system.first_time))
+            c[t] *= of_samples(factor, samples)
+    x, y = (of_samples(components, samples) for components in system.values.vectors)
     return derivatives(system, c, x, y, z)
 
 
-def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
-    """Return how many constraints depend on others at the first time of a block.
+def of_samples(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the values of samples along the last axis, whose length is 1 if they are the same."""
+    return values[..., np.minimum(samples, values.shape[-1] - 1)]
 
-    There is one number per lane, or one for all if their Jacobians are the same.
-    """
+
+def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
+    """Return how many constraints depend on others at the start, per lane or once for all."""
     c = values.terms * values.functions[system.structure.terms.f]
     lanes = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
     matrices = _unit_rows(lanes[:1] if (lanes == lanes[0]).all() else lanes)
@@ -114,19 +112,13 @@ def derivatives(
 
 
 def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:
-    """Return the number of redundant constraints, and the joints among the dependent ones.
-
-    Their multipliers are not unique: forces can be shifted from one joint to another.
-    """
+    """Return the number of redundant constraints, and the joints among the dependent ones."""
     ways = null_space(_normalized(system, z, sample).T, rcond=RANK)
     return ways.shape[1], _joints(_owners(system, np.abs(ways).max(axis=1, initial=0.0) > 1e-6))
 
 
 def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
-    """Return the joints whose forces are not unique because constraints were left out.
-
-    Warns if these constraints do not depend on each other, but almost.
-    """
+    """Return the joints whose forces are not unique; warn if constraints almost depend."""
     count, joints = dependent(system, z, sample)
     if count:
         return joints

@@ -30,25 +30,18 @@ from flexband.mechanics.kernels.lanes import (
 
 
 class StaticOptions(NamedTuple):
-    """How a rest is found. Lengths are relative to the size of the mechanism.
-
-    Attributes
-    ----------
-    iterations
-        Of Newton's method, at most.
-    tolerance
-        Of the last step.
-    max_step
-        Longer steps are shortened.
-    growth, total_growth
-        Of the weight w, from one step to the next and over all steps.
-    """
+    """How a rest is found. Lengths are relative to the size of the mechanism."""
 
     iterations: int = 200
+    """Of Newton's method, at most."""
     tolerance: float = 1e-10
+    """Of the last step."""
     max_step: float = 0.1
+    """Longer steps are shortened."""
     growth: float = 10.0
+    """Of the weight w from one step to the next."""
     total_growth: float = 1e3
+    """Of w over all steps."""
 
 
 STATIC = StaticOptions()

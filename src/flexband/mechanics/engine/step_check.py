@@ -20,52 +20,36 @@ from flexband.rounding import Units
 
 
 class StepCheck(NamedTuple):
-    """Which errors of a step are remarked on, and how vibrations are read off outputs.
-
-    Attributes
-    ----------
-    max_loss
-        Of the speed of a body over a run, or lag of its angle, without a warning.
-    max_error
-        Of an output's variation, without a remark.
-    target_error
-        Error for which a step is recommended.
-    half_width
-        Of the band about a vibration's frequency, relative to it.
-    contrast
-        Energy of a vibration's band over that of the bands on either side.
-    min_periods, min_times
-        In the record.
-    min_swings
-        To and fro in a run, of a part whose lag adds up over them.
-    min_turns
-        Periods of a function of time in the record, of those that force vibrations.
-    harmonics
-        Multiples of the frequency of a function of time whose vibrations count as forced.
-    window_floor
-        Where the window is above this, the size of a vibration is known.
-    driven_share
-        Of the energy of a function of time, that makes a frequency one of its own.
-    min_scale
-        Of the variation of an output, relative to the largest output of the same unit.
-    candidates
-        Outputs whose vibrations are followed in time.
-    """
+    """Which errors of a step are remarked on, and how vibrations are read off outputs."""
 
     max_loss: float = 0.01
+    """Of a body's speed over a run, or lag of its angle, without a warning."""
     max_error: float = 0.04
+    """Of an output's variation, without a remark."""
     target_error: float = 0.01
+    """For which a step is recommended."""
     half_width: float = 0.15
+    """Of the band about a vibration's frequency, relative to it."""
     contrast: float = 2.0
+    """Energy of a vibration's band over that of the bands on either side."""
     min_periods: int = 6
+    """Of a vibration in the record."""
     min_times: int = 24
+    """In the record."""
     min_swings: float = 1.5
+    """To and fro in a run, of a part whose lag adds up over them."""
     min_turns: int = 3
+    """Periods in the record of a function of time that forces vibrations."""
     harmonics: int = 12
+    """Multiples of its frequency whose vibrations count as forced."""
     window_floor: float = 0.2
+    """Where the window is above it, the size of a vibration is known."""
     driven_share: float = 1e-2
+    """Of a function's energy that makes a frequency one of its own."""
     min_scale: float = 1e-6
+    """Variation of an output over the largest output of the same unit."""
     candidates: int = 4
+    """Outputs whose vibrations are followed in time."""
 
     def edges(self, k: np.ndarray, count: int, power: int) -> np.ndarray:
         """Return the first number of a band about each of k, and the first after it."""
@@ -75,20 +59,13 @@ class StepCheck(NamedTuple):
 
 
 class Vibration(NamedTuple):
-    """A vibration that is seen in an output.
-
-    Attributes
-    ----------
-    lag : phase [rad] at the end.
-    error : root mean square error of the output, in parts of its standard deviation.
-    recommended : steps per period with which the error would be the `target_error` of the check.
-    """
+    """A vibration that is seen in an output."""
 
     output: int
-    frequency: float
-    lag: float
-    error: float
-    recommended: float
+    frequency: float  # [Hz]
+    lag: float  # phase [rad] at the end
+    error: float  # root mean square of the output, in parts of its standard deviation
+    recommended: float  # steps per period with which the error would be the `target_error`
 
 
 def warn_of_large_steps(
@@ -124,10 +101,7 @@ def warn_of_large_steps(
 
 
 def warn_of_missed_turns(turned: np.ndarray, system: System, times: np.ndarray) -> None:
-    """Warn of a part that turns by more than half a turn between two times of the result.
-
-    Its `Angle` cannot count turns then. It concerns steps that samples choose.
-    """
+    """Warn of a part that turns so far between two times that its `Angle` may miss turns."""
     if not turned.size:
         return
     part = int(np.argmax(turned[..., 0].max(axis=0)))
@@ -247,12 +221,8 @@ def worst_vibration(
         lag = omega * dt * np.arange(count) * factor * (omega * h) ** 2
         share = amplitude / 2**0.5 / scale[o]
         error = np.sqrt(np.mean((share * 2 * np.sin(np.minimum(lag, np.pi) / 2)) ** 2))
-        steps = (
-            2
-            * np.pi
-            / (omega * h)
-            * np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / check.target_error)
-        )
+        shorter = np.sqrt(np.sqrt(np.mean((share * lag) ** 2)) / check.target_error)
+        steps = 2 * np.pi / (omega * h) * shorter
         vibrations.append(Vibration(int(o), omega / (2 * np.pi), float(lag[-1]), error, steps))
     return max(vibrations, key=lambda vibration: vibration.error, default=None)
 

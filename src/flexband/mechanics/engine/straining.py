@@ -18,29 +18,23 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
-from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 
 class LargestStrains(NamedTuple):
-    """The largest strains of some samples, each array of shape (members, 2, samples).
+    """The largest axial strains of some samples, and those of surfaces by bending."""
 
-    The axial one is the first of two, that of the surface by bending the second.
-    """
-
-    strain: np.ndarray
-    kept: np.ndarray  # the number of the state
+    strain: np.ndarray  # (members, 2, samples)
+    kept: np.ndarray  # numbers of the states, (members, 2, samples)
 
     @staticmethod
-    def none() -> LargestStrains:
-        """Return no strains of a block without flexible members."""
-        return LargestStrains(np.zeros((0, 2, WIDTH)), np.zeros((0, 2, WIDTH), dtype=int))
+    def zeros(members: int, samples: int) -> LargestStrains:
+        """Return no strains."""
+        size = members, 2, samples
+        return LargestStrains(np.zeros(size), np.zeros(size, dtype=int))
 
-    @staticmethod
-    def joined(parts: list[LargestStrains], samples: int) -> LargestStrains:
-        """Return those of all blocks of samples."""
-        return LargestStrains(
-            *(np.concatenate(p, axis=-1)[..., :samples] for p in zip(*parts, strict=True))
-        )
+    def place(self, samples: np.ndarray | slice, strains: LargestStrains) -> None:
+        """Take over the strains of some samples."""
+        self.strain[..., samples], self.kept[..., samples] = strains
 
 
 class Members:
@@ -49,14 +43,14 @@ class Members:
     def __init__(self, system: System):
         first = system.mechanism.first_coordinates
         bodies = system.mechanism.bodies.items()
-        self.own = {name: body for name, body in bodies if isinstance(body, CentreLine)}
-        self.first = [first[name] for name in self.own]
+        self.bodies = {name: body for name, body in bodies if isinstance(body, CentreLine)}
+        self.first = [first[name] for name in self.bodies]
 
     @cached_property
     def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Turns of elements at the start, and the strain per further turn, (elements, n or 1)."""
         pairs = []
-        for body in self.own.values():
+        for body in self.bodies.values():
             half = np.zeros((1, body.elements))  # a cable has no height
             if isinstance(body, Beam):
                 half = body.profile.across(body.at_gauss_points).mean(axis=-1) / 2
@@ -65,9 +59,8 @@ class Members:
 
     def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
-        strain = np.zeros((len(self.own), 2, len(samples)))
-        kept = np.zeros(strain.shape, dtype=int)
-        for m, (body, first) in enumerate(zip(self.own.values(), self.first, strict=True)):
+        strain, kept = largest = LargestStrains.zeros(len(self.bodies), len(samples))
+        for m, (body, first) in enumerate(zip(self.bodies.values(), self.first, strict=True)):
             at = first + np.array(body.nodes) + 2
             gx, gy = states[:, at], states[:, at + 1]
             i = body.element_rows // body.per_node
@@ -84,7 +77,7 @@ class Members:
                 peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
                 place = np.abs(peaks).argmax(axis=1)
                 strain[m, kind] = peaks[np.arange(len(samples)), place]
-        return LargestStrains(strain, kept)
+        return largest
 
 
 def kept_steps(steps: int) -> np.ndarray:
@@ -98,27 +91,23 @@ def warn_of_large_strains(
     failed: np.ndarray,
     times: np.ndarray | None = None,
     *,
-    max_strain: float = 0.1,
+    max_strain: float = 0.1,  # metals yield far below it; only rubbers reach it
 ) -> None:
-    """Warn of the largest strain of all samples that did not fail.
-
-    Metals yield far below the default; only rubbers reach it.
-    """
+    """Warn of the largest strain of all samples that did not fail."""
     size = np.where(failed, 0.0, np.abs(largest.strain))
     if not size.max(initial=0.0) > max_strain:
         return
     m, kind, sample = np.unravel_index(size.argmax(), size.shape)
     strain = float(largest.strain[m, kind, sample])
-    name = list(Members(system).own)[int(m)]
+    name = list(Members(system).bodies)[int(m)]
     way = "stretched" if strain > 0 else "compressed"
-    what = f"{way} by {100 * abs(strain):.2g} %"
     if kind:
-        what = f"bent so much that its surface is strained by {100 * abs(strain):.2g} %"
+        way = "bent so much that its surface is strained"
     where = "" if times is None else f" at about t = {times[largest.kept[m, kind, sample]]:.3g} s"
     where += f" in sample {sample}" if len(failed) > 1 else ""
     warn(
-        f"{name!r} is {what}{where}: the strains of linear elasticity are small, below 1 % in "
-        "metals. Unless it is as soft as rubber, check the lengths of all parts, and whether they "
-        "let the mechanism move without stretching it",
+        f"{name!r} is {way} by {100 * abs(strain):.2g} %{where}: the strains of linear elasticity "
+        "are small, below 1 % in metals. Unless it is as soft as rubber, check the lengths of all "
+        "parts, and whether they let the mechanism move without stretching it",
         StrainWarning,
     )

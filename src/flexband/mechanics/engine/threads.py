@@ -21,9 +21,7 @@ import numpy as np
 from flexband.compilation.caching import compiling
 from flexband.errors import check_integer
 from flexband.mechanics.kernels.lane_arrays import zeros
-
-Progress = Callable[[int, int], object]
-"""Called as ``progress(done, total)`` with numbers of runs."""
+from flexband.progress import Progress
 
 Result = TypeVar("Result")
 
@@ -33,19 +31,19 @@ GRACE = 0.2
 BEAT = 1.0
 """Time [s] between two looks at how far threads are."""
 
-_own = threading.local()
+_local = threading.local()
 
 
 def stop_flag() -> np.ndarray:
     """Return one row of lanes, which is not zero once the work of this thread has to stop."""
-    return _own.__dict__.setdefault("stop", zeros(1))
+    return _local.__dict__.setdefault("stop", zeros(1))
 
 
 def in_parallel(
     run: Callable[[int], int],
     blocks: int,
     samples: int,
-    threads: int | None,
+    threads: int,
     progress: Progress | None = None,
     beat: Callable[[], object] | None = None,
 ) -> None:
@@ -54,11 +52,10 @@ def in_parallel(
     `beat` is called every second while there is nothing else to tell.
     An error, or Ctrl-C, stops all blocks at their next step.
     """
-    count = available_cores() if threads is None else check_integer("threads", threads, 1)
     numbers, finished, stop = iter(range(blocks)), SimpleQueue(), zeros(1)
 
     def work() -> None:
-        _own.stop = stop
+        _local.stop = stop
         for block in numbers:
             try:
                 finished.put((run(block), None))
@@ -68,7 +65,7 @@ def in_parallel(
             if stop.any():
                 break
 
-    workers = [threading.Thread(target=work, daemon=True) for _ in range(min(count, blocks))]
+    workers = [threading.Thread(target=work, daemon=True) for _ in range(min(threads, blocks))]
     done = 0
     try:
         for worker in workers:
@@ -110,10 +107,7 @@ def interruptible(work: Callable[[], Result]) -> Result:
 
 
 def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
-    """Return the result of `work`; say so if the engine is being compiled after some seconds.
-
-    Of several processes that compile it at once, only the first one says so.
-    """
+    """Return the result of `work`; one process says so if the engine compiles for seconds."""
     text = "flexband: compiling the engine (once per machine, up to a minute) ..."
 
     def announce() -> None:
@@ -127,6 +121,11 @@ def while_compiling(work: Callable[[], Result], after: float = 2.0) -> Result:
         return interruptible(work)
     finally:
         timer.cancel()
+
+
+def thread_count(threads: int | None) -> int:
+    """Return the number of threads; raise `InputError` if it is neither None nor 1 or more."""
+    return available_cores() if threads is None else check_integer("threads", threads, 1)
 
 
 def available_cores() -> int:

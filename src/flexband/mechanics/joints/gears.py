@@ -77,11 +77,9 @@ class Gear(PairJoint, HoldingJoint):
     holds_start = True
 
     def __post_init__(self) -> None:
-        radii = [
-            check_finite(f"Gear {name} [m]", getattr(self, name))
-            for name in ("first_radius", "second_radius")
-        ]
-        if np.any(radii[0] == 0) or np.any(radii[1] == 0) or np.any(radii[0] + radii[1] == 0):
+        first = check_finite("Gear first_radius [m]", self.first_radius)
+        second = check_finite("Gear second_radius [m]", self.second_radius)
+        if np.any(first == 0) or np.any(second == 0) or np.any(first + second == 0):
             raise InputError(
                 "Gear radii must not be zero, nor their sum; "
                 f"got {self.first_radius} and {self.second_radius}"

@@ -51,20 +51,12 @@ def body_and_point(point: PointName) -> tuple[str, str]:
 
 
 class Held(NamedTuple):
-    """What a joint holds: a travel s that keeps its value, with the multiplier λ.
+    """What a joint holds: a travel s that keeps its value, with the multiplier λ."""
 
-    Attributes
-    ----------
-    travel : s [m] or [rad], 0 at the place that the joint states.
-    force : a vector, −λ times which is the force on the first body at its point, or None.
-    moment : a number, −λ times which is the moment on the first body, or None.
-    angular : whether s is an angle.
-    """
-
-    travel: Form
-    force: Vector | None = None
-    moment: ArrayLike | None = None
-    angular: bool = False
+    travel: Form  # s [m] or [rad], 0 at the place that the joint states
+    force: Vector | None = None  # −λ times it is the force on the first body at its point
+    moment: ArrayLike | None = None  # −λ times it is the moment on the first body
+    angular: bool = False  # whether s is an angle
 
 
 class Joint(ABC):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -313,26 +314,22 @@ class Prismatic(LineJoint, AlignedJoint):
             return []
         straight("Prismatic", frame(self.second))
         half, side = 0.5 * np.asarray(self.length), 0.5 * np.asarray(self.height)
-        axis, turn = math.atan2(self.axis[1], self.axis[0]), np.asarray(self.angle)
-        along, across = _unit(axis - turn), _unit(axis - turn + math.pi / 2)
         x, y = self.axis
+        turn = math.atan2(y, x) - np.asarray(self.angle)
+        along, across = _unit(turn), _unit(turn + math.pi / 2)
         contacts = []
-        for end in (-1.0, 1.0):
-            for wall in (-1.0, 1.0):
-                corner_x, corner_y = (
-                    end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
-                )
-                numbers = line_parameters(
-                    (wall * y, -wall * x),
-                    centre=(corner_x, corner_y),
-                    height=-(side + np.asarray(self.clearance)),
-                )
-                corner = frame(self.first).moved(corner_x, corner_y)
-                lever = subtract(corner.position, frame(self.first).position)
-                normal = wall * y, -wall * x
-                travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
-                friction = rubbing(self.friction, travel)
-                contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
+        for end, wall in product((-1.0, 1.0), repeat=2):
+            normal = wall * y, -wall * x
+            centre_x, centre_y = (
+                end * half * a + wall * side * b for a, b in zip(along, across, strict=True)
+            )
+            height = -(side + np.asarray(self.clearance))
+            numbers = line_parameters(normal, centre=(centre_x, centre_y), height=height)
+            corner = frame(self.first).moved(centre_x, centre_y)
+            lever = subtract(corner.position, frame(self.first).position)
+            travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+            friction = rubbing(self.friction, travel)
+            contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
@@ -461,16 +458,8 @@ class Distance(PairJoint, HoldingJoint):
     def held(self, frame: Resolve) -> list[Held]:
         """Return (d · d − ℓ²)/2ℓ with d = r_first − r_second; λ is then the force in the rod."""
         (apart,) = self.rods(frame)
-        travel = dot(apart, apart) * self._length(_half_inverse) - self._length(_half)
-        return [Held(travel, scale(self._length(_inverse), apart))]
-
-
-def _half(length: np.ndarray) -> np.ndarray:
-    return 0.5 * length
-
-
-def _half_inverse(length: np.ndarray) -> np.ndarray:
-    return 0.5 * _inverse(length)
+        length, inverse = self._length(np.asarray), self._length(_inverse)
+        return [Held((dot(apart, apart) * inverse - length) * 0.5, scale(inverse, apart))]
 
 
 def _inverse(length: np.ndarray) -> np.ndarray:

@@ -22,13 +22,13 @@ from flexband.mechanics.kernels.lanes import (
 
 
 @compiled
-def vector(vectors, values, z, first, a):
+def vector(structure, values, z, first, a):
     """Return vector `a`, or its rate if z holds the coordinates' rates from row `first` on."""
-    x, y = 0.0 * load(z, 0), 0.0 * load(z, 0)
+    vectors, x, y = structure.vectors, 0.0 * load(z, 0), 0.0 * load(z, 0)
     for p in range(vectors.start[a], vectors.start[a + 1]):
         coordinate = load(z, first + vectors.coordinate[p])
-        x += load(values.x, p) * coordinate
-        y += load(values.y, p) * coordinate
+        x += load(values.vectors.x, p) * coordinate
+        y += load(values.vectors.y, p) * coordinate
     return x, y
 
 
@@ -39,10 +39,11 @@ def _square(x, y):
 
 
 @compiled
-def update_angles(vectors, values, state, z):
+def update_angles(structure, values, z):
     """Set the angles, each on the turn nearest to its present value, lengths and unit vectors."""
+    vectors, state = structure.vectors, structure.state
     for a in range(state.velocity - state.angle):
-        x, y = vector(vectors, values, z, 0, a)
+        x, y = vector(structure, values, z, 0, a)
         if vectors.length[a]:
             store(z, state.angle + a, sqrt(x * x + y * y))
         else:
@@ -50,74 +51,75 @@ def update_angles(vectors, values, state, z):
             turns = nearest_whole((before - angle) / math.tau)
             store(z, state.angle + a, angle + math.tau * turns)
     for d in range((state.law - state.direction) // 2):
-        x, y = vector(vectors, values, z, 0, vectors.direction + d)
+        x, y = vector(structure, values, z, 0, vectors.direction + d)
         size = sqrt(x * x + y * y)
         store(z, state.direction + 2 * d, x / size)
         store(z, state.direction + 2 * d + 1, y / size)
 
 
 @compiled
-def angle_rate(vectors, values, state, z, a):
+def angle_rate(structure, values, z, a):
     """Return θ̇."""
-    x, y = vector(vectors, values, z, 0, a)
-    u, v = vector(vectors, values, z, state.velocity, a)
+    x, y = vector(structure, values, z, 0, a)
+    u, v = vector(structure, values, z, structure.state.velocity, a)
     return (x * v - y * u) / _square(x, y)
 
 
 @compiled
 def angle_gradient(values, p, x, y):
     """Return ∂θ/∂q for entry p of the vector (x, y)."""
-    return (x * load(values.y, p) - y * load(values.x, p)) / _square(x, y)
+    return (x * load(values.vectors.y, p) - y * load(values.vectors.x, p)) / _square(x, y)
 
 
 @compiled
-def polar_rate(vectors, values, z, rates, first, a):
-    """Return θ̇, or the rate of |n| if the variable is a length.
-
-    The coordinates' rates are those in `rates` from row `first` on.
-    """
-    x, y = vector(vectors, values, z, 0, a)
-    u, v = vector(vectors, values, rates, first, a)
+def polar_rate(structure, values, z, rates, first, a):
+    """Return θ̇, or the rate of a length, from the rates of q in `rates` from row `first` on."""
+    x, y = vector(structure, values, z, 0, a)
+    u, v = vector(structure, values, rates, first, a)
     square = _square(x, y)
-    if vectors.length[a]:
+    if structure.vectors.length[a]:
         return (x * u + y * v) / sqrt(square)
     return (x * v - y * u) / square
 
 
 @compiled
-def _gradient(vectors, values, a, p, x, y):
+def _gradient(structure, values, a, p, x, y):
     """Return ∂θ/∂q, or ∂|n|/∂q if the variable is a length, for entry p of the vector (x, y)."""
-    if vectors.length[a]:
-        return (x * load(values.x, p) + y * load(values.y, p)) / sqrt(_square(x, y))
+    if structure.vectors.length[a]:
+        along = x * load(values.vectors.x, p) + y * load(values.vectors.y, p)
+        return along / sqrt(_square(x, y))
     return angle_gradient(values, p, x, y)
 
 
 @compiled
-def pass_on_moments(vectors, values, state, z, r):
+def pass_on_moments(structure, values, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
+    vectors, state = structure.vectors, structure.state
     for a in range(state.velocity - state.angle):
         moment = load(r, state.angle + a)
         store(z, state.moment + a, moment)
-        x, y = vector(vectors, values, z, 0, a)
+        x, y = vector(structure, values, z, 0, a)
         for p in range(vectors.start[a], vectors.start[a + 1]):
-            add_to(r, vectors.coordinate[p], moment * _gradient(vectors, values, a, p, x, y))
+            add_to(r, vectors.coordinate[p], moment * _gradient(structure, values, a, p, x, y))
 
 
 @compiled
-def add_angle_gradients(vectors, values, z, a, factor, matrix):
+def add_angle_gradients(structure, values, z, a, factor, matrix):
     """Add `factor` times ∂θ/∂q to the row of the constraint that variable `a` belongs to."""
-    x, y = vector(vectors, values, z, 0, a)
+    x, y = vector(structure, values, z, 0, a)
+    vectors = structure.vectors
     first = vectors.start[a]
     for p in range(first, vectors.start[a + 1]):
-        entry = factor * _gradient(vectors, values, a, p, x, y)
+        entry = factor * _gradient(structure, values, a, p, x, y)
         add_to(matrix, vectors.multiplier_slot[a, p - first], entry)
 
 
 @compiled
-def add_angle_tangent(vectors, values, state, z, weight, matrix):
+def add_angle_tangent(structure, values, z, weight, matrix):
     """Add `weight` times moment × θ_qq of all angles and lengths."""
+    vectors, state, numbers = structure.vectors, structure.state, values.vectors
     for a in range(state.velocity - state.angle):
-        x, y = vector(vectors, values, z, 0, a)
+        x, y = vector(structure, values, z, 0, a)
         square = _square(x, y)
         factor = weight * load(z, state.moment + a) / (square * square)
         xx, xy = factor * 2.0 * x * y, factor * (y * y - x * x)
@@ -126,20 +128,20 @@ def add_angle_tangent(vectors, values, state, z, weight, matrix):
             factor = 0.5 * factor * sqrt(square)
             xx, xy, same = factor * (y * y - x * x), -2.0 * factor * x * y, factor * square
         for p in range(first, vectors.start[a + 1]):
-            px, py = load(values.x, p), load(values.y, p)
+            px, py = load(numbers.x, p), load(numbers.y, p)
             for q in range(p, vectors.start[a + 1]):
-                qx, qy = load(values.x, q), load(values.y, q)
+                qx, qy = load(numbers.x, q), load(numbers.y, q)
                 entry = xx * (px * qx - py * qy) + xy * (px * qy + py * qx)
                 entry = entry + same * (px * qx + py * qy)
                 add_to(matrix, vectors.slot[a, p - first, q - first], entry)
 
 
 @compiled
-def angle_drift(vectors, values, state, z, a):
+def angle_drift(structure, values, z, a):
     """Return θ̈ without ∂θ/∂q q̈, which is −2 (n · ṅ)(n × ṅ)/(n · n)², or the same of a length."""
-    x, y = vector(vectors, values, z, 0, a)
-    u, v = vector(vectors, values, z, state.velocity, a)
+    x, y = vector(structure, values, z, 0, a)
+    u, v = vector(structure, values, z, structure.state.velocity, a)
     square, turning = _square(x, y), x * v - y * u
-    if vectors.length[a]:
+    if structure.vectors.length[a]:
         return turning * turning / (square * sqrt(square))
     return -2.0 * (x * u + y * v) * turning / (square * square)

@@ -57,9 +57,7 @@ def add_constraint_tangent(structure, values, terms, coefficient, now, z, weight
         add_to(matrix, terms.slot[t, 1], c)
     for t in range(terms.polynomials, len(terms.k)):
         c = load(coefficient, t) * load(functions, now + terms.f[t])
-        add_angle_gradients(
-            structure.vectors, values.vectors, z, terms.j[t] - structure.state.angle, c, matrix
-        )
+        add_angle_gradients(structure, values, z, terms.j[t] - structure.state.angle, c, matrix)
 
 
 @compiled
@@ -78,7 +76,7 @@ def subtract_velocity_errors(structure, values, terms, coefficient, now, z, r):
         add_to(r, terms.k[t], -load(coefficient, t) * load(z, velocity + terms.j[t]))
     for t in range(terms.polynomials, len(terms.k)):
         angle, f = terms.j[t], terms.f[t]
-        rate = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle - state.angle)
+        rate = polar_rate(structure, values, z, z, velocity, angle - state.angle)
         rate = load(values.functions, now + f) * rate
         rate += load(values.rates, 2 * now + f) * load(z, angle)
         add_to(r, terms.k[t], -load(coefficient, t) * rate)
@@ -107,11 +105,10 @@ def subtract_acceleration_errors(structure, values, terms, coefficient, now, z, 
         k, f, angle = terms.k[t], terms.f[t], terms.j[t] - state.angle
         value, rate = load(values.functions, now + f), load(values.rates, 2 * now + f)
         drift = load(values.rates, 2 * now + functions + f) * load(z, terms.j[t])
-        turning = polar_rate(structure.vectors, values.vectors, z, z, velocity, angle)
-        drift += 2.0 * rate * turning
-        drift += value * angle_drift(structure.vectors, values.vectors, state, z, angle)
+        drift += 2.0 * rate * polar_rate(structure, values, z, z, velocity, angle)
+        drift += value * angle_drift(structure, values, z, angle)
         c = load(coefficient, t)
-        moved = polar_rate(structure.vectors, values.vectors, z, z, acceleration, angle)
+        moved = polar_rate(structure, values, z, z, acceleration, angle)
         add_to(r, k, -c * (drift + value * moved))
-        moved = polar_rate(structure.vectors, values.vectors, z, a, 0, angle)
+        moved = polar_rate(structure, values, z, a, 0, angle)
         add_to(s, k, -c * (drift + value * moved))

@@ -1,6 +1,7 @@
 """The equations of motion, Eq. (26), on lanes: residual and tangent, assembled from the parts.
 
-`state.State` describes all rows of z, which are rows of lanes.
+`state.State` describes all rows of z, which are rows of lanes. `memory` is work space of force
+laws.
 """
 
 from __future__ import annotations
@@ -36,7 +37,6 @@ from flexband.mechanics.kernels.laws.forces import add_law_forces, add_law_tange
 from flexband.mechanics.kernels.springs import (
     add_spring_forces,
     add_spring_tangent,
-    add_torsion_tangent,
     spring_energy,
     update_springs,
 )
@@ -44,12 +44,9 @@ from flexband.mechanics.kernels.springs import (
 
 @compiled
 def violated_constraint(structure, values, now, z, r, tolerance):
-    """Return the multiplier of the constraint that is violated most, or 0 if all are met.
-
-    `tolerance` is relative to the size of the mechanism, `r` is work space.
-    """
+    """Return the multiplier of the constraint that is violated most, or 0; r is work space."""
     state = structure.state
-    update_angles(structure.vectors, values.vectors, state, z)
+    update_angles(structure, values, z)
     clear(r, state.velocity)
     add_constraints(structure.terms, values.terms, values.functions, now, z, r)
     largest, worst = filled(0.0), filled(0.0)
@@ -92,67 +89,46 @@ def clear_matrix(pattern, matrix):
 
 @compiled
 def update_dependent(structure, values, now, z):
-    """Set the rows of z that follow from the coordinates: angles, tensions and elongations.
-
-    Free strains, which follow from the time, are set as well.
-    """
-    state = structure.state
-    update_angles(structure.vectors, values.vectors, state, z)
+    """Set the rows of z that follow from q, and free strains, which follow from the time."""
+    update_angles(structure, values, z)
     update_free_strains(structure.beams, values.beams, values.functions, now)
     update_free_strains(structure.cables, values.cables, values.functions, now)
-    update_springs(
-        structure.springs, values.springs, structure.vectors, values.vectors, state,
-        values.functions, now, z,
-    )  # fmt: skip
+    update_springs(structure, values, now, z)
 
 
 @compiled
-def add_loads(structure, values, now, z, r, memory):
-    """Add −Q of the forces that are products of z or force laws; springs are not among them.
-
-    `memory` is work space of force laws.
-    """
-    functions = values.functions
-    add_products(structure.forces, values.forces, functions, now, z, r, -1.0)
-    add_law_forces(
-        structure.laws, values.laws, structure.vectors, values.vectors, structure.state, functions,
-        now, z, r, memory,
-    )  # fmt: skip
+def _add_loads(structure, values, now, z, r, memory):
+    """Add −Q of the forces that are products of z or force laws, without springs, and friction."""
+    add_products(structure.forces, values.forces, values.functions, now, z, r, -1.0)
+    add_law_forces(structure, values, now, z, r, memory)
+    if structure.state.angle > structure.state.friction:
+        update_friction(structure, values, now, z, r)
+        add_friction(structure, values, now, z, r)
 
 
 @compiled
 def residual(structure, values, now, z, r, memory):
-    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), in the rows of z.
-
-    `memory` is work space of force laws.
-    """
-    state, functions = structure.state, values.functions
+    """Set r to [M a + Φ_qᵀλ + F(q) − Q; Φ(q, t)] of Eq. (27), in the rows of z."""
+    state = structure.state
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     for i in range(1, state.coordinates + 1):
         store(r, i, -load(values.weight, i))
     add_mass_product(structure.mass, values.mass, z, state.acceleration, r)
     add_elastic_forces(structure, values, z, r)
-    add_spring_forces(structure.springs, structure.vectors, values.vectors, state, z, r)
-    add_loads(structure, values, now, z, r, memory)
-    if state.angle > state.friction:
-        update_friction(structure, values, now, z, r)
-        add_friction(structure, values, now, z, r)
-    add_constraints(structure.terms, values.terms, functions, now, z, r)
-    pass_on_moments(structure.vectors, values.vectors, state, z, r)
+    add_spring_forces(structure, values, z, r)
+    _add_loads(structure, values, now, z, r, memory)
+    add_constraints(structure.terms, values.terms, values.functions, now, z, r)
+    pass_on_moments(structure, values, z, r)
 
 
 @compiled
 def loads(structure, values, now, z, r, memory):
-    """Set r to the loads of `add_loads` and friction alone."""
-    state = structure.state
+    """Set r to the loads of `_add_loads` alone."""
     update_dependent(structure, values, now, z)
-    clear(r, state.velocity)
-    add_loads(structure, values, now, z, r, memory)
-    if state.angle > state.friction:
-        update_friction(structure, values, now, z, r)
-        add_friction(structure, values, now, z, r)
-    pass_on_moments(structure.vectors, values.vectors, state, z, r)
+    clear(r, structure.state.velocity)
+    _add_loads(structure, values, now, z, r, memory)
+    pass_on_moments(structure, values, z, r)
 
 
 @compiled
@@ -170,48 +146,31 @@ def tangent(structure, values, now, z, weight, rate, matrix, blocks):
     C is the damping of springs and beams. It follows a `residual` of the same state. Forces that
     are products of z are left out: their tangent is small, and not symmetric.
     """
-    state, functions = structure.state, values.functions
     clear_matrix(structure.pattern, matrix)
     add_mass(structure.mass, values.regular_mass, matrix)
     add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks)
-    add_spring_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
-        z, weight, rate, matrix,
-    )  # fmt: skip
-    add_torsion_tangent(
-        structure.springs, values.springs, structure.vectors, values.vectors, state, functions, now,
-        z, weight, rate, matrix,
-    )  # fmt: skip
-    add_law_tangent(
-        structure.laws, values.laws, structure.vectors, values.vectors, state, functions, now, z,
-        weight, rate, 1.0 / load(values.inverse_scale, 1), matrix, blocks,
-    )  # fmt: skip
+    add_spring_tangent(structure, values, now, z, weight, rate, matrix)
+    add_law_tangent(structure, values, now, z, weight, rate, matrix, blocks)
     add_jacobian(structure, values, now, z, weight, matrix)
-    add_angle_tangent(structure.vectors, values.vectors, state, z, weight, matrix)
+    add_angle_tangent(structure, values, z, weight, matrix)
 
 
 @compiled
 def prepare(structure, values, now, z, memory):
-    """Set the rows of z that sensors may depend on; `memory` is work space of force laws."""
+    """Set the rows of z that sensors may depend on."""
     state = structure.state
     update_dependent(structure, values, now, z)
     if structure.reads_energy:
         store(z, state.energy, elastic_energy(structure, values, z))
-        add_to(z, state.energy, spring_energy(structure.springs, values.springs, state, z))
+        add_to(z, state.energy, spring_energy(structure, values, z))
     if structure.reads_laws:
-        read_laws(
-            structure.laws, values.laws, structure.vectors, values.vectors, state,
-            values.functions, now, z, memory,
-        )  # fmt: skip
+        read_laws(structure, values, now, z, memory)
         add_to_contacts(structure, values, z)
 
 
 @compiled
 def sense(structure, values, now, z, outputs, memory):
-    """Set the sensors' rows, after the rows of z that they may depend on.
-
-    `memory` is work space of force laws.
-    """
+    """Set the sensors' rows, after the rows of z that they may depend on."""
     prepare(structure, values, now, z, memory)
     clear(outputs, outputs.shape[0])
     add_products(structure.sensors, values.sensors, values.functions, now, z, outputs, 1.0)

@@ -248,18 +248,14 @@ def _work(products) -> GeneralizedForce:
 class Frame:
     """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23).
 
-    Attributes
-    ----------
-    position : r.
-    x, y : r_x and r_y. Where a flexible member is deformed they are neither unit vectors nor
-        perpendicular to each other.
-    rigid : whether they always are.
+    Where a flexible member is deformed, the axes are neither unit vectors nor perpendicular to each
+    other.
     """
 
-    position: Vector
-    x: Vector
-    y: Vector
-    rigid: bool = False
+    position: Vector  # r
+    x: Vector  # r_x
+    y: Vector  # r_y
+    rigid: bool = False  # whether the axes are perpendicular unit vectors
 
     @property
     def normal(self) -> Vector:

@@ -56,18 +56,12 @@ from flexband.mechanics.kernels.state import FRICTION_ROWS
 
 
 class FollowOptions(NamedTuple):
-    """When changes of reactions are summed up.
-
-    Attributes
-    ----------
-    skew
-        Squared sine of the angle between two changes, up to which they are parallel.
-    ratio
-        The largest of their ratios, beyond which they are not summed up.
-    """
+    """When changes of reactions are summed up."""
 
     skew: float = 1e-2
+    """Squared sine of the angle between two changes that count as parallel."""
     ratio: float = 0.995
+    """Of their sizes, beyond which they are not summed up."""
 
 
 FOLLOW = FollowOptions()
@@ -83,11 +77,25 @@ class Modes(NamedTuple):
 MODE = Modes()
 
 
+class StickSlipRows(NamedTuple):
+    """The number of frictions, and the first row of each of their `FRICTION_ROWS`."""
+
+    frictions: int
+    mode: int
+    anchor: int
+    speed: int
+    normal: int
+    distance: int  # |d| of circles; of a joint that switches, the energy that it has taken
+    turn: int  # φ₀ of circles; of a joint that switches, the speed that it stops
+
+
 @compiled
 def friction_rows(state):
-    """Return the number of frictions, and the first row of modes, anchors, speeds and forces."""
-    count, first = state.angle - state.friction, state.sliding
-    return count, first, first + count, first + 2 * count, first + 3 * count
+    """Return the `StickSlipRows`."""
+    n, first = state.angle - state.friction, state.sliding
+    return StickSlipRows(
+        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n
+    )
 
 
 @compiled
@@ -99,7 +107,7 @@ def sticks(state, z, k):
 @compiled
 def distance_of_centres(structure, values, z, n):
     """Return |d| of an orbit."""
-    x, y = vector(structure.vectors, values.vectors, z, 0, structure.friction.centres[n])
+    x, y = vector(structure, values, z, 0, structure.friction.centres[n])
     return sqrt(x * x + y * y)
 
 
@@ -115,61 +123,58 @@ def update_distances(structure, values, z):
 @compiled
 def begin_sticking(structure, values, z):
     """Let circles that stick begin a step where they are."""
-    friction, state = structure.friction, structure.state
-    count, _, anchor, _, _ = friction_rows(state)
+    friction, rows = structure.friction, friction_rows(structure.state)
     for n in range(len(friction.orbit_term)):
         k, t = friction.of_orbit[n], friction.orbit_term[n]
-        first = n == 0 or friction.of_orbit[n - 1] != k
+        first, turn = n == 0 or friction.of_orbit[n - 1] != k, rows.turn + k
         angle = load(values.friction.orbits, n) * load(z, friction.terms.j[t])
-        turn, distance = state.sliding + 5 * count + k, state.sliding + 4 * count + k
         store(z, turn, angle if first else load(z, turn) + angle)
-        store(z, distance, distance_of_centres(structure, values, z, n))
-        store(z, anchor + k, filled(0.0))
+        store(z, rows.distance + k, distance_of_centres(structure, values, z, n))
+        store(z, rows.anchor + k, filled(0.0))
     for t in range(len(friction.terms.k)):
-        k = friction.terms.k[t] - state.friction
+        k = friction.terms.k[t] - structure.state.friction
         if friction.circular[k] and not friction.is_orbit[t]:
             travel = load(values.friction.terms, t) * load(z, friction.terms.j[t])
-            add_to(z, anchor + k, travel)
+            add_to(z, rows.anchor + k, travel)
 
 
 @compiled
 def hold_circles(structure, values, z, r):
     """Set the factors |d| of what sticks to their means in a step, and subtract φ₀ times these."""
     friction, numbers, state = structure.friction, values.friction, structure.state
-    count = state.angle - state.friction
+    rows = friction_rows(state)
     for n in range(len(friction.orbit_term)):
         k, t = friction.of_orbit[n], friction.orbit_term[n]
         now, held = distance_of_centres(structure, values, z, n), sticks(state, z, k)
-        before = load(z, state.sliding + 4 * count + k)
+        before = load(z, rows.distance + k)
         before = where(less(filled(0.0), before), before, now)
         mean = where(held, 0.5 * (before + now), now)
         store(numbers.terms, t, load(numbers.orbits, n) * mean)
         if n == 0 or friction.of_orbit[n - 1] != k:
-            add_to(r, state.friction + k, -mean * load(z, state.sliding + 5 * count + k))
+            add_to(r, state.friction + k, -mean * load(z, rows.turn + k))
 
 
 @compiled
 def update_friction(structure, values, now, z, r):
     """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
     friction, numbers, state = structure.friction, values.friction, structure.state
-    count, mode, _, speed, normal = friction_rows(state)
-    components = state.gap - 2 * len(friction.of_components)
-    for k in range(count):
-        store(z, normal + k, filled(0.0))
+    rows, components = friction_rows(state), state.gap - 2 * len(friction.of_components)
+    for k in range(rows.frictions):
+        store(z, rows.normal + k, filled(0.0))
     for row in range(components, state.gap):
         store(z, row, filled(0.0))
     add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
     for n in range(len(friction.of_components)):
         row, k = components + 2 * n, friction.of_components[n]
         x, y = load(z, row), load(z, row + 1)
-        add_to(z, normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
+        add_to(z, rows.normal + k, x if friction.switched[k] else sqrt(x * x + y * y))
     update_distances(structure, values, z)
     subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
-    for k in range(count):
+    for k in range(rows.frictions):
         row = state.friction + k
-        u, N, sign = -load(r, row), load(z, normal + k), load(z, mode + k)
+        u, N, sign = -load(r, row), load(z, rows.normal + k), load(z, rows.mode + k)
         store(r, row, filled(0.0))
-        store(z, speed + k, u)
+        store(z, rows.speed + k, u)
         decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
         mu = load(numbers.kinetic, k) + load(numbers.rise, k) * decay
         force = sign * mu * N + load(numbers.viscous, k) * u
@@ -180,13 +185,13 @@ def update_friction(structure, values, now, z, r):
 @compiled
 def add_to_contacts(structure, values, z):
     """Add friction to the forces of its contacts, on the first and on the second body."""
-    friction, vectors, numbers = structure.friction, structure.vectors, values.vectors
+    friction = structure.friction
     for n in range(len(friction.rubbed)):
         row, first = friction.contact_force[n], friction.action + 3 * n
         force = load(z, structure.state.friction + friction.rubbed[n])
-        x, y = vector(vectors, numbers, z, 0, first)
-        ax, ay = vector(vectors, numbers, z, 0, first + 1)
-        bx, by = vector(vectors, numbers, z, 0, first + 2)
+        x, y = vector(structure, values, z, 0, first)
+        ax, ay = vector(structure, values, z, 0, first + 1)
+        bx, by = vector(structure, values, z, 0, first + 2)
         size, couple = sqrt(x * x + y * y) + 1e-100, force * load(values.friction.radius, n)
         x, y = force * x / size, force * y / size
         add_to(z, row, -x)
@@ -249,12 +254,11 @@ def keep_sticking(state, z, r):
 @compiled
 def add_friction(structure, values, now, z, r):
     """Add Φ_qᵀλ of friction to the coordinates' rows, and s − s₀ to the rows of what sticks."""
-    state = structure.state
-    count, _, anchor, _, _ = friction_rows(state)
+    state, rows = structure.state, friction_rows(structure.state)
     hold_circles(structure, values, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
-    for k in range(count):
-        add_to(r, state.friction + k, -load(z, anchor + k))
+    for k in range(rows.frictions):
+        add_to(r, state.friction + k, -load(z, rows.anchor + k))
     keep_sticking(state, z, r)
 
 
@@ -305,12 +309,12 @@ def subtract_rate_errors(structure, values, now, z, a, r, s):
 @compiled
 def subtract_drift_of_circles(structure, values, z, r, s):
     """Subtract the rate of |d| times that of φ."""
-    friction, vectors, state = structure.friction, structure.vectors, structure.state
+    friction, state = structure.friction, structure.state
     for n in range(len(friction.orbit_term)):
-        x, y = vector(vectors, values.vectors, z, 0, friction.centres[n])
-        u, v = vector(vectors, values.vectors, z, state.velocity, friction.centres[n])
+        x, y = vector(structure, values, z, 0, friction.centres[n])
+        u, v = vector(structure, values, z, state.velocity, friction.centres[n])
         angle = friction.terms.j[friction.orbit_term[n]] - state.angle
-        turning = polar_rate(vectors, values.vectors, z, z, state.velocity, angle)
+        turning = polar_rate(structure, values, z, z, state.velocity, angle)
         apart = (x * u + y * v) / (sqrt(x * x + y * y) + 1e-100)
         drift = load(values.friction.orbits, n) * apart * turning
         add_to(r, state.friction + friction.of_orbit[n], -drift)

@@ -50,25 +50,27 @@ def _angles_of(springs, s):
 
 
 @compiled
-def elongation(springs, vectors, vector_values, state, z, s):
+def elongation(structure, values, z, s):
     """Return s."""
+    springs, state = structure.springs, structure.state
     if s < springs.translational:
-        x, y = vector(vectors, vector_values, z, 0, springs.vector[s])
+        x, y = vector(structure, values, z, 0, springs.vector[s])
         return _length(x, y)
     first, second = _angles_of(springs, s)
     return load(z, state.angle + first) - load(z, state.angle + second)
 
 
 @compiled
-def _rate(springs, vectors, vector_values, state, z, s):
+def _rate(structure, values, z, s):
     """Return ṡ."""
+    springs, state = structure.springs, structure.state
     if s < springs.translational:
-        x, y = vector(vectors, vector_values, z, 0, springs.vector[s])
-        vx, vy = vector(vectors, vector_values, z, state.velocity, springs.vector[s])
+        x, y = vector(structure, values, z, 0, springs.vector[s])
+        vx, vy = vector(structure, values, z, state.velocity, springs.vector[s])
         return (x * vx + y * vy) / _length(x, y)
     first, second = _angles_of(springs, s)
-    rate = angle_rate(vectors, vector_values, state, z, first)
-    return rate - angle_rate(vectors, vector_values, state, z, second)
+    rate = angle_rate(structure, values, z, first)
+    return rate - angle_rate(structure, values, z, second)
 
 
 @compiled
@@ -102,29 +104,31 @@ def _table(springs, table, s, x, rate):
 
 
 @compiled
-def update_springs(springs, values, vectors, vector_values, state, functions, now, z):
+def update_springs(structure, values, now, z):
     """Set the tension T and the elongation s of every spring."""
+    springs, numbers, state = structure.springs, values.springs, structure.state
     for s in range(len(springs.f)):
-        length = elongation(springs, vectors, vector_values, state, z, s)
-        stretch = length - load(values.rest, s)
-        elastic = load(values.stiffness, s) + load(values.cubic, s) * stretch * stretch
-        rate = _rate(springs, vectors, vector_values, state, z, s)
-        pull = load(values.pull, s) * load(functions, now + springs.f[s])
+        length = elongation(structure, values, z, s)
+        stretch = length - load(numbers.rest, s)
+        elastic = load(numbers.stiffness, s) + load(numbers.cubic, s) * stretch * stretch
+        rate = _rate(structure, values, z, s)
+        pull = load(numbers.pull, s) * load(values.functions, now + springs.f[s])
         if springs.places[s] > 0:
-            pull = pull * _table(springs, values.table, s, stretch, rate)[0]
-        store(z, state.tension + s, elastic * stretch + load(values.damping, s) * rate + pull)
+            pull = pull * _table(springs, numbers.table, s, stretch, rate)[0]
+        store(z, state.tension + s, elastic * stretch + load(numbers.damping, s) * rate + pull)
         store(z, state.elongation + s, length)
 
 
 @compiled
-def add_spring_forces(springs, vectors, vector_values, state, z, r):
+def add_spring_forces(structure, values, z, r):
     """Add T ∂s/∂q, or T to the rows of the angles; the springs are up to date."""
+    springs, vectors, state = structure.springs, structure.vectors, structure.state
     for s in range(springs.translational):
         a = springs.vector[s]
-        x, y = vector(vectors, vector_values, z, 0, a)
+        x, y = vector(structure, values, z, 0, a)
         tension = load(z, state.tension + s) / load(z, state.elongation + s)
         for p in range(vectors.start[a], vectors.start[a + 1]):
-            force = x * load(vector_values.x, p) + y * load(vector_values.y, p)
+            force = x * load(values.vectors.x, p) + y * load(values.vectors.y, p)
             add_to(r, vectors.coordinate[p], tension * force)
     for s in range(springs.translational, len(springs.f)):
         first, second = _angles_of(springs, s)
@@ -133,75 +137,66 @@ def add_spring_forces(springs, vectors, vector_values, state, z, r):
 
 
 @compiled
-def _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s):
+def _slope(structure, values, now, z, rate, s):
     """Return ∂T/∂s + rate ∂T/∂ṡ."""
-    stretch = load(z, state.elongation + s) - load(values.rest, s)
-    slope = load(values.stiffness, s) + 3.0 * load(values.cubic, s) * stretch * stretch
-    slope = slope + rate * load(values.damping, s)
+    springs, numbers = structure.springs, values.springs
+    stretch = load(z, structure.state.elongation + s) - load(numbers.rest, s)
+    slope = load(numbers.stiffness, s) + 3.0 * load(numbers.cubic, s) * stretch * stretch
+    slope = slope + rate * load(numbers.damping, s)
     if springs.places[s] > 0:
-        speed = _rate(springs, vectors, vector_values, state, z, s)
-        _, by_place, by_rate = _table(springs, values.table, s, stretch, speed)
-        factor = load(values.pull, s) * load(functions, now + springs.f[s])
+        speed = _rate(structure, values, z, s)
+        _, by_place, by_rate = _table(springs, numbers.table, s, stretch, speed)
+        factor = load(numbers.pull, s) * load(values.functions, now + springs.f[s])
         slope = slope + factor * (by_place + rate * by_rate)
     return slope
 
 
 @compiled
-def add_spring_tangent(
-    springs, values, vectors, vector_values, state, functions, now, z, weight, rate, matrix
-):
-    """Add `weight` times the tangent of translational springs, (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ).
-
-    The change of the damper's ℓ̇ with the direction is left out.
-    """
-    for s in range(springs.translational):
-        a = springs.vector[s]
-        begin, end = vectors.start[a], vectors.start[a + 1]
-        x, y = vector(vectors, vector_values, z, 0, a)
-        length = load(z, state.elongation + s)
-        slope = _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s)
-        slope = weight * slope
-        across = weight * load(z, state.tension + s) / length
-        nx, ny = x / length, y / length
-        for p in range(begin, end):
-            px, py = load(vector_values.x, p), load(vector_values.y, p)
-            for q in range(p, end):
-                qx, qy = load(vector_values.x, q), load(vector_values.y, q)
-                along = (nx * px + ny * py) * (nx * qx + ny * qy)
-                entry = across * (px * qx + py * qy) + (slope - across) * along
-                add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
-
-
-@compiled
-def _angle_entry(springs, vectors, vector_values, z, s, e):
+def _angle_entry(structure, values, z, s, e):
     """Return the coordinate of entry `e` of a torsion spring, and ∂s/∂q there."""
-    a, second = _angles_of(springs, s)
+    vectors = structure.vectors
+    a, second = _angles_of(structure.springs, s)
     count, sign = vectors.start[a + 1] - vectors.start[a], 1.0
     if e >= count:
         a, e, sign = second, e - count, -1.0
-    x, y = vector(vectors, vector_values, z, 0, a)
+    x, y = vector(structure, values, z, 0, a)
     p = vectors.start[a] + e
-    return vectors.coordinate[p], sign * angle_gradient(vector_values, p, x, y)
+    return vectors.coordinate[p], sign * angle_gradient(values, p, x, y)
 
 
 @compiled
-def add_torsion_tangent(
-    springs, values, vectors, vector_values, state, functions, now, z, weight, rate, matrix
-):
-    """Add `weight` times (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs.
+def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
+    """Add `weight` times the tangent of all springs.
 
+    It is (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ) of translational ones; the change of the damper's ℓ̇
+    with the direction is left out. It is (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs, to which
     `angles.add_angle_tangent` adds T times the second derivatives of the angles.
     """
+    springs, vectors, numbers = structure.springs, structure.vectors, values.vectors
+    for s in range(springs.translational):
+        a = springs.vector[s]
+        begin, end = vectors.start[a], vectors.start[a + 1]
+        x, y = vector(structure, values, z, 0, a)
+        length = load(z, structure.state.elongation + s)
+        slope = weight * _slope(structure, values, now, z, rate, s)
+        across = weight * load(z, structure.state.tension + s) / length
+        nx, ny = x / length, y / length
+        for p in range(begin, end):
+            px, py = load(numbers.x, p), load(numbers.y, p)
+            for q in range(p, end):
+                qx, qy = load(numbers.x, q), load(numbers.y, q)
+                along = (nx * px + ny * py) * (nx * qx + ny * qy)
+                entry = across * (px * qx + py * qy) + (slope - across) * along
+                add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
     for s in range(springs.translational, len(springs.f)):
-        slope = _slope(springs, values, vectors, vector_values, state, functions, now, z, rate, s)
-        slope = weight * slope
+        slope = weight * _slope(structure, values, now, z, rate, s)
         first, second = _angles_of(springs, s)
         count = vectors.start[first + 1] - vectors.start[first]
         count += vectors.start[second + 1] - vectors.start[second]
         for e in range(count):
-            i, gradient = _angle_entry(springs, vectors, vector_values, z, s, e)
+            i, gradient = _angle_entry(structure, values, z, s, e)
             for f in range(e, count):
-                j, other = _angle_entry(springs, vectors, vector_values, z, s, f)
+                j, other = _angle_entry(structure, values, z, s, f)
                 entry = slope * gradient * other
                 if i == j and e != f:  # both angles depend on this coordinate
                     entry = entry + entry
@@ -209,28 +204,28 @@ def add_torsion_tangent(
 
 
 @compiled
-def spring_energy(springs, values, state, z):
+def spring_energy(structure, values, z):
     """Return ½ k x² + ¼ k₃ x⁴ of all springs; actuators have no part in it."""
-    total = 0.0 * load(z, 0)
-    for s in range(len(springs.f)):
-        stretch = load(z, state.elongation + s) - load(values.rest, s)
+    total, numbers = 0.0 * load(z, 0), values.springs
+    for s in range(len(structure.springs.f)):
+        stretch = load(z, structure.state.elongation + s) - load(numbers.rest, s)
         square = stretch * stretch
-        total += 0.5 * load(values.stiffness, s) * square
-        total += 0.25 * load(values.cubic, s) * square * square
+        total += 0.5 * load(numbers.stiffness, s) * square
+        total += 0.25 * load(numbers.cubic, s) * square * square
     return total
 
 
 @compiled
-def set_rest(springs, values, vectors, vector_values, state, z, known):
+def set_rest(structure, values, z, known):
     """Set s₀ of springs that are relaxed at the start.
 
     A given angle at rest is counted from the turn on which the torsion spring starts, unless it is
     `known` which one that was.
     """
+    springs, rest = structure.springs, values.springs.rest
     for s in range(len(springs.f)):
-        start = elongation(springs, vectors, vector_values, state, z, s)
-        given = load(values.rest, s)
+        start, given = elongation(structure, values, z, s), load(rest, s)
         relaxed = less(filled(0.5 * RELAXED), given)
         if s >= springs.translational and not known:
             given = given + math.tau * nearest_whole(start / math.tau)
-        store(values.rest, s, where(relaxed, start, given))
+        store(rest, s, where(relaxed, start, given))

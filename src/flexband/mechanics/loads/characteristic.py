@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.compilation.functions import compiled
 from flexband.errors import InputError, check_finite, check_function
+from flexband.mechanics.kernels.forms import TimeFunction
 
 
 @frozen()
@@ -51,7 +50,7 @@ class Characteristic:
     force: ArrayLike
     place: ArrayLike | None = None
     speed: ArrayLike | None = None
-    factor: Any = 1.0
+    factor: ArrayLike | TimeFunction = 1.0
 
     def __post_init__(self) -> None:
         force = check_finite("Characteristic force", self.force, rank=None)

@@ -122,14 +122,11 @@ class Contact(ContactLoad):
             as_coulomb("Contact friction", self.friction)
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
+        if isinstance(self.geometry, CircleOnLine):
+            straight("Contact", second)
         friction = rubbing(self.friction, partial(self.geometry.travel, first, second))
         kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
         return [touching(kernel, self.law, *parameters, friction=friction)]
-
-    def enters(self, model: LoadModel) -> Entries:
-        if isinstance(self.geometry, CircleOnLine):
-            straight("Contact", model.frame(self.second))
-        return ContactLoad.enters(self, model)
 
 
 @frozen()
@@ -182,6 +179,7 @@ class Stop(ContactLoad):
             as_coulomb("Stop friction", self.friction)
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
+        straight("Stop", second)
         x, y = self.axis
         friction = rubbing(self.friction, partial(travel_on_line, first, second, self.axis))
         return [
@@ -193,10 +191,6 @@ class Stop(ContactLoad):
             )
             for sign, limit in checked_limits("Stop", self.lower, self.upper)
         ]
-
-    def enters(self, model: LoadModel) -> Entries:
-        straight("Stop", model.frame(self.second))
-        return ContactLoad.enters(self, model)
 
 
 @frozen()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -103,23 +103,22 @@ class ForceLaw:
         return LawEntry(frames, self.law, self.parameters, self.states, lines, self.events)
 
 
-def _check_states(states: object) -> None:
+def _check_states(states: Mapping[str, ArrayLike]) -> None:
     """Raise `InputError` if these are not names of states with values at the start."""
     check_instance(
         "ForceLaw states", states, Mapping, "a mapping from names to values at the start"
     )
-    for name, value in cast(Mapping, states).items():
+    for name, value in states.items():
         if not isinstance(name, str) or not name:
             raise InputError(f"the name of a state must be non-empty text; got {shown(name)}")
         if not isinstance(value, str) or value != "steady":
             check_finite(f"ForceLaw state {name!r}", value, 'finite numbers or "steady"')
 
 
-def _check_events(events: object) -> None:
+def _check_events(events: Sequence[str]) -> None:
     """Raise `InputError` if these are not different names."""
-    is_list = isinstance(events, list | tuple)
-    names = [name for name in events if isinstance(name, str) and name] if is_list else []
-    if not is_list or not len({*names}) == len(events):
+    names = events if isinstance(events, list | tuple) else [None]
+    if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
         raise InputError(f"ForceLaw events must be a list of different names; got {shown(events)}")
 
 

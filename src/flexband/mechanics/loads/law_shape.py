@@ -44,16 +44,10 @@ class LawFailure(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CompiledLaw:
-    """A law as a C function of the memory that `kernels.laws.forces` describes, for all lanes.
+    """A law as a C function of the memory that `kernels.laws.forces` describes, for all lanes."""
 
-    Attributes
-    ----------
-    address : where the engine calls it.
-    kept : what has to live as long as the code.
-    """
-
-    address: int
-    kept: tuple
+    address: int  # where the engine calls it
+    kept: tuple  # what has to live as long as the code
 
 
 _thread = threading.local()

@@ -8,13 +8,15 @@ is (x, y, φ) in the axes of that body, and its forces are along these axes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from flexband.compilation.functions import compiled
 from flexband.errors import InputError, shown
 
 
-def check_lines(name: str, lines: object, points: int) -> None:
+def check_lines(name: str, lines: Sequence[tuple[int, int]], points: int) -> None:
     """Raise `InputError` if these are not pairs of numbers of points."""
     allowed = f"a list of pairs of different numbers of points, 0 to {points - 1}"
     if not isinstance(lines, list | tuple):

@@ -37,23 +37,17 @@ class LoadModel(Protocol):
 class SpringEntry(NamedTuple):
     """A spring, damper and actuator along an elongation s, see `kernels.springs`.
 
-    Attributes
-    ----------
-    vectors : of a translational spring one vector, whose length is s [m]; of a torsion spring two
-        directions, the angle of the first less that of the second being s [rad].
-    stiffness, cubic, damping : k, k₃ and d.
-    rest : s₀, or None if the spring is relaxed at the start.
-    pull : f(t), an additional tension: one term c f(t), or none.
-    table : g(x, ṡ), by which f(t) is multiplied, or None.
+    Of a translational spring s is the length of its vector [m]; of a torsion spring it is the angle
+    of the first vector less that of the second [rad].
     """
 
     vectors: Sequence[Vector]
-    stiffness: ArrayLike
-    rest: ArrayLike | None
-    cubic: ArrayLike
-    damping: ArrayLike
-    pull: Form
-    table: Characteristic | None = None
+    stiffness: ArrayLike  # k
+    rest: ArrayLike | None  # s₀, or None if the spring is relaxed at the start
+    cubic: ArrayLike  # k₃
+    damping: ArrayLike  # d
+    pull: Form  # f(t), an additional tension: one term c f(t), or none
+    table: Characteristic | None = None  # g(x, ṡ), by which f(t) is multiplied
 
     @property
     def torsion(self) -> bool:
@@ -64,27 +58,18 @@ class SpringEntry(NamedTuple):
 class LawEntry(NamedTuple):
     """A force law, see `kernels.laws.forces`.
 
-    Attributes
-    ----------
-    points : the frames that the law reads and acts on.
-    law : the user's function, see `compiled_laws`.
-    parameters : numbers, arrays of shape (n,), or functions of the time [s].
-    states : its first-order states at the start by name, or "steady" where their rates vanish.
-    lines : that it reads and acts on: two numbers of points, and 0 for the line between them or 1
-        for the place of the first one in the axes of the second one's body.
-    events : the names of its gaps, whose zeros are events.
-    gap_kind : what these are of, see `kernels.laws.forces`. Gaps of contacts have forces.
-    closed_at_start : whether contacts may be closed at the start.
+    A line has two numbers of points, and 0 for the line between them or 1 for the place of the
+    first one in the axes of the second one's body.
     """
 
-    points: Sequence[Frame]
-    law: Law
+    points: Sequence[Frame]  # that the law reads and acts on
+    law: Law  # the user's function, see `compiled_laws`
     parameters: Sequence[InTime]
-    states: Mapping[str, ArrayLike] = MappingProxyType({})
-    lines: Sequence[tuple[int, int, int]] = ()
-    events: Sequence[str] = ()
-    gap_kind: int = GAP.event
-    closed_at_start: bool = False
+    states: Mapping[str, ArrayLike] = MappingProxyType({})  # at the start, or "steady"
+    lines: Sequence[tuple[int, int, int]] = ()  # that it reads and acts on
+    events: Sequence[str] = ()  # names of its gaps, whose zeros are events
+    gap_kind: int = GAP.event  # of all its gaps, those of contacts have forces
+    closed_at_start: bool = False  # whether contacts may be so
 
     @property
     def shape(self) -> LawShape:
@@ -112,42 +97,26 @@ class MomentEntry(NamedTuple):
 
 
 class FollowingEntry(NamedTuple):
-    """A force that turns with a body.
+    """A force that turns with a body."""
 
-    Attributes
-    ----------
-    position : where it acts.
-    direction : a vector that is linear in the coordinates, of any length.
-    along, across : components [N] along this vector, and along this vector turned by 90°.
-    """
-
-    position: Vector
-    direction: Vector
-    along: Form
-    across: Form
+    position: Vector  # where it acts
+    direction: Vector  # linear in the coordinates, of any length
+    along: Form  # component along the direction [N]
+    across: Form  # component along the direction turned by 90° [N]
 
 
 @dataclass(frozen=True)
 class Entries:
-    """What a load enters in the equations of motion.
-
-    Attributes
-    ----------
-    forces : generalized forces that are forms of the state.
-    potential : the potential energy [J] that `forces` derive from, zero if they derive from none.
-    springs, laws, frictions : entries of the engine's springs, force laws and friction.
-    strains : free strains of members.
-    moments, following : moments and following forces at points of flexible members.
-    """
+    """What a load enters in the equations of motion."""
 
     forces: GeneralizedForce = field(default_factory=dict)
-    potential: Form = field(default_factory=lambda: Form({}))
+    potential: Form = field(default_factory=lambda: Form({}))  # [J], that `forces` derive from
     springs: Sequence[SpringEntry] = ()
     laws: Sequence[LawEntry] = ()
     frictions: Sequence[FrictionEntry] = ()
     strains: Sequence[FreeStrainEntry] = ()
-    moments: Sequence[MomentEntry] = ()
-    following: Sequence[FollowingEntry] = ()
+    moments: Sequence[MomentEntry] = ()  # at points of flexible members
+    following: Sequence[FollowingEntry] = ()  # at points of flexible members
 
 
 @runtime_checkable

@@ -27,28 +27,20 @@ OUTCOME = Outcomes()
 
 
 class StateSolver(NamedTuple):
-    """How states are solved for. Sizes of states are relative to y, b and a part of τ ẏ.
-
-    Attributes
-    ----------
-    iterations, halvings
-        The most of Newton's method, and of each of its corrections.
-    difference
-        Displacement of the differences that derivatives of the rates are taken from.
-    rate_part
-        Part of τ ẏ that counts as the size of a state near zero. A stiff state changes by less.
-    tolerance
-        Of the last correction.
-    stalled
-        Correction that is small enough where rounding lets none be smaller.
-    """
+    """How states are solved for. Sizes of states are relative to y, b and a part of τ ẏ."""
 
     iterations: int = 50
+    """Of Newton's method, at most."""
     halvings: int = 12
+    """Of each of its corrections, at most."""
     difference: float = 1e-7
+    """Displacement of the differences that derivatives are taken from."""
     rate_part: float = 1e-4
+    """Of τ ẏ, the size of a state near zero; a stiff one changes by less."""
     tolerance: float = 1e-12
+    """Of the last correction."""
     stalled: float = 1e-8
+    """The same where rounding lets no correction be smaller."""
 
 
 SOLVER = StateSolver()

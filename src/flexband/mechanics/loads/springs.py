@@ -19,15 +19,12 @@ Drive = InTime | Characteristic
 
 
 class SpringLoad(PairLoad):
-    """A spring, damper and actuator.
-
-    `units` are those of the stiffness, the cubic stiffness and the damping.
-    """
+    """A spring, damper and actuator."""
 
     stiffness: ArrayLike
     cubic: ArrayLike
     damping: ArrayLike
-    units: ClassVar[tuple[str, str, str]]
+    units: ClassVar[tuple[str, str, str]]  # of the three above
 
     def __post_init__(self) -> None:
         kind, (stiffness, cubic, damping) = type(self).__name__, self.units

@@ -12,32 +12,17 @@ NO_LEVER = fixed((0.0, 0.0))
 
 
 class Action(NamedTuple):
-    """Where friction acts on the two bodies of a contact.
+    """Where friction acts on the two bodies of a contact."""
 
-    Attributes
-    ----------
-    along : the direction, of any length, in which it acts on the second body where λ > 0.
-    first, second : from the first and the second point to where it acts, or to the centre of the
-        first circle.
-    radius : from this centre to where it acts: the angle of the first body enters s with it.
-    """
-
-    along: Vector
-    first: Vector
-    second: Vector
-    radius: ArrayLike
+    along: Vector  # direction, of any length, in which it acts on the second body where λ > 0
+    first: Vector  # from the first point to where it acts, or to the centre of the first circle
+    second: Vector  # the same from the second point
+    radius: ArrayLike  # from this centre to where it acts: θ₁ enters s with it
 
 
 class Travel(NamedTuple):
-    """How two surfaces slide: along s, whose rate is the sliding speed.
+    """How two surfaces slide: along s, whose rate is the sliding speed."""
 
-    Attributes
-    ----------
-    travel : s, a form of the coordinates and of angles.
-    action : of a contact.
-    orbit : an angle φ, whose product with the length of ``action.second`` is added to s.
-    """
-
-    travel: Form
-    action: Action | None = None
-    orbit: Form | None = None
+    travel: Form  # s, of the coordinates and of angles
+    action: Action | None = None  # of a contact
+    orbit: Form | None = None  # φ, whose product with the length of ``action.second`` is added to s

@@ -24,62 +24,44 @@ from flexband.mechanics.kernels.lanes import (
 
 
 class StepControl(NamedTuple):
-    """How the length of a step follows from the error of the one before.
-
-    Attributes
-    ----------
-    safety
-        Of the length that the error asks for, the part that is taken.
-    shortest, longest
-        Length of a step over that of the one before.
-    unchanged
-        Growth below which the length remains.
-    repeated
-        The same length ratio where Newton's method has failed.
-    first
-        First step of a run, in steps of the output.
-    overshoot
-        Part of a step by which it passes an event. It passes a contact by at most half of the
-        tolerance.
-    located
-        Part of a step in which an event is located at its end.
-    stuck
-        Both parts for sticking and sliding: forces jump, and no depth bounds the error.
-    difference
-        Part of a step over which the rates of gaps are differences.
-    least_speed
-        Size of a mode where its gap does not move.
-    in_flight, in_contact
-        Parts of the tolerance of steps in which all contacts are open, or one is closed: clearances
-        are small, and depths are smaller.
-    depths, least_depth
-        Ratio by which the depth of a contact changes at most in a step, and the change in parts of
-        the tolerance that is always allowed.
-    events_in_a_row, long_step
-        More events than that are without end if no step between them is longer than the shortest
-        one times `long_step`.
-    newton
-        Tolerance of Newton's method in parts of that of the step, if that is less than its own.
-    """
+    """How the length of a step follows from the error of the one before."""
 
     safety: float = 0.9
+    """Part of the length that the error asks for."""
     shortest: float = 0.2
+    """Length of a step over that of the one before, at least."""
     longest: float = 2.0
+    """The same at most."""
     unchanged: float = 1.2
+    """Growth below which the length remains."""
     repeated: float = 0.25
+    """Ratio of lengths where Newton's method has failed."""
     first: float = 0.05
+    """First step of a run, in steps of the output."""
     overshoot: float = 2e-4
+    """Part of a step beyond an event; half the tolerance past a contact."""
     located: float = 1e-3
+    """Part of a step in which an event is located at its end."""
     stuck: float = 1e-6
+    """Both for sticking and sliding: forces jump, and no depth bounds the error."""
     difference: float = 1e-3
+    """Part of a step over which the rates of gaps are differences."""
     least_speed: float = 1e-30
+    """Size of a mode where its gap does not move."""
     in_flight: float = 0.1
+    """Part of the tolerance with all contacts open: clearances are small."""
     in_contact: float = 0.01
+    """The same with a contact closed: depths are smaller."""
     depths: float = 1.5
+    """Ratio by which the depth of a contact changes at most in a step."""
     least_depth: float = 0.1
+    """Change in parts of the tolerance that is always allowed."""
     events_in_a_row: float = 20.0
+    """More, without a long step between them, are without end."""
     long_step: float = 10.0
+    """Such a step over the shortest one."""
     newton: float = 0.01
+    """Newton's tolerance in parts of that of the step, if less than its own."""
 
 
 CONTROL = StepControl()
@@ -98,10 +80,7 @@ def shift_accelerations(structure, z, a, ratio, chosen):
 
 @compiled
 def error_of_step(structure, method, values, work, ratio):
-    """Return the largest error of a coordinate in a step, relative to the mechanism's size.
-
-    `work.before` has the state before the step, and `ratio` is that of `shift_accelerations`.
-    """
+    """Return the largest error of a coordinate since `work.before`, relative to the size."""
     state = structure.state
     C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
     largest = filled(0.0)
@@ -128,9 +107,6 @@ def extrapolated(error, cubed, before, chosen):
 
 @compiled
 def length_ratio(error):
-    """Return the length of the next step over that of one with this error, over the tolerance.
-
-    It is the third root of 1/error times the safety factor, within its bounds.
-    """
+    """Return the length of the next step over that of one with this error, over the tolerance."""
     ratio = maximum(CONTROL.safety * power(error, filled(-1.0 / 3.0)), filled(CONTROL.shortest))
     return minimum(ratio, filled(CONTROL.longest))

@@ -20,9 +20,8 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.forces import GAP, gap_count
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.kernels.state import GAP_ROWS
 
 
 @compiled
@@ -47,7 +46,7 @@ def crossing(structure, values, limits, before, z, step):
     Returns the mask of the lanes that have one, and to which part of the step they should go.
     """
     state, late, part = structure.state, filled(0.0), filled(1.0)
-    count = (state.extreme - state.gap) // GAP_ROWS
+    count = gap_count(state)
     for k in range(count):
         tolerance = _tolerance(structure, values, limits, k)
         positive = less(filled(0.0), load(z, state.gap + 2 * count + k))
@@ -98,7 +97,7 @@ def longest_in_contact(structure, values, limits, z):
     It is the same on the way in as on the way out, which begins where the other ends.
     """
     state, longest = structure.state, filled(1e300)
-    count = (state.extreme - state.gap) // GAP_ROWS
+    count = gap_count(state)
     for k in range(count):
         if structure.laws.gap_kind[k] in (GAP.length, GAP.angle):
             rate = load(z, state.gap + count + k)
@@ -117,7 +116,7 @@ def longest_in_contact(structure, values, limits, z):
 @compiled
 def size_modes(state, z):
     """Set the size of modes that have changed at no time so far to the speed of their gaps."""
-    count = (state.extreme - state.gap) // GAP_ROWS
+    count = gap_count(state)
     for k in range(count):
         row = state.gap + 2 * count + k
         speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
@@ -133,7 +132,7 @@ def switch_modes(structure, z, chosen):
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
     state = structure.state
-    count = (state.extreme - state.gap) // GAP_ROWS
+    count = gap_count(state)
     changed = filled(0.0)
     for k in range(count):
         row = state.gap + 2 * count + k

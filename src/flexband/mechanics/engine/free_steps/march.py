@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.assembly.structure import KEPT
 from flexband.mechanics.engine.free_steps.control import (
     CONTROL,
     error_of_step,
@@ -38,11 +37,13 @@ from flexband.mechanics.engine.generalized_alpha import (
     of_part,
     predict,
     restart,
+    sense_start,
     share_forces,
+    states_to_keep,
 )
 from flexband.mechanics.engine.projection import share
 from flexband.mechanics.kernels.equations import sense, watch
-from flexband.mechanics.kernels.extremes import begin_extremes, minimum
+from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.friction import begin_sticking
@@ -71,10 +72,7 @@ from flexband.mechanics.kernels.laws.states import (
 
 @compiled
 def set_functions(count, values, polynomials, place, length):
-    """Set the functions of time to those at a place of a round, from −1 to 1, and their rates.
-
-    `length` is that of the round [s].
-    """
+    """Set the functions of time and rates at a place, −1 to 1, of a round of this length [s]."""
     scale = 2.0 / length
     for f in range(count):
         value, rate, half = filled(0.0), filled(0.0), filled(0.0)
@@ -260,10 +258,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
 @compiled
 def leave(structure, method, limits, values, work, n, chosen, outputs):
-    """End round n where `chosen` is true: impulses, new accelerations, and the sensors.
-
-    The last of the outputs are work space.
-    """
+    """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
     z, none, now, rounds = work.z, filled(0.0), np.int64(0), outputs.shape[0] - 2
     part, moment = load(values.parts, n), load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))
@@ -288,8 +283,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
         store(rows, row, where(chosen, load(sensed, row), load(rows, row)))
     if any_true(struck):
         finish_impulse(structure, z, struck)
-    elements = len(structure.beams.first) + len(structure.continua.first)
-    for k in range(KEPT if elements + len(structure.cables.first) else 0):
+    for k in range(states_to_keep(structure)):
         if kept_at(k, rounds) == n:
             keep(structure, z, work.kept, k, chosen)
     store(work.reached, 0, where(chosen, filled(float(n)), load(work.reached, 0)))
@@ -311,10 +305,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     size_modes(structure.state, z)
     if structure.state.angle > structure.state.friction:
         begin_friction(structure, method, values, work, limits, failure, anew)
-    begin_extremes(structure.extremes, structure.state, z)
-    moment = load(values.moments, 0)
-    watch(structure, values, now, work, moment, moment, filled(1.0))
-    sense(structure, values, now, z, outputs[0], work.blocks)
+    sense_start(structure, values, work, outputs)
     alive = where(load(failure, 0), none, filled(1.0))
     rounds, arrived = outputs.shape[0] - 2, alive
     store(work.round, 0, none)

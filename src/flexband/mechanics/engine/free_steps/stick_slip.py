@@ -14,7 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.engine.projection import accelerate, mass_matrix, refine
+from flexband.mechanics.engine.projection import (
+    accelerate,
+    add_rows,
+    greatest,
+    mass_matrix,
+    refine,
+)
 from flexband.mechanics.kernels.constraints import add_constraints, subtract_acceleration_errors
 from flexband.mechanics.kernels.equations import update_dependent
 from flexband.mechanics.kernels.factorization import factorize, solve
@@ -42,28 +48,20 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.state import GAP_ROWS
+from flexband.mechanics.kernels.laws.forces import gap_count
 
 
 class StickOptions(NamedTuple):
-    """How sticking and sliding are told from each other.
-
-    Attributes
-    ----------
-    speed
-        Sliding speed that counts as rest, in tolerances of a step per step of the output.
-    force
-        Force by which µs N must be exceeded, relative to N.
-    still
-        Rate of what sticks, relative to the largest acceleration, that is due to rounding.
-    changes
-        The most changes of modes at an event for each friction.
-    """
+    """How sticking and sliding are told from each other."""
 
     speed: float = 1e-3
+    """Sliding speed that counts as rest, in tolerances of a step per step of the output."""
     force: float = 1e-9
+    """Force by which µs N must be exceeded, relative to N."""
     still: float = 1e-6
+    """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
     changes: int = 4
+    """The most changes of modes at an event for each friction."""
 
 
 STICK = StickOptions()
@@ -91,14 +89,12 @@ def excess(structure, values, z, k):
     What is one way holds any force against sliding back, and none against sliding on.
     """
     state = structure.state
-    _, _, _, _, normal = friction_rows(state)
     if structure.friction.switched[k]:
         return filled(-1.0)
-    limit = load(values.friction.static, k) * load(z, normal + k)
-    force = load(z, state.friction + k)
+    N, force = load(z, friction_rows(state).normal + k), load(z, state.friction + k)
     if not structure.friction.one_way[k]:
         force = magnitude(force)
-    return force - limit - STICK.force * load(z, normal + k)
+    return force - load(values.friction.static, k) * N - STICK.force * N
 
 
 @compiled
@@ -118,19 +114,18 @@ def sliding_rates(structure, values, now, work):
 def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
     state, z, none = structure.state, work.z, filled(0.0)
-    count, mode, _, speed, normal = friction_rows(state)
-    if count > 0:
-        gaps = (state.extreme - state.gap) // GAP_ROWS
-        first = state.gap + gaps - count
+    rows, gaps = friction_rows(state), gap_count(state)
+    first = state.gap + gaps - rows.frictions
+    if rows.frictions > 0:
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
         update_friction(structure, values, now, z, work.r)
         sliding_rates(structure, values, now, work)
-        for k in range(count):
-            N, u, held = load(z, normal + k), load(z, speed + k), sticks(state, z, k)
+        for k in range(rows.frictions):
+            N, u, held = load(z, rows.normal + k), load(z, rows.speed + k), sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
-            sense = where(idle, sense, load(z, mode + k))
+            sense = where(idle, sense, load(z, rows.mode + k))
             slid = sense * u + rest_speed(structure, values, limits, step, k)
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
@@ -146,30 +141,30 @@ def update_margins(structure, values, now, work, limits, step):
 def begin_to_stick(structure, values, now, work, limits, step, chosen):
     """Let all that is at rest stick where it is, and slide what is not, in its sense."""
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
-    count, mode, anchor, speed, normal = friction_rows(state)
+    rows = friction_rows(state)
     update_dependent(structure, values, now, z)
     clear(r, state.velocity)
     update_friction(structure, values, now, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
-    for k in range(count):
-        held, u = sticks(state, z, k), load(z, speed + k)
+    for k in range(rows.frictions):
+        held, u, N = sticks(state, z, k), load(z, rows.speed + k), load(z, rows.normal + k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
-        back = less(u * load(z, mode + k), none)  # beyond the event at which it comes to rest
+        back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
         if structure.friction.one_way[k]:
             sense, back = filled(1.0), less(u, none)
         slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
-        rest = where(less(none, load(z, normal + k)), maximum(slow, where(held, none, back)), none)
-        new = where(held, load(z, mode + k), where(rest, filled(MODE.sticks), sense))
+        rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
+        new = where(held, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
-            rest = less(none, load(z, normal + k))
+            rest = less(none, N)
             new = where(rest, filled(MODE.sticks), filled(MODE.free))
             travel = allowed_place(structure, values, k, travel)
             force = load(z, state.friction + k)
             store(z, state.friction + k, where(rest, force, where(chosen, none, force)))
         stopped = where(chosen, where(held, none, rest), none)
-        store(z, anchor + k, where(stopped, travel, load(z, anchor + k)))
-        store(z, mode + k, where(chosen, new, load(z, mode + k)))
+        store(z, rows.anchor + k, where(stopped, travel, load(z, rows.anchor + k)))
+        store(z, rows.mode + k, where(chosen, new, load(z, rows.mode + k)))
         store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
 
 
@@ -187,31 +182,27 @@ def allowed_place(structure, values, k, travel):
 def bring_to_rest(structure, values, now, work, chosen):
     """Project the velocities of what sticks, and of what begins to slide against its speed."""
     state, z, r, none = structure.state, work.z, work.r, filled(0.0)
-    count, mode, _, speed, _ = friction_rows(state)
-    for k in range(count):
-        sense = load(z, mode + k)
-        against = where(chosen, less(sense * load(z, speed + k), none), none)
-        store(z, speed + k, sense)
-        store(z, mode + k, where(against, filled(MODE.sticks), sense))
+    rows, switched = friction_rows(state), structure.friction.switched
+    for k in range(rows.frictions):
+        sense = load(z, rows.mode + k)
+        against = where(chosen, less(sense * load(z, rows.speed + k), none), none)
+        store(z, rows.speed + k, sense)
+        store(z, rows.mode + k, where(against, filled(MODE.sticks), sense))
     mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
     factorize(structure.pattern, work.matrix, load(work.smallest, 0), r)
     clear(r, state.velocity)
     subtract_speed_errors(structure, values, now, z, r)
-    taken, stopped = state.sliding + 4 * count, state.sliding + 5 * count
-    for k in range(count):
-        if structure.friction.switched[k]:
-            store(z, stopped + k, where(chosen, -load(r, state.friction + k), none))
+    for k in range(rows.frictions):
+        if switched[k]:
+            store(z, rows.turn + k, where(chosen, -load(r, state.friction + k), none))
     solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
     refine(structure, values, work, r)
-    for i in range(1, state.coordinates + 1):
-        row = state.velocity + i
-        store(z, row, load(z, row) + where(chosen, load(r, i), none))
-    for k in range(count):
-        if structure.friction.switched[k]:
+    add_rows(z, state.velocity, r, 1, state.multiplier, chosen)
+    for k in range(rows.frictions):
+        if switched[k]:
             impulse = where(chosen, load(r, state.friction + k), none)
-            add_to(z, taken + k, 0.5 * load(z, stopped + k) * impulse)
-    for k in range(count):
-        store(z, mode + k, load(z, speed + k))
+            add_to(z, rows.distance + k, 0.5 * load(z, rows.turn + k) * impulse)
+        store(z, rows.mode + k, load(z, rows.speed + k))
 
 
 @compiled
@@ -239,22 +230,20 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     stick only for the trial, one that holds may seem to ask for too much.
     """
     state, z, none = structure.state, work.z, filled(0.0)
-    count, mode, _, speed, normal = friction_rows(state)
+    rows = friction_rows(state)
     sliding_rates(structure, values, now, work)
-    changed, largest, loosest = none, none, none
-    for i in range(1, state.coordinates + 1):
-        rate = magnitude(load(z, state.acceleration + i)) * load(values.inverse_scale, i)
-        largest = maximum(largest, rate)
+    changed, loosest = none, none
+    largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
-    for k in range(count):
+    for k in range(rows.frictions):
         still = rest_speed(structure, values, limits, step, k)
         still = still + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
-    for k in range(count):
-        held, sense, force = sticks(state, z, k), load(z, mode + k), load(z, state.friction + k)
-        N, slow = load(z, normal + k), rest_speed(structure, values, limits, step, k)
+    for k in range(rows.frictions):
+        sense, force = load(z, rows.mode + k), load(z, state.friction + k)
+        held, slow = sticks(state, z, k), rest_speed(structure, values, limits, step, k)
         still = slow + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
@@ -262,30 +251,26 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         moves = less(filled(1e299), loose)
         pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
         back = less(sense * change_of_speed, -still)
-        at_rest = less(magnitude(load(z, speed + k)), 4.0 * slow)
+        at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
-        back = where(less(none, N), back, none)
+        back = where(less(none, load(z, rows.normal + k)), back, none)
         new = where(released, pulled, where(back, filled(MODE.sticks), sense))
         change = where(chosen, maximum(released, back), none)
-        store(z, mode + k, where(change, new, sense))
+        store(z, rows.mode + k, where(change, new, sense))
         changed = maximum(changed, change)
     return changed
 
 
 @compiled
 def settle_modes(structure, values, now, work, limits, step, chosen):
-    """Set the modes of friction at an event, and q̈ and λ with them, in the `chosen` lanes.
-
-    Returns the number of multipliers left out, and the mask of lanes without consistent modes.
-    """
-    state, pending, none = structure.state, chosen, filled(0.0)
-    left_out = none
-    count = state.angle - state.friction
-    if count == 0:
+    """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams."""
+    state, rows, none = structure.state, friction_rows(structure.state), filled(0.0)
+    pending, left_out = chosen, none
+    if rows.frictions == 0:
         return accelerate(structure, values, now, work, chosen), none
     begin_to_stick(structure, values, now, work, limits, step, chosen)
     begin_sticking(structure, values, work.z)
-    for _ in range(1 + STICK.changes * count):
+    for _ in range(1 + STICK.changes * rows.frictions):
         more = accelerate(structure, values, now, work, pending)
         left_out = where(pending, more, left_out)
         pending = change_modes(structure, values, now, work, limits, step, pending)
@@ -296,8 +281,7 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)
-    _, _, anchor, _, _ = friction_rows(state)
-    for k in range(count):
-        finite = less(magnitude(load(work.z, anchor + k)), filled(np.inf))
+    for k in range(rows.frictions):
+        finite = less(magnitude(load(work.z, rows.anchor + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)
     return left_out, jammed

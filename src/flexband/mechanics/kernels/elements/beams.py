@@ -109,13 +109,10 @@ def _product(c, strain):
 
 @compiled
 def _resultants(beams, values, z, velocity, e, il, node_i, node_j, element):
-    """Return the resultants of element e with those of its damping, and its stiffness.
-
-    The stresses of a Kelvin–Voigt solid are those of the strains E + τ Ė.
-    """
+    """Return the resultants of element e with those of its damping, and its stiffness."""
     numbers = load_rows(values.stiffness, NUMBERS * e, NUMBERS)
     strain = plus(_strains(node_i, node_j, element), -1.0, numbers[14:23])
-    if beams.damped[e]:
+    if beams.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
         rates = _strain_rates(z, velocity + beams.first[e], il, node_i, node_j, element)
         tau = load(values.retardation, 2 * e)
         axial, rest = plus(strain[0:3], tau, rates[0:3]), plus(strain[5:9], tau, rates[5:9])
@@ -224,10 +221,7 @@ def beam_energy(beams, values, z):
 
 @compiled
 def add_beam_tangent(beams, values, z, velocity, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space.
-
-    The derivative of the damping forces by q is neglected.
-    """
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the beams to `matrix`; `blocks` is work space."""
     for e in range(len(beams.first)):
         first, il, slot = beams.first[e], load(values.inverse_length, e), beams.slot[e]
         if e == 0 or beams.first[e - 1] + 6 != first:

@@ -57,13 +57,10 @@ def _strains(element):
 
 @compiled
 def _resultants(cables, values, z, velocity, e, il, element):
-    """Return the resultants of element e with those of its damping, and its stiffness.
-
-    The forces of a Kelvin–Voigt solid are those of the strains ε + τ ε̇ and κ + τ κ̇.
-    """
+    """Return the resultants of element e with those of its damping, and its stiffness."""
     numbers = load_rows(values.stiffness, NUMBERS * e, NUMBERS)
     strain = plus(_strains(element), -1.0, numbers[9:14])
-    if cables.damped[e]:
+    if cables.damped[e]:  # the forces of a Kelvin–Voigt solid are those of ε + τ ε̇ and κ + τ κ̇
         rates = _strain_rates(z, velocity + cables.first[e], il, element)
         axial = plus(strain[0:3], load(values.retardation, 2 * e), rates[0:3])
         strain = axial + plus(strain[3:5], load(values.retardation, 2 * e + 1), rates[3:5])
@@ -124,10 +121,7 @@ def cable_energy(cables, values, z):
 
 @compiled
 def add_cable_tangent(cables, values, z, velocity, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the cables to `matrix`; `blocks` is work space.
-
-    The derivative of the damping forces by q is neglected.
-    """
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the cables to `matrix`; `blocks` is work space."""
     for e in range(len(cables.first)):
         il = load(values.inverse_length, e)
         element = _element(cables, z, e, il)

@@ -62,22 +62,26 @@ def _strains_and_stiffness(elements, values, e, g, section):
 
 
 @compiled
+def _resultants(elements, values, e, g, section, rates):
+    """Return the resultants of a section with those of its damping, and its stiffness."""
+    strain, c = _strains_and_stiffness(elements, values, e, g, section)
+    if elements.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
+        rate = strain_rates(section, _section(rates, g))
+        strain = plus(strain, load(values.retardation, e), rate)
+    return resultants(c, strain), c
+
+
+@compiled
 def add_continuum_forces(elements, values, z, velocity, r):
     """Add the elastic and damping forces F(q, q̇) to `r`; [0, v] starts in row `velocity` of z."""
     for e in range(len(elements.first)):
-        il, time, first = (
-            load(values.inverse_length, e),
-            load(values.retardation, e),
-            elements.first[e],
-        )
+        il, first = load(values.inverse_length, e), elements.first[e]
         vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         fu = fgi = fgj = fdi = fdj = fw = (0.0 * il, 0.0 * il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            strain, c = _strains_and_stiffness(elements, values, e, g, section)
-            if elements.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
-                strain = plus(strain, time, strain_rates(section, _section(rates, g)))
-            fp, fwg, fd = gradient(resultants(c, strain), section)
+            forces, _ = _resultants(elements, values, e, g, section, rates)
+            fp, fwg, fd = gradient(forces, section)
             fu, fw = plus(fu, SHAPES[0, g], fp), plus(fw, 1.0, fwg)
             fgi, fgj = plus(fgi, SHAPES[1, g], fp), plus(fgj, SHAPES[2, g], fp)
             fdi, fdj = plus(fdi, SHAPES[3, g], fd), plus(fdj, SHAPES[4, g], fd)
@@ -124,35 +128,22 @@ def _sum4(blocks, k, weights):
 
 @compiled
 def add_continuum_tangent(elements, values, z, velocity, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space.
-
-    The derivative of the damping forces by q is neglected.
-    """
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) of the elements to `matrix`; `blocks` is work space."""
     for e in range(len(elements.first)):
-        il, time, first = (
-            load(values.inverse_length, e),
-            load(values.retardation, e),
-            elements.first[e],
-        )
+        il, first = load(values.inverse_length, e), elements.first[e]
         vectors, rates = _vectors(z, first, il), _vectors(z, velocity + first, il)
         for g in range(GAUSS_POINTS):
             section = _section(vectors, g)
-            strain, c = _strains_and_stiffness(elements, values, e, g, section)
-            if elements.damped[e]:  # the stresses of a Kelvin–Voigt solid are those of E + τ Ė
-                strain = plus(strain, time, strain_rates(section, _section(rates, g)))
-            forces = resultants(c, strain)
+            forces, c = _resultants(elements, values, e, g, section, rates)
             if elements.damped[e]:
-                c = plus(c, rate * time, c)
+                c = plus(c, rate * load(values.retardation, e), c)
             store_rows(blocks, g * HESSIAN_ROWS, hessian(c, forces, section))
         _scatter_tangent(elements.slot[e], il, weight, matrix, blocks)
 
 
 @compiled
 def _scatter_tangent(slot, il, weight, matrix, blocks):
-    """Sum the blocks of the Gauss points and add them to `matrix`.
-
-    p depends on u = (r_j − r_i)/l and on r_x of both nodes, d and w on r_y of both nodes.
-    """
+    """Sum the blocks of the Gauss points and add them to `matrix`."""
     uu, r_i, r_j = _sum3(blocks, PP, PRODUCTS[0, 0]), 0, 6
     add_block(matrix, slot, r_i, r_i, weight * il * il, uu)
     add_block(matrix, slot, r_i, r_j, -weight * il * il, uu)

@@ -70,10 +70,7 @@ def energy(forces, strain):
 
 @compiled
 def gradient(forces, section):
-    """Return the generalized forces on p, w and d of the resultants N₀, …, Q₁.
-
-    Without damping they are the derivatives of the energy by p, w and d.
-    """
+    """Return the forces on p, w and d: without damping the derivatives of the energy by them."""
     (px, py), (wx, wy), (dx, dy) = section
     N0, N1, N2, Nb, Q0, Q1 = forces
     return (

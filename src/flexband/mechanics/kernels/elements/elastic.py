@@ -37,7 +37,7 @@ def add_elastic_forces(structure, values, z, r):
 
 @compiled
 def add_elastic_tangent(structure, values, z, weight, rate, matrix, blocks):
-    """Add weight × (∂F/∂q + rate ∂F/∂q̇) to `matrix`; `blocks` is work space."""
+    """Add weight × (∂F/∂q + rate ∂F/∂q̇) to `matrix`, without ∂F/∂q of the damping forces."""
     velocity = structure.state.velocity
     add_beam_tangent(structure.beams, values.beams, z, velocity, weight, rate, matrix, blocks)
     add_continuum_tangent(

@@ -25,6 +25,7 @@ from flexband.mechanics.kernels.lanes import (
     magnitude,
     maximum,
     store,
+    store_rows,
     where,
 )
 from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
@@ -41,209 +42,210 @@ DEPTH_DIFFERENCE = 1e-2
 
 
 class GapKinds(NamedTuple):
-    """What a gap is of: an event of a user's law, or a contact, a length [m] or an angle [rad].
+    """What a gap is of."""
 
-    Or it is the margin of a friction, see `engine.free_steps.stick_slip`; these are the last gaps.
-    """
-
-    event: int = 0
-    length: int = 1
-    angle: int = 2
-    margin: int = 3
+    event: int  # of a user's law
+    length: int  # [m] of a contact
+    angle: int  # [rad] of a contact
+    margin: int  # of a friction, see `engine.free_steps.stick_slip`; these are the last gaps
 
 
-GAP = GapKinds()
+GAP = GapKinds(*range(4))
+
+
+class LawRows(NamedTuple):
+    """What a law has of all points, states and gaps, and the rows of its memory."""
+
+    first: int  # its first point, and the one after its last
+    end: int
+    state: int  # its first state
+    states: int  # how many
+    gap: int  # its first gap
+    gaps: int  # how many
+    x: int
+    v: int
+    force: int
+    y: int
+    mode: int
+    B: int
 
 
 @compiled
 def layout(laws, s):
-    """Return the first and the last point of a law, and the rows of x, v, force, y and B."""
-    first, last = laws.point_start[s], laws.point_start[s + 1]
-    x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (last - first)
-    y, count = x + 3 * size, laws.state_start[s + 1] - laws.state_start[s]
-    gaps = laws.gap_start[s + 1] - laws.gap_start[s]
-    return first, last, x, x + size, x + 2 * size, y, y + 4 * count + GAP_ROWS * gaps
+    """Return the `LawRows` of law s."""
+    first, end = laws.point_start[s], laws.point_start[s + 1]
+    state, gap = laws.state_start[s], laws.gap_start[s]
+    states, gaps = laws.state_start[s + 1] - state, laws.gap_start[s + 1] - gap
+    x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (end - first)
+    y = x + 3 * size
+    mode = y + 4 * states
+    B = mode + GAP_ROWS * gaps
+    return LawRows(first, end, state, states, gap, gaps, x, x + size, x + 2 * size, y, mode, B)
 
 
 @compiled
-def fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory):
+def gap_count(state):
+    """Return the number of gaps of all laws and frictions."""
+    return (state.extreme - state.gap) // GAP_ROWS
+
+
+@compiled
+def fill(structure, values, now, z, s, memory):
     """Write time, parameters, positions and velocities, and what is known of the states."""
-    store(memory, 0, load(functions, now + laws.time))
+    laws, state = structure.laws, structure.state
+    store(memory, 0, load(values.functions, now + laws.time))
     begin = laws.parameter_start[s]
     for k in range(begin, laws.parameter_start[s + 1]):
-        value = load(values, k) * load(functions, now + laws.f[k])
+        value = load(values.laws, k) * load(values.functions, now + laws.f[k])
         store(memory, 1 + k - begin, value)
-    first, last, x, v, _, y, _ = layout(laws, s)
-    for p in range(first, last):
-        row, a = AXES * (p - first), laws.angle + p
-        px, py = vector(vectors, vector_values, z, 0, laws.position + p)
-        vx, vy = vector(vectors, vector_values, z, state.velocity, laws.position + p)
-        store(memory, x + row, px)
-        store(memory, x + row + 1, py)
-        store(memory, x + row + 2, load(z, state.angle + a))
-        store(memory, v + row, vx)
-        store(memory, v + row + 1, vy)
-        store(memory, v + row + 2, angle_rate(vectors, vector_values, state, z, a))
-    start, slope, _, rule, _ = rows_of_states(state)
-    begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
-    for k in range(count):
-        before = load(z, start + begin + k)
-        store(memory, y + k, before)
-        store(memory, y + count + k, before + load(z, rule) * load(z, slope + begin + k))
-        store(memory, y + 2 * count + k, load(z, rule + 1))
-    all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
-    for k in range(gaps):
-        store(memory, row + k, load(z, state.gap + 2 * all_gaps + gap + k))
-
-
-@compiled
-def gaps_of(laws, state, s, y):
-    """Return the number of all gaps, the first one of law s, their number and row in its memory.
-
-    `y` is the row of the law's states.
-    """
-    count = laws.state_start[s + 1] - laws.state_start[s]
-    gap, end = laws.gap_start[s], laws.gap_start[s + 1]
-    return (state.extreme - state.gap) // GAP_ROWS, gap, end - gap, y + 4 * count
+    rows = layout(laws, s)
+    for p in range(rows.first, rows.end):
+        row, a = AXES * (p - rows.first), laws.angle + p
+        px, py = vector(structure, values, z, 0, laws.position + p)
+        vx, vy = vector(structure, values, z, state.velocity, laws.position + p)
+        rate = angle_rate(structure, values, z, a)
+        store_rows(memory, rows.x + row, (px, py, load(z, state.angle + a)))
+        store_rows(memory, rows.v + row, (vx, vy, rate))
+    places = rows_of_states(state)
+    for k in range(rows.states):
+        before = load(z, places.y0 + rows.state + k)
+        store(memory, rows.y + k, before)
+        known = before + load(z, places.rule) * load(z, places.w + rows.state + k)
+        store(memory, rows.y + rows.states + k, known)
+        store(memory, rows.y + 2 * rows.states + k, load(z, places.rule + 1))
+    first_mode = state.gap + 2 * gap_count(state) + rows.gap
+    for k in range(rows.gaps):
+        store(memory, rows.mode + k, load(z, first_mode + k))
 
 
 @compiled
 def _call(laws, state, z, s, memory):
-    """Call a law, and take over its states and their rates."""
+    """Call a law, and take over its states and their rates, and its gaps."""
     call_at(laws.address[s], memory, 0)
-    _, _, _, _, _, y, _ = layout(laws, s)
-    _, _, rate, _, _ = rows_of_states(state)
-    begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
-    for k in range(count):
-        store(z, state.law_state + begin + k, load(memory, y + k))
-        store(z, rate + begin + k, load(memory, y + 3 * count + k))
-    all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
-    for k in range(gaps):
-        store(z, state.gap + gap + k, load(memory, row + gaps + k))
-        force = load(memory, row + 2 * gaps + k)
-        store(z, state.gap + 3 * all_gaps + gap + k, force)
-        if laws.gap_kind[gap + k] != GAP.event:
-            store(z, state.gap + all_gaps + gap + k, load(memory, row + 3 * gaps + k))
+    rows, places, count = layout(laws, s), rows_of_states(state), gap_count(state)
+    for k in range(rows.states):
+        store(z, places.y + rows.state + k, load(memory, rows.y + k))
+        store(z, places.rate + rows.state + k, load(memory, rows.y + 3 * rows.states + k))
+    gap = state.gap + rows.gap
+    for k in range(rows.gaps):
+        store(z, gap + k, load(memory, rows.mode + rows.gaps + k))
+        store(z, gap + 3 * count + k, load(memory, rows.mode + 2 * rows.gaps + k))
+        if laws.gap_kind[rows.gap + k] != GAP.event:
+            store(z, gap + count + k, load(memory, rows.mode + 3 * rows.gaps + k))
 
 
 @compiled
-def start_states(laws, values, starting, vectors, vector_values, state, functions, now, z, memory):
-    """Set the states at the start: those given, `starting`, or those without a rate.
-
-    Modes of gaps that are not zero are kept.
-    """
+def start_states(structure, values, z, memory):
+    """Set the states at the start, those given or without a rate; modes that are set are kept."""
+    laws, state = structure.laws, structure.state
     for s in range(len(laws.address)):
-        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        _, _, _, _, _, y, _ = layout(laws, s)
-        begin, count = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
-        for k in range(count):
-            given = load(starting, begin + k)
+        fill(structure, values, 0, z, s, memory)
+        rows = layout(laws, s)
+        for k in range(rows.states):
+            given = load(values.law_states, rows.state + k)
             steady = less(filled(0.5 * MARK.steady), given)
             known = where(steady, filled(0.0), given)
-            store(memory, y + k, known)
-            store(memory, y + count + k, known)
-            store(memory, y + 2 * count + k, where(steady, filled(MARK.solved), filled(0.0)))
-        all_gaps, gap, gaps, row = gaps_of(laws, state, s, y)
-        for k in range(gaps):
-            store(memory, row + k, filled(1.0))
-        if count + gaps > 0:
+            store(memory, rows.y + k, known)
+            store(memory, rows.y + rows.states + k, known)
+            tau = where(steady, filled(MARK.solved), filled(0.0))
+            store(memory, rows.y + 2 * rows.states + k, tau)
+        for k in range(rows.gaps):
+            store(memory, rows.mode + k, filled(1.0))
+        if rows.states + rows.gaps > 0:
             _call(laws, state, z, s, memory)
-        for k in range(gaps):
-            open_ = less(filled(0.0), load(z, state.gap + gap + k))
+        for k in range(rows.gaps):
+            open_ = less(filled(0.0), load(z, state.gap + rows.gap + k))
             mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
-            known = load(z, state.gap + 2 * all_gaps + gap + k)
+            place = state.gap + 2 * gap_count(state) + rows.gap + k
+            known = load(z, place)
             mode = where(known, known, mode)
-            store(memory, row + k, mode)
-            store(z, state.gap + 2 * all_gaps + gap + k, mode)
-        if gaps > 0:
+            store(memory, rows.mode + k, mode)
+            store(z, place, mode)
+        if rows.gaps > 0:
             _call(laws, state, z, s, memory)
 
 
 @compiled
 def update_law_states(structure, values, now, z, memory):
     """Solve for the states at the present positions and velocities, and set the gaps."""
-    laws, vectors, state = structure.laws, structure.vectors, structure.state
+    laws, state = structure.laws, structure.state
     if state.rule < state.extreme:  # there are states or gaps
-        update_angles(vectors, values.vectors, state, z)
+        update_angles(structure, values, z)
         for s in range(len(laws.address)):
-            count = laws.state_start[s + 1] - laws.state_start[s]
-            if count + laws.gap_start[s + 1] - laws.gap_start[s] > 0:
-                fill(
-                    laws, values.laws, vectors, values.vectors, state, values.functions, now, z, s,
-                    memory,
-                )  # fmt: skip
+            rows = layout(laws, s)
+            if rows.states + rows.gaps > 0:
+                fill(structure, values, now, z, s, memory)
                 _call(laws, state, z, s, memory)
 
 
 @compiled
-def add_law_forces(laws, values, vectors, vector_values, state, functions, now, z, r, memory):
+def add_law_forces(structure, values, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
+    laws, vectors, state = structure.laws, structure.vectors, structure.state
     for s in range(len(laws.address)):
-        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        fill(structure, values, now, z, s, memory)
         _call(laws, state, z, s, memory)
-        first, last, _, _, force, _, _ = layout(laws, s)
-        for p in range(first, last):
-            row, position = force + AXES * (p - first), laws.position + p
+        rows = layout(laws, s)
+        for p in range(rows.first, rows.end):
+            row, position = rows.force + AXES * (p - rows.first), laws.position + p
             fx, fy = load(memory, row), load(memory, row + 1)
             for e in range(vectors.start[position], vectors.start[position + 1]):
-                part = load(vector_values.x, e) * fx + load(vector_values.y, e) * fy
+                part = load(values.vectors.x, e) * fx + load(values.vectors.y, e) * fy
                 add_to(r, vectors.coordinate[e], -part)
             add_to(r, state.angle + laws.angle + p, -load(memory, row + 2))
 
 
 @compiled
-def read_laws(laws, values, vectors, vector_values, state, functions, now, z, memory):
+def read_laws(structure, values, now, z, memory):
     """Set the laws' forces and moments in z."""
+    laws, state = structure.laws, structure.state
     for s in range(len(laws.address)):
-        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
+        fill(structure, values, now, z, s, memory)
         _call(laws, state, z, s, memory)
-        first, last, _, _, force, _, _ = layout(laws, s)
-        for k in range(AXES * (last - first)):
-            store(z, state.law + AXES * first + k, load(memory, force + k))
+        rows = layout(laws, s)
+        for k in range(AXES * (rows.end - rows.first)):
+            store(z, state.law + AXES * rows.first + k, load(memory, rows.force + k))
 
 
 @compiled
 def is_open(laws, state, z, s):
     """Return whether a law is that of a contact that is open in all lanes: it has no tangent."""
-    begin, end = laws.gap_start[s], laws.gap_start[s + 1]
-    closed, count = filled(0.0), (state.extreme - state.gap) // GAP_ROWS
-    if begin == end or laws.gap_kind[begin] == GAP.event:
+    rows, closed = layout(laws, s), filled(0.0)
+    if rows.gaps == 0 or laws.gap_kind[rows.gap] == GAP.event:
         return False
-    for k in range(begin, end):
-        closed = maximum(closed, less(load(z, state.gap + 2 * count + k), filled(0.0)))
+    first_mode = state.gap + 2 * gap_count(state) + rows.gap
+    for k in range(rows.gaps):
+        closed = maximum(closed, less(load(z, first_mode + k), filled(0.0)))
     return not any_true(closed)
 
 
 @compiled
 def difference(laws, state, z, s, size):
     """Return the step of the differences of a law, which is a small part of a contact's depth."""
-    begin, end = laws.gap_start[s], laws.gap_start[s + 1]
-    if begin == end or laws.gap_kind[begin] == GAP.event:
+    rows = layout(laws, s)
+    if rows.gaps == 0 or laws.gap_kind[rows.gap] == GAP.event:
         return filled(DIFFERENCE)
-    depth = magnitude(load(z, state.gap + begin))
-    if laws.gap_kind[begin] == GAP.length:
+    depth = magnitude(load(z, state.gap + rows.gap))
+    if laws.gap_kind[rows.gap] == GAP.length:
         depth = depth / size
     step = maximum(DEPTH_DIFFERENCE * depth, filled(DEPTH_DIFFERENCE * DIFFERENCE**1.5))
     return where(less(step, filled(DIFFERENCE)), step, filled(DIFFERENCE))
 
 
 @compiled
-def add_law_tangent(  # noqa: PLR0912
-    laws, values, vectors, vector_values, state, functions, now, z, weight, rate, size, matrix,
-    memory,
-):  # fmt: skip
+def add_law_tangent(structure, values, now, z, weight, rate, matrix, memory):  # noqa: PLR0912
     """Add `weight` times Bᵀ (K + Kᵀ)/2 B; the matrix is symmetric, so K's other part is left out.
 
-    K comes from central differences of positions and, `rate` times as large, of velocities; `size`
-    is the size of the mechanism [m].
+    K comes from central differences of positions and, `rate` times as large, of velocities.
     """
+    laws, state, size = structure.laws, structure.state, 1.0 / load(values.inverse_scale, 1)
     for s in range(len(laws.address)):
         if is_open(laws, state, z, s):
             continue
-        fill(laws, values, vectors, vector_values, state, functions, now, z, s, memory)
-        first, last, x, v, force, y, B = layout(laws, s)
-        axes, count = AXES * (last - first), laws.coordinates[s]
-        begin, states = laws.state_start[s], laws.state_start[s + 1] - laws.state_start[s]
+        fill(structure, values, now, z, s, memory)
+        rows = layout(laws, s)
+        axes, count = AXES * (rows.end - rows.first), laws.coordinates[s]
+        x, v, B = rows.x, rows.v, rows.B
         K, KB = B + axes * count, B + axes * count + axes * axes
         step = difference(laws, state, z, s, size)
         for j in range(axes):
@@ -254,16 +256,16 @@ def add_law_tangent(  # noqa: PLR0912
             for sign in (1.0, -1.0):
                 store(memory, x + j, place + sign * nudge)
                 store(memory, v + j, speed + sign * rate * nudge)
-                for k in range(states):
-                    store(memory, y + k, load(z, state.law_state + begin + k))
+                for k in range(rows.states):
+                    store(memory, rows.y + k, load(z, state.law_state + rows.state + k))
                 call_at(laws.address[s], memory, 0)
                 for i in range(axes):
-                    part = (0.5 * sign) * load(memory, force + i) / nudge
+                    part = (0.5 * sign) * load(memory, rows.force + i) / nudge
                     row = K + i * axes + j
                     store(memory, row, -part if sign > 0.0 else load(memory, row) - part)
             store(memory, x + j, place)
             store(memory, v + j, speed)
-        _fill_derivatives(laws, vectors, vector_values, z, s, memory, B)
+        _fill_derivatives(structure, values, z, s, memory, B)
         for i in range(axes):
             for c in range(count):
                 total = filled(0.0)
@@ -280,18 +282,18 @@ def add_law_tangent(  # noqa: PLR0912
 
 
 @compiled
-def _fill_derivatives(laws, vectors, vector_values, z, s, memory, B):
+def _fill_derivatives(structure, values, z, s, memory, B):
     """Write B, the derivatives of the points' positions and angles by the coordinates."""
-    first, last, _, _, _, _, _ = layout(laws, s)
-    count = laws.coordinates[s]
-    for row in range(B, B + AXES * (last - first) * count):
+    laws, vectors = structure.laws, structure.vectors
+    rows, count = layout(laws, s), laws.coordinates[s]
+    for row in range(B, B + AXES * (rows.end - rows.first) * count):
         store(memory, row, filled(0.0))
-    for p in range(first, last):
-        row, position, a = B + AXES * (p - first) * count, laws.position + p, laws.angle + p
+    for p in range(rows.first, rows.end):
+        row, position, a = B + AXES * (p - rows.first) * count, laws.position + p, laws.angle + p
         for e in range(vectors.start[position], vectors.start[position + 1]):
-            store(memory, row + laws.place[e], load(vector_values.x, e))
-            store(memory, row + count + laws.place[e], load(vector_values.y, e))
-        nx, ny = vector(vectors, vector_values, z, 0, a)
+            store(memory, row + laws.place[e], load(values.vectors.x, e))
+            store(memory, row + count + laws.place[e], load(values.vectors.y, e))
+        nx, ny = vector(structure, values, z, 0, a)
         for e in range(vectors.start[a], vectors.start[a + 1]):
-            gradient = angle_gradient(vector_values, e, nx, ny)
+            gradient = angle_gradient(values, e, nx, ny)
             store(memory, row + 2 * count + laws.place[e], gradient)

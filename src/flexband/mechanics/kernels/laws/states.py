@@ -19,70 +19,76 @@ from flexband.mechanics.kernels.lanes import compiled, filled, load, store, wher
 
 
 class Marks(NamedTuple):
-    """Numbers that stand for something else.
-
-    Attributes
-    ----------
-    steady
-        In place of a state at the start that is to have no rate.
-    solved
-        In place of h (1 − c) where a law solves for a state that has no rate.
-    at_rest
-        Speed of a contact that has not closed in the motion, so that it does not damp a vibration
-        about a rest.
-    """
+    """Numbers that stand for something else."""
 
     steady: float = 1e300
+    """For a state at the start that is to have no rate."""
     solved: float = -1.0
+    """For h (1 − c) where a law solves for a state that has no rate."""
     at_rest: float = 1e30
+    """For the speed of a contact that never closed: it damps no vibration."""
 
 
 MARK = Marks()
 
 
+class StateRows(NamedTuple):
+    """How many states there are, and the first row of y, y₀, w, ẏ, and of the rule."""
+
+    states: int
+    y: int
+    y0: int
+    w: int
+    rate: int
+    rule: int
+
+
 @compiled
 def rows_of_states(state):
-    """Return the rows of y₀, w and ẏ, of the rule, and how many states there are."""
-    count = (state.rule - state.law_state) // 4
-    start = state.law_state + count
-    return start, start + count, start + 2 * count, state.rule, count
+    """Return the `StateRows`."""
+    n, y = (state.rule - state.law_state) // 4, state.law_state
+    return StateRows(n, y, y + n, y + 2 * n, y + 3 * n, state.rule)
+
+
+@compiled
+def _hold(rows, z, chosen):
+    """Set y₀ to y where `chosen` is true."""
+    for k in range(rows.states):
+        store(z, rows.y0 + k, where(chosen, load(z, rows.y + k), load(z, rows.y0 + k)))
 
 
 @compiled
 def hold_states(state, z, chosen):
     """Hold y where `chosen` is true, until a first step, of Euler's method, begins."""
-    start, _, _, rule, count = rows_of_states(state)
-    if count > 0:
-        for row in range(rule, rule + 3):
+    rows = rows_of_states(state)
+    if rows.states > 0:
+        for row in range(rows.rule, rows.rule + 3):
             store(z, row, where(chosen, filled(0.0), load(z, row)))
-        for k in range(count):
-            y = load(z, state.law_state + k)
-            store(z, start + k, where(chosen, y, load(z, start + k)))
+        _hold(rows, z, chosen)
 
 
 @compiled
 def begin_states(state, z, h, chosen):
     """Begin a step of length h from y where `chosen` is true."""
-    start, _, _, rule, count = rows_of_states(state)
-    if count > 0:
+    rows = rows_of_states(state)
+    rule = rows.rule
+    if rows.states > 0:
         share = load(z, rule + 2)
         store(z, rule, where(chosen, h * share, load(z, rule)))
         store(z, rule + 1, where(chosen, h * (1.0 - share), load(z, rule + 1)))
-        for k in range(count):
-            y = load(z, state.law_state + k)
-            store(z, start + k, where(chosen, y, load(z, start + k)))
+        _hold(rows, z, chosen)
 
 
 @compiled
 def end_states(state, z, h, chosen):
     """End a step of length h: set w₁ = (y₁ − y₀)/h and hold y₁ where `chosen` is true."""
-    start, slope, _, rule, count = rows_of_states(state)
-    for k in range(count):
-        w = (load(z, state.law_state + k) - load(z, start + k)) / h
-        store(z, slope + k, where(chosen, w, load(z, slope + k)))
+    rows = rows_of_states(state)
+    for k in range(rows.states):
+        w = (load(z, rows.y + k) - load(z, rows.y0 + k)) / h
+        store(z, rows.w + k, where(chosen, w, load(z, rows.w + k)))
     hold_states(state, z, chosen)
-    if count > 0:
-        store(z, rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rule + 2)))
+    if rows.states > 0:
+        store(z, rows.rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rows.rule + 2)))
 
 
 @compiled
@@ -91,7 +97,7 @@ def shift_states(state, z, ratio, chosen):
 
     `ratio` is the length of the new step over that of the one before.
     """
-    _, slope, rate, _, count = rows_of_states(state)
-    for k in range(count):
-        w, present = load(z, slope + k), load(z, rate + k)
-        store(z, slope + k, where(chosen, present + ratio * (w - present), w))
+    rows = rows_of_states(state)
+    for k in range(rows.states):
+        w, present = load(z, rows.w + k), load(z, rows.rate + k)
+        store(z, rows.w + k, where(chosen, present + ratio * (w - present), w))

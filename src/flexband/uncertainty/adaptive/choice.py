@@ -19,18 +19,11 @@ from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
 
 class ChoiceOptions(NamedTuple):
-    """How fits are compared.
+    """How fits are compared."""
 
-    Attributes
-    ----------
-    carrier_gain : a further carrier is used for an output if it brings the error below this part.
-    min_relative_gain : a fit of more runs is better if its error is smaller by more than this part.
-    max_times : times at which growth at rare values is evaluated.
-    """
-
-    carrier_gain: float = 0.8
-    min_relative_gain: float = 1e-9
-    max_times: int = 128
+    carrier_gain: float = 0.8  # a further carrier has to bring an output's error below this part
+    min_relative_gain: float = 1e-9  # by which the error of a fit of more runs has to be smaller
+    max_times: int = 128  # at which growth at rare values is evaluated
 
 
 def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
@@ -40,38 +33,22 @@ def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
 
 
 class BestHeldOutFit(NamedTuple):
-    """The fit that misses least in the held-out runs.
+    """The fit that misses least in the held-out runs."""
 
-    Attributes
-    ----------
-    missed, overshoot : root mean squares, shape (outputs,); runs fitted later are missed too.
-    values : rare values at which it leaves the range of the runs by most.
-    taken : whether it is the choice for all outputs.
-    """
-
-    missed: np.ndarray
-    overshoot: np.ndarray
-    values: RareValues
-    taken: bool
+    missed: np.ndarray  # of runs that were held out or fitted later, root mean square, (outputs,)
+    overshoot: np.ndarray  # root mean square, (outputs,)
+    values: RareValues  # at which it leaves the range of the runs by most
+    taken: bool  # whether it is the choice for all outputs
 
 
 class BestFits(NamedTuple):
-    """The best fit of every output.
+    """The best fit of every output."""
 
-    Attributes
-    ----------
-    fits : each of the outputs for which it is the best.
-    missed : what is missed of held-out runs, shape (runs, outputs, times).
-    later : what is missed of runs that were fitted after it, root mean square, (outputs, times).
-    overshoot : of the fits, shape (outputs, times).
-    doubted : what grows at rare values, though it misses least in the held-out runs.
-    """
-
-    fits: list[PartsFit]
-    missed: np.ndarray
-    later: np.ndarray
-    overshoot: np.ndarray
-    doubted: BestHeldOutFit
+    fits: list[PartsFit]  # each of the outputs for which it is the best
+    missed: np.ndarray  # of held-out runs, shape (runs, outputs, times)
+    later: np.ndarray  # missed of runs fitted after it, root mean square, (outputs, times)
+    overshoot: np.ndarray  # of the fits, shape (outputs, times)
+    doubted: BestHeldOutFit  # what grows at rare values, though it misses least
 
     @staticmethod
     def of(

@@ -27,26 +27,15 @@ from flexband.uncertainty.surrogates.diagnostics import (
 
 @dataclass(frozen=True)
 class ExpectedError:
-    """What is known of the bands of a choice of fits.
-
-    Attributes
-    ----------
-    choice : the fits.
-    values : error expected of the error bar, shape (outputs, times).
-    size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
-    window : half of the number of times over which errors are averaged.
-    missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
-    quantities : of which vector or tensor each output is a component.
-    steps : error of counts that are alike in all runs, shape (outputs, times).
-    """
+    """What is known of the bands of a choice of fits."""
 
     choice: BestFits
-    values: np.ndarray
-    size: np.ndarray
-    window: int
-    missed: np.ndarray
-    quantities: Quantities
-    steps: np.ndarray
+    values: np.ndarray  # error expected of the error bar, shape (outputs, times)
+    size: np.ndarray  # root mean square of the runs, (outputs,); ∞ for outputs that do not vary
+    window: int  # half of the number of times over which errors are averaged
+    missed: np.ndarray  # part of the variation in runs that are not fitted, (outputs,)
+    quantities: Quantities  # of which vector or tensor each output is a component
+    steps: np.ndarray  # error of counts that are alike in all runs, shape (outputs, times)
 
     @cached_property
     def extremes(self) -> list[Extremes]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,18 +31,11 @@ def compared_times(stage: Stage, count: int = 128) -> Stage:
 
 
 class Split(NamedTuple):
-    """All runs split into parts, with the numbers of carriers that are in use.
+    """All runs split into parts, with the numbers of carriers that are in use."""
 
-    Attributes
-    ----------
-    stages : all runs, those of the design first, at `compared_times`.
-    outputs : the outputs that each stage stands for.
-    xi, eta : of the held-out runs, which are the last.
-    """
-
-    stages: list[Stage]
-    outputs: list[np.ndarray]
-    xi: np.ndarray
+    stages: list[Stage]  # all runs, those of the design first, at `compared_times`
+    outputs: list[np.ndarray]  # that each stage stands for
+    xi: np.ndarray  # of the held-out runs, which are the last
     eta: np.ndarray
 
     @staticmethod
@@ -82,12 +75,7 @@ class Split(NamedTuple):
 
 
 class Design(Protocol):
-    """Where runs are, and how their parts are fitted."""
-
-    @property
-    def points(self) -> tuple[np.ndarray, np.ndarray]:
-        """ξ and η, shapes (runs, n) and (runs, m)."""
-        ...
+    """Where runs are, which are as many as its length, and how their parts are fitted."""
 
     def __len__(self) -> int: ...
 
@@ -96,50 +84,14 @@ class Design(Protocol):
         ...
 
 
-class GrowingDesign(Design, Protocol):
-    """A design that may have further runs."""
-
-    sampled: ClassVar[bool]
-    """Whether few terms are chosen out of many, from fewer runs than there are terms."""
-
-    @property
-    def highest(self) -> np.ndarray:
-        """The highest order there may be in each variable."""
-        ...
-
-    @property
-    def few(self) -> int:
-        """A number of first runs, few, from which small series are expanded."""
-        ...
-
-    def small(self, series: np.ndarray) -> HybridExpansion:
-        """Return the expansion of small series in the first runs, shape (runs, series)."""
-        ...
-
-    def extended(self, count: int, split: Split) -> GrowingDesign:
-        """Return the design with so many further runs, or fewer."""
-        ...
-
-    def weights(self, first: int) -> np.ndarray:
-        """Return for what part of all inputs each run from number `first` on speaks."""
-        ...
-
-
 class PartsFit(NamedTuple):
-    """The expansion of the parts of some outputs, with some number of carriers.
+    """The expansion of the parts of some outputs, with some number of carriers."""
 
-    Attributes
-    ----------
-    outputs : their numbers, increasing.
-    frequencies : of the carriers, in cycles per unit of time.
-    runs : number of runs that are fitted, the first of a design.
-    """
-
-    outputs: np.ndarray
+    outputs: np.ndarray  # their numbers, increasing
     parts: HybridExpansion | Interpolation
     columns: PartColumns
-    frequencies: list[float]
-    runs: int
+    frequencies: list[float]  # of the carriers, in cycles per unit of time
+    runs: int  # number of runs that are fitted, the first of a design
 
     @staticmethod
     def of(design: Design, stage: Stage) -> PartsFit:

@@ -39,7 +39,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     corrections = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     both = np.stack([of_mean * error.values, error.values])
-    dataset = judged(course.labels, error, both, corrections, course.evaluate, course.finer)
+    finer_runs = course.refinement.finer
+    dataset = judged(course.labels, error, both, corrections, course.evaluate, finer_runs)
     dataset = dataset.assign(orders=("variable", choice.orders))
     dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
         largest_miss=_largest_miss(course),

@@ -27,27 +27,16 @@ from flexband.uncertainty.surrogates.sigmas import growth
 
 
 class BandErrorOptions(NamedTuple):
-    """How the error between the nodes is judged by held-out runs.
+    """How the error between the nodes is judged by held-out runs."""
 
-    Attributes
-    ----------
-    random_shares : least and largest error of μ and σ as a part of what is missed in a random
-        variable, where this is small: only polynomials above the first that is missed are not
-        orthogonal at the nodes.
-    at_nodes : least size of w at the place of a bound, since products of variables are missed as
-        well.
-    min_share, steps : least mean square of a variable's a in parts of the mean of all, since few
-        runs tell them apart, and steps towards the likeliest ones.
-    min_variance : variance in parts of the mean one that is as good as none.
-    max_places : at which it is checked whether a bound could rest on them.
-    """
-
+    # least and largest error of μ and σ as a part of what is missed in a random variable, where
+    # this is small: only polynomials above the first that is missed are not orthogonal at the nodes
     random_shares: tuple[float, float] = (0.1, 0.3)
-    at_nodes: float = 0.03
-    min_share: float = 0.1
-    steps: int = 10
-    min_variance: float = 1e-9
-    max_places: int = 256
+    at_nodes: float = 0.03  # least w at the place of a bound: products of variables are missed, too
+    min_share: float = 0.1  # least mean square of a variable's a in parts of the mean of all
+    steps: int = 10  # towards the likeliest a; few runs tell them apart
+    min_variance: float = 1e-9  # in parts of the mean one, that is as good as none
+    max_places: int = 256  # at which it is checked whether a bound could rest on them
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ with an estimate ψ of the phase. z₀ is the envelope at t; the rotation of the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,76 +20,48 @@ from flexband.uncertainty.expansions.polynomials import cubic_spline
 
 
 class CarrierOptions(NamedTuple):
-    """How carriers are looked for, and how the runs are split.
+    """How carriers are looked for, and how the runs are split."""
 
-    Attributes
-    ----------
-    max_carriers : most carriers of a response.
-    max_peaks : peaks of the spectrum that are tried for each further carrier.
-    min_times : fewest times of runs in which carriers are looked for.
-    min_cycles : fewest periods of a carrier in the record.
-    max_frequency : of a carrier, in periods per step of the times.
-    min_energy : least energy of a carrier, as a fraction of that of the variation between the runs.
-    band_ratio : ratio of the ends of a frequency band to its middle.
-    harmonic_tolerance : relative distance from a multiple of the first carrier within which a lost
-        carrier is tried as its harmonic.
-    passes : corrections of the phase of a new carrier.
-    window_periods : periods to each side over which the parts of a run are approximated.
-    degree : of the polynomials in τ, of the slow part and of the envelope.
-    averaging_periods : periods to each side over which the rotation of envelopes is averaged.
-    silent_energy : fraction of the largest energy below which a run continues with its mean
-        frequency.
-    runs_at_once : runs of which envelopes are computed at once.
-    """
-
-    max_carriers: int = 3
-    max_peaks: int = 2
-    min_times: int = 32
-    max_frequency: float = 0.4
-    min_cycles: float = 6.0
-    min_energy: float = 1e-5
-    band_ratio: float = 1.15
+    max_carriers: int = 3  # of a response
+    max_peaks: int = 2  # peaks of the spectrum that are tried for each further carrier
+    min_times: int = 32  # fewest times of runs in which carriers are looked for
+    max_frequency: float = 0.4  # of a carrier, in periods per step of the times
+    min_cycles: float = 6.0  # fewest periods of a carrier in the record
+    min_energy: float = 1e-5  # of a carrier, as a fraction of that of what varies between the runs
+    band_ratio: float = 1.15  # ratio of the ends of a frequency band to its middle
+    # relative distance from a multiple of the first carrier within which a lost carrier is tried as
+    # its harmonic
     harmonic_tolerance: float = 0.03
-    passes: int = 3
-    window_periods: float = 2.5
-    degree: int = 2
-    averaging_periods: float = 2.0
+    passes: int = 3  # corrections of the phase of a new carrier
+    window_periods: float = 2.5  # to each side, over which the parts of a run are approximated
+    degree: int = 2  # of the polynomials in τ, of the slow part and of the envelope
+    averaging_periods: float = 2.0  # to each side, over which the rotation of envelopes is averaged
+    # fraction of the largest energy below which a run continues with its mean frequency
     silent_energy: float = 1e-4
-    runs_at_once: int = 8
+    runs_at_once: int = 8  # runs of which envelopes are computed at once
 
 
 @dataclass(frozen=True)
 class Carrier:
-    """A carrier in every run.
+    """A carrier in every run."""
 
-    Attributes
-    ----------
-    phase : φ [rad], shape (runs, times).
-    envelope : Z, complex, shape (runs, outputs, times).
-    frequency : approximate frequency, in cycles per unit of time.
-    """
-
-    phase: np.ndarray
-    envelope: np.ndarray
-    frequency: float
+    phase: np.ndarray  # φ [rad], shape (runs, times)
+    envelope: np.ndarray  # Z, complex, shape (runs, outputs, times)
+    frequency: float  # approximate frequency, in cycles per unit of time
 
     @property
     def signal(self) -> np.ndarray:
-        """Re[Z e^{iφ}]."""
+        """Re[Z e^{iφ}], shape (runs, outputs, times)."""
         signals = _by_output(self.envelope.shape, float)
-        for of_output, signal in zip(np.moveaxis(signals, 1, 0), self.of_outputs(), strict=True):
-            of_output[:] = signal
+        signals[:] = 0.0
+        self.add_to(signals)
         return signals
 
-    def of_outputs(self) -> Iterator[np.ndarray]:
-        """Yield Re[Z e^{iφ}] of one output after the other, each of shape (runs, times)."""
-        turn = np.exp(1j * self.phase)
-        yield from (np.real(envelope * turn) for envelope in np.moveaxis(self.envelope, 1, 0))
-
     def add_to(self, values: np.ndarray, factor: float = 1.0) -> None:
-        """Add so many times the signal to values of shape (runs, outputs, times), in place."""
-        for of_output, signal in zip(np.moveaxis(values, 1, 0), self.of_outputs(), strict=True):
-            of_output[:] += factor * signal
+        """Add so many times the signal to values, in place and one output after the other."""
+        turn = np.exp(1j * self.phase)
+        for output in range(values.shape[1]):
+            values[:, output] += factor * np.real(self.envelope[:, output] * turn)
 
     def runs(self, which: slice) -> Carrier:
         return Carrier(self.phase[which], self.envelope[which], self.frequency)

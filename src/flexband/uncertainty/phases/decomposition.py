@@ -11,13 +11,10 @@ from flexband.uncertainty.phases.carriers import Carrier, CarrierOptions, track
 
 
 class Stage(NamedTuple):
-    """Runs split into base and carriers, F = base + Σ Re[Z e^{iφ}] in every run.
-
-    base : shape (runs, outputs, times).
-    """
+    """Runs split into base and carriers, F = base + Σ Re[Z e^{iφ}] in every run."""
 
     carriers: list[Carrier]
-    base: np.ndarray
+    base: np.ndarray  # shape (runs, outputs, times)
 
     @property
     def signal(self) -> np.ndarray:

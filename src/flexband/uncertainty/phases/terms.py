@@ -20,18 +20,11 @@ from flexband.uncertainty.phases.saddles import by_saddles
 
 @dataclass(frozen=True)
 class PartTerms:
-    """The terms of the parts, time by time.
+    """The terms of the parts, time by time."""
 
-    Attributes
-    ----------
-    expansion : that of the parts.
-    columns : those of the parts.
-    coefficients : shape (times, terms, parts).
-    """
-
-    expansion: HybridExpansion
-    columns: PartColumns
-    coefficients: np.ndarray
+    expansion: HybridExpansion  # of the parts
+    columns: PartColumns  # of the parts
+    coefficients: np.ndarray  # shape (times, terms, parts)
 
     @staticmethod
     def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:

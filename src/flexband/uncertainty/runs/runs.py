@@ -195,6 +195,19 @@ class CountedRuns:
             evaluation.check_size()
         return evaluation.values
 
+    def at_other_times(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        """Return runs of a response at other times that succeed; they are not counted."""
+        failures = self.evaluations.failures
+        try:
+            with without_warnings():
+                evaluation = self.evaluations(
+                    response, self.space, "", (xi, eta), None, lambda *_: None, recorded=False
+                )
+        finally:
+            self.evaluations.failures = failures
+        assert evaluation.values is not None
+        return evaluation.values[np.setdiff1d(np.arange(len(xi)), list(evaluation.failed))]
+
     def keep(self, response: Response, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.calls:
@@ -367,20 +380,14 @@ class Level(Evaluate):
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return runs at the times of all steps, which are not counted; None if one fails."""
-        runs, response = self.runs, self.of_nominal(self.response.at_more_times)
+        response = self.of_nominal(self.response.at_more_times)
         if response is None:
             return None
-        failures = runs.evaluations.failures
         try:
-            with without_warnings():
-                made = runs.evaluations(
-                    response, runs.space, "", (xi, eta), None, lambda *_: None, recorded=False
-                )
+            good_runs = self.runs.at_other_times(response, xi, eta)
         except (RunError, InputError, MemoryError):
             return None
-        finally:
-            runs.evaluations.failures = failures
-        return None if made.failed else made.values
+        return good_runs if len(good_runs) == len(xi) else None
 
     def corrected(
         self,

@@ -16,20 +16,12 @@ from flexband.words import number_of
 
 
 class RefinedRuns(NamedTuple):
-    """Runs on a discretization, and again where something of it is finer.
+    """Runs on a discretization, and again where something of it is finer."""
 
-    Attributes
-    ----------
-    coarse : the first ones at points of the design, the others held out.
-    fine : on the discretization twice as fine, shape (runs, outputs, times).
-    finest : the first held-out runs where it is twice as fine again, (≤ held, outputs, times).
-    fitted : number of runs at points of the design.
-    """
-
-    coarse: ResponseRuns
-    fine: np.ndarray
-    finest: np.ndarray
-    fitted: int
+    coarse: ResponseRuns  # the first ones at points of the design, the others held out
+    fine: np.ndarray  # on the discretization twice as fine, shape (runs, outputs, times)
+    finest: np.ndarray  # first held-out runs, twice as fine again, (≤ held, outputs, times)
+    fitted: int  # number of runs at points of the design
 
     @property
     def finer(self) -> int:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.probability.texts import verdict_on
 from flexband.execution.names import FileName
-from flexband.report.page.answers import answers_in, limit_remarks, limits_table
+from flexband.report.page.answers import answers_in, limits_table
 from flexband.report.page.charts import chart_data, nominal_of, numbers
 from flexband.report.page.definitions import definitions
 from flexband.report.page.inputs import with_shares
@@ -112,7 +113,7 @@ def write_report(
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
         else "",
-        limit_remarks=limit_remarks(probability),
+        limit_remarks=[] if probability is None else [verdict_on(probability)],
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(held) if charts else [],

@@ -32,8 +32,7 @@ class Outline(NamedTuple):
 
     points: Sequence[int]  # numbers of positions
     closed: bool = False  # whether the line returns to the first
-    radius: float = 0.0
-    """Of a circle about the first [m], or zero."""
+    radius: float = 0.0  # of a circle about the first [m], or zero
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,7 @@ class Sketch:
     # joint -> lowest and highest place [m] of a slider along its guide during the motion; by
     # default that at the start
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    gaps: int = 24
-    """Least number of gaps between the points that the axis of a beam is drawn through."""
+    gaps: int = 24  # least number of gaps between the points that a beam's axis is drawn through
     # the shapes
     lines: list[Line] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)

@@ -141,14 +141,13 @@ class BestFits(NamedTuple):
 
 
 def in_place_of_runs(
-    fits: Sequence[PartsFit], changes: Sequence[HybridExpansion | None]
+    pairs: Sequence[tuple[PartsFit, HybridExpansion | None]],
 ) -> tuple[tuple[Expansion, ...], tuple[Expansion, ...]]:
     """Return expansions of all outputs, with the changes of their parts, and these changes.
 
-    Where it can be, expansions take the memory of the runs. Neither the runs nor the fits can be
-    used afterwards. The parts of each fit have a change, or None.
+    Each fit is given with the change of its parts, or None. Where it can be, expansions take the
+    memory of the runs. Neither the runs nor the fits can be used afterwards.
     """
-    pairs = list(zip(fits, changes, strict=True))
     expansions = [
         (fit.expansion, change) for fit, change in pairs if not isinstance(fit.parts, Interpolation)
     ]

@@ -50,9 +50,8 @@ class ExpectedError:
         n, m = len(families), self.extremes[0].places.shape[-1]
         xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
         at = xi, np.zeros((2 * n, m))
-        values = joined(
-            self.expansions, [expansion.evaluate(*at) for expansion in self.expansions], 1
-        )
+        parts = [expansion.evaluate(*at) for expansion in self.expansions]
+        values = joined(self.expansions, parts, 1)
         differences = (values[:n] - values[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)
 
@@ -61,9 +60,14 @@ class ExpectedError:
         if not len(eta):
             lowest = np.full(self.extremes[0].values.shape[1:], np.inf)
             return np.stack([lowest, -lowest])
-        moments = zip(*(expansion.moments(eta) for expansion in self.expansions), strict=True)
-        mean, std = (joined(self.expansions, values, 1) for values in moments)
+        mean, std = self.moments(eta)
         return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
+
+    def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return μ and σ at places η at some of the times, each (places, outputs, times)."""
+        moments = [expansion.moments(eta) for expansion in self.expansions]
+        mean, std = (joined(self.expansions, values, 1) for values in zip(*moments, strict=True))
+        return mean, std
 
     @cached_property
     def expansions(self) -> list[Expansion]:

@@ -26,7 +26,7 @@ Weights = Callable[[int], np.ndarray]
 
 def compared_times(stage: Stage, count: int = 128) -> Stage:
     """Return a stage at about so many of the times, without the memory of all of them."""
-    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // count)))
+    some = stage.part(times=slice(None, None, max(1, stage.base.shape[-1] // count)))
     return some.copy() if stage.carriers else some
 
 
@@ -96,7 +96,7 @@ class PartsFit(NamedTuple):
     @staticmethod
     def of(design: Design, stage: Stage) -> PartsFit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
-        parts, columns = design.fit(stage.runs(slice(len(design)))), PartColumns.of_stage(stage)
+        parts, columns = design.fit(stage.part(slice(len(design)))), PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
         return PartsFit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from flexband.uncertainty.adaptive.refinement.correction import (
     DiscretizationCorrection,
     corrected,
 )
+from flexband.uncertainty.adaptive.refinement.refined_runs import in_words as numbers_in_words
+from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
@@ -48,17 +50,28 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         runs_checked=course.checked,
         runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
     )
-    held = HeldOut(
-        course.held.xi,
-        course.held.eta,
-        choice.missed,
-        share(course.space.interval_dimension) * np.hypot(choice.overshoot, choice.later),
-        error.window,
-    )
     _warn_of_unexplained(course)
-    fits, changes = corrected(choice.fits, list(corrections.values()))
-    expansions, correction = in_place_of_runs(fits, changes)
-    return Surrogate(course.space, course.labels, expansions, dataset, held, correction)
+    known = course.space, course.labels, error, course.held
+    return corrected_surrogate(*known, dataset, list(corrections.values()))
+
+
+def corrected_surrogate(
+    space: Space,
+    labels: xr.DataArray,
+    error: ExpectedError,
+    held: ResponseRuns,
+    dataset: xr.Dataset,
+    corrections: Sequence[DiscretizationCorrection],
+) -> Surrogate:
+    """Return the surrogate of chosen fits with the corrections of their discretization.
+
+    It has the diagnostics of the `dataset`, and may take the memory of the runs.
+    """
+    choice = error.choice
+    overshoot = share(space.interval_dimension) * np.hypot(choice.overshoot, choice.later)
+    judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
+    expansions, correction = in_place_of_runs(corrected(choice.fits, corrections))
+    return Surrogate(space, labels, expansions, dataset, judges, correction)
 
 
 def judged(
@@ -99,7 +112,7 @@ def judged(
         expected_error=error.relative(total),
         runs_refined=finer_runs,
         refined=list(finer),
-        discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
+        discretization=numbers_in_words(evaluate),
         steps_per_period=[
             1 / (frequency * numbers["step"])
             for frequency in choice.frequencies

@@ -151,10 +151,10 @@ class Distribution(Input):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        frozen = self._frozen
+        frozen, below, above = self._frozen, np.minimum(z, 0.0), np.maximum(z, 0.0)
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
             warnings.simplefilter("ignore")
-            low, high = frozen.ppf(ndtr(np.minimum(z, 0.0))), frozen.isf(ndtr(-np.maximum(z, 0.0)))
+            low, high = frozen.ppf(ndtr(below)), frozen.isf(ndtr(-above))
         return np.where(z < 0, low, high)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
@@ -174,13 +174,9 @@ class Distribution(Input):
         terms = self.hermite_coefficients(HERMITE.highest, rule)
         return float(1 - np.sum(terms[1:] ** 2) / self._frozen.var())
 
-    @property
+    @cached_property
     def light(self) -> bool:
         """Whether both tails decrease exponentially or faster, as far as numbers go."""
-        return self._light
-
-    @cached_property
-    def _light(self) -> bool:
         near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
         x = np.abs(self.at_normal(np.array([-FAR, -NEAR, NEAR, FAR])) - self.at_normal(np.zeros(1)))
         least = (far / near) ** (1 / LIGHT)

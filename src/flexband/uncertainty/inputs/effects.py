@@ -111,7 +111,7 @@ def _variables(space: Space) -> dict[str, np.ndarray]:
 class _Runs:
     """Runs, of which equal values of a variable have equal codes."""
 
-    codes: np.ndarray  # number of the value of every variable, ξ before η, shape (variables, runs)
+    codes: np.ndarray  # number of the value of every variable, ξ before η, (variables, runs)
     keys: np.ndarray  # the codes times random numbers, whose sums tell combinations of values apart
     random: np.ndarray  # which variables are ξ
     values: np.ndarray  # shape (runs, …)

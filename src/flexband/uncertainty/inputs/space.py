@@ -30,20 +30,13 @@ class Space:
     """Named inputs and their standard variables, in the order of the names.
 
     Results therefore do not depend on the order in which the inputs are given.
-
-    Attributes
-    ----------
-    given : inputs as a user gives them: also numbers, correlated inputs, and distributions with
-        intervals as parameters.
-    inputs : inputs with variables of their own: correlated ones one by one, an interval that is a
-        parameter as ``input.parameter``, numbers as constants.
     """
 
-    given: GivenInputs
+    given: GivenInputs  # as of a user: also numbers, correlated inputs, and parametric p-boxes
 
     @cached_property
     def inputs(self) -> dict[str, Input]:
-        """Every input that has variables of its own, or is a constant, by name."""
+        """Inputs that have variables of their own, by name, as of `unfolded`; and constants."""
         return unfolded(self.given)
 
     @cached_property
@@ -87,10 +80,8 @@ class Space:
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
-        inputs = self.inputs.items()
-        return {
-            name: input_ for name, input_ in inputs if input_.random == random and input_.dimension
-        }
+        uncertain = {name: i for name, i in self.inputs.items() if i.dimension}
+        return {name: i for name, i in uncertain.items() if i.random == random}
 
     def columns(self, *, random: bool) -> dict[str, int]:
         """Return the number of the first variable ξ or η of each random or interval input."""
@@ -156,10 +147,8 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        return {
-            name: input_.value(standard)
-            for name, (input_, standard) in self._placed(xi, eta).items()
-        }
+        placed = self._placed(xi, eta).items()
+        return {name: input_.value(standard) for name, (input_, standard) in placed}
 
     def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
@@ -168,13 +157,11 @@ class Space:
         remaining = {True: scores, False: eta}
         columns = {}
         for name, input_ in self.inputs.items():
-            width = [input_.dimension]
+            variables = remaining[input_.random]
             columns[name], remaining[input_.random] = np.split(
-                remaining[input_.random], width, axis=1
+                variables, [input_.dimension], axis=1
             )
-        numbers = {
-            name: interval.value(columns[name]) for name, interval in self.parameters.items()
-        }
+        numbers = {k: interval.value(columns[k]) for k, interval in self.parameters.items()}
         return {
             name: (input_.at(_parameters(name, input_, numbers)), columns[name])
             for name, input_ in self.inputs.items()

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.runs import ResponseRuns
-from flexband.uncertainty.expansions.expansion import SIGMAS, joined
+from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.phases.decomposition import Stage
@@ -66,9 +66,8 @@ class TensorDesign:
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
-        values = [
-            _of_nodes(x, at) for x, at in zip(self.nodes, np.moveaxis(eta, -1, 0), strict=True)
-        ]
+        columns = np.moveaxis(eta, -1, 0)
+        values = [_of_nodes(nodes, x) for nodes, x in zip(self.nodes, columns, strict=True)]
         return np.stack(values, axis=-1) if values else np.zeros(eta.shape)
 
     def of_random(self, xi: np.ndarray) -> np.ndarray:
@@ -129,7 +128,7 @@ def error_of_bands(
     in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
     eta = design.places(options.max_places)
-    mean, std = _moments(error, eta)
+    mean, std = error.moments(eta)
     parts = np.zeros((2, len(square)))
     if intervals:
         of_intervals, some = square[:, :intervals], in_time[:, error.times]
@@ -162,13 +161,6 @@ def largest_error(error: ExpectedError, m: int) -> np.ndarray:
     """
     worst = np.abs(error.choice.missed).max(axis=0)
     return share(m) * running(np.hypot(worst, error.choice.overshoot), error.window)
-
-
-def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return μ and σ at η at some of the times, each of shape (places, outputs, times)."""
-    moments = [expansion.moments(eta) for expansion in error.expansions]
-    mean, std = (joined(error.expansions, values, 1) for values in zip(*moments, strict=True))
-    return mean, std
 
 
 def _of_random(a: np.ndarray, std: np.ndarray, options: BandErrorOptions) -> np.ndarray:

@@ -49,25 +49,15 @@ class Carrier:
     envelope: np.ndarray  # Z, complex, shape (runs, outputs, times)
     frequency: float  # approximate frequency, in cycles per unit of time
 
-    @property
-    def signal(self) -> np.ndarray:
-        """Re[Z e^{iφ}], shape (runs, outputs, times)."""
-        signals = _by_output(self.envelope.shape, float)
-        signals[:] = 0.0
-        self.add_to(signals)
-        return signals
-
     def add_to(self, values: np.ndarray, factor: float = 1.0) -> None:
-        """Add so many times the signal to values, in place and one output after the other."""
+        """Add so many times its signal Re[Z e^{iφ}] to values, one output after the other."""
         turn = np.exp(1j * self.phase)
         for output in range(values.shape[1]):
             values[:, output] += factor * np.real(self.envelope[:, output] * turn)
 
-    def runs(self, which: slice) -> Carrier:
-        return Carrier(self.phase[which], self.envelope[which], self.frequency)
-
-    def at(self, times: slice) -> Carrier:
-        return Carrier(self.phase[..., times], self.envelope[..., times], self.frequency)
+    def part(self, runs: slice, outputs: slice | np.ndarray, times: slice) -> Carrier:
+        envelope = self.envelope[runs, outputs, times]
+        return Carrier(self.phase[runs, times], envelope, self.frequency)
 
 
 def track(
@@ -109,8 +99,10 @@ def track(
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
     shift = 0.5 * np.angle(overlap**2) if passes and align else np.zeros(len(F))
     z = z * np.exp(-1j * shift)[:, None, None]
-    envelope = _by_output(F.shape, complex)
-    for o in range(F.shape[1]):
+    # times are the slowest axis in memory, as those of a spline
+    runs, outputs, _ = F.shape
+    envelope = np.moveaxis(np.empty((times, runs, outputs), complex), 0, -1)
+    for o in range(outputs):
         envelope[:, o] = cubic_spline(at, z[:, o], np.arange(times))
     return Carrier(psi + shift[:, None], envelope, frequency)
 
@@ -154,15 +146,6 @@ def _split(
     cosine, sine = (np.moveaxis(solution[:, :, k * len(powers)], 2, 1) for k in (1, 2))
     energy = (cosine**2 + sine**2) / 2 * weights
     return cosine - 1j * sine, energy / np.maximum(energy + np.maximum(rest, 0.0), 1e-300)
-
-
-def _by_output(shape: tuple[int, ...], kind: type) -> np.ndarray:
-    """Return memory for (runs, outputs, times) that is filled one output after the other.
-
-    Times are the slowest axis in it, as those of a spline.
-    """
-    runs, outputs, times = shape
-    return np.moveaxis(np.empty((times, runs, outputs), kind), 0, -1)
 
 
 def window_moments(half: int, at: np.ndarray, times: int, degree: int) -> list[csr_array]:

@@ -19,17 +19,20 @@ class Stage(NamedTuple):
     @property
     def signal(self) -> np.ndarray:
         """F, the sum of base and carriers."""
-        return sum((c.signal for c in self.carriers), self.base)
+        signal = np.copy(self.base) if self.carriers else self.base
+        for carrier in self.carriers:
+            carrier.add_to(signal)
+        return signal
 
-    def runs(self, which: slice) -> Stage:
-        return Stage([c.runs(which) for c in self.carriers], self.base[which])
-
-    def at(self, times: slice) -> Stage:
-        return Stage([c.at(times) for c in self.carriers], self.base[..., times])
-
-    def of(self, outputs: np.ndarray) -> Stage:
-        carriers = [Carrier(c.phase, c.envelope[:, outputs], c.frequency) for c in self.carriers]
-        return Stage(carriers, self.base[:, outputs])
+    def part(
+        self,
+        runs: slice = slice(None),
+        outputs: slice | np.ndarray = slice(None),
+        times: slice = slice(None),
+    ) -> Stage:
+        """Return some of the runs, outputs and times."""
+        carriers = [carrier.part(runs, outputs, times) for carrier in self.carriers]
+        return Stage(carriers, self.base[runs, outputs, times])
 
     def copy(self) -> Stage:
         """Return a copy, which keeps no other runs or times in memory."""

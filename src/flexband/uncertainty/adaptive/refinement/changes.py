@@ -55,7 +55,7 @@ class RunChanges(NamedTuple):
         stages = []
         for rows, values in zip((..., ..., runs.third_level), runs.levels, strict=True):
             if not len(values):
-                stages.append(stages[0].runs(slice(0)))
+                stages.append(stages[0].part(slice(0)))
             elif stage := follow(values, dt, [phase[rows] for phase in phases], fit.frequencies):
                 stages.append(stage)
             else:
@@ -65,7 +65,7 @@ class RunChanges(NamedTuple):
     @staticmethod
     def _of(stages: list[Stage], fit: PartsFit, runs: RefinedRuns) -> RunChanges:
         """Return how a fit's outputs change, of all outputs on three levels."""
-        of_fit = [stage.of(fit.outputs) for stage in stages]
+        of_fit = [stage.part(outputs=fit.outputs) for stage in stages]
         columns = PartColumns.of_stage(of_fit[0])
         coarse, fine, finest = map(columns.pack, of_fit)
         further = finest - fine[runs.third_level]

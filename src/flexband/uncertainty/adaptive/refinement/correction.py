@@ -256,24 +256,23 @@ def _decided(
 
 def corrected(
     fits: Sequence[PartsFit], corrections: Sequence[DiscretizationCorrection]
-) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
-    """Return fits, divided so that each is corrected as a whole, and how their parts change.
+) -> list[tuple[PartsFit, HybridExpansion | None]]:
+    """Return fits, divided so that each is corrected as a whole, each with how its parts change.
 
     There is a correction for each part of the discretization. None stands for no change. Outputs of
     a fit share phases, which are corrected of all or none.
     """
     if not corrections:
-        return list(fits), [None] * len(fits)
-    divided, changes = [], []
+        return [(fit, None) for fit in fits]
+    divided = []
     for k, fit in enumerate(fits):
         by_name = [correction.fits[k] for correction in corrections]
         kinds = np.array([correction.kinds for correction in by_name]).reshape(-1, len(fit.outputs))
         patterns, group = np.unique(kinds == CorrectedPart.PHASES, axis=1, return_inverse=True)
         for number in range(patterns.shape[1]):
             outputs = np.flatnonzero(group.ravel() == number)
-            divided.append(fit.of_outputs(fit.outputs[outputs]))
-            changes.append(_change(by_name, outputs))
-    return divided, changes
+            divided.append((fit.of_outputs(fit.outputs[outputs]), _change(by_name, outputs)))
+    return divided
 
 
 def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> HybridExpansion | None:

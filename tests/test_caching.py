@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from llvmlite import binding
 
-from flexband.compilation import caching, machine_code
-from flexband.compilation.machine_code import ENTRY, compiled
+from flexband.compilation import caching, targets
+from flexband.compilation.functions import compiled
+from flexband.compilation.targets import ENTRY
 from flexband.mechanics.engine.entries import dynamics
 from flexband.study import compiling
 from flexband.uncertainty.expansions.bounds.search import descents, starts
@@ -53,7 +54,7 @@ def write(folder, stiffness=2.0):
 @pytest.fixture
 def package(tmp_path, monkeypatch):
     monkeypatch.setattr(caching, "LOADED", float("inf"))
-    monkeypatch.setattr(caching.SETTINGS, "CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -88,7 +89,7 @@ def force(x=3.0):
     forget()
     function, result = importlib.import_module("springs.kernel").force, np.zeros(1)
     function(x, result)
-    return result[0], not function.dispatcher.overloads
+    return result[0], not function.function.dispatcher.overloads
 
 
 def files(folder):
@@ -112,7 +113,7 @@ def test_a_change_of_any_file_that_the_entry_calls_into_is_seen(package):
 def test_versions_and_settings_are_a_part_of_the_key(package, monkeypatch, name):
     force()
     if name == "SETTINGS":
-        monkeypatch.setattr(caching.SETTINGS, "BOUNDSCHECK", 1)
+        monkeypatch.setattr(caching.SETTINGS, "boundscheck", True)
     else:
         monkeypatch.setattr(caching, "version", lambda package: "9.9")
     assert force() == (6.0, False)
@@ -144,9 +145,9 @@ def test_where_code_is_kept(package, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("not a folder", encoding="utf-8")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert [force(), force()] == [(6.0, False), (6.0, False)]  # nowhere
-    monkeypatch.setattr(caching.SETTINGS, "CACHE_DIR", str(tmp_path / "own"))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "given"))
     assert [force(), force()] == [(6.0, False), (6.0, True)]
-    assert len(files(tmp_path / "own")) == 1
+    assert len(files(tmp_path / "given")) == 1
 
 
 def test_code_of_a_package_for_all_users_is_read(package, tmp_path, monkeypatch):
@@ -176,7 +177,7 @@ def test_processes_share_the_code(tmp_path):
     package = write(tmp_path)
     code = (
         "import numpy; from springs.kernel import force; x = numpy.zeros(1); force(3.0, x);"
-        "print(x[0], int(not force.dispatcher.overloads))"
+        "print(x[0], int(not force.function.dispatcher.overloads))"
     )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     environment.pop("NUMBA_CACHE_DIR", None)
@@ -192,10 +193,22 @@ def test_processes_share_the_code(tmp_path):
 
 
 def test_the_engine_depends_on_every_kernel():
-    basis = caching._basis("flexband.mechanics.engine.entries")
-    assert basis is not None
+    assert dynamics._basis is not None
     kernels = Path(caching.__file__).parents[1] / "mechanics" / "kernels"
-    assert {file.name for file in kernels.glob("*.py")} < {entry[0] for entry in basis}
+    assert {file.name for file in kernels.rglob("*.py")} < {entry[0] for entry in dynamics._basis}
+
+
+def test_code_on_disk_runs_without_numba():
+    """Importing Numba takes longer than most runs."""
+    code = (
+        "import sys, numpy as np, flexband as fb; from tests.mechanics.models import pendulum;"
+        "fb.simulate(pendulum(), duration=2e-3, step=1e-3);"
+        "fb.propagate(lambda a: np.sin(a[:, None] * np.arange(9.0)), {'a': fb.Interval(0, 1)},"
+        " fb.PCCI(1, 2)); print([name for name in sys.modules if name.startswith('numba')])"
+    )
+    for _ in range(2):  # the first process may have to compile
+        last = subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE)
+    assert last.stdout == b"[]\n"
 
 
 def test_code_of_others_depends_on_the_kernels_it_calls():
@@ -217,9 +230,9 @@ def test_code_that_the_package_comes_with(package, tmp_path, monkeypatch):
     assert force() == (6.0, True)
     assert not files(package)
     with monkeypatch.context() as patch:
-        patch.setattr(caching.SETTINGS, "BOUNDSCHECK", 1)
+        patch.setattr(caching.SETTINGS, "boundscheck", True)
         assert force() == (6.0, False)
-        patch.setattr(caching.SETTINGS, "BOUNDSCHECK", None)
+        patch.setattr(caching.SETTINGS, "boundscheck", False)
         patch.setattr(caching, "instruction_set", lambda: ("x86-64", ""))
         assert force() == (6.0, False)
     write(package.parent, 3.0)
@@ -304,15 +317,13 @@ def test_arguments_of_all_kinds():
 
 @pytest.mark.parametrize("name", ["x86-64-v4", "x86-64-v3", "x86-64"])
 def test_the_largest_instruction_set_that_the_processor_has(monkeypatch, name):
-    features = dict.fromkeys(machine_code.INSTRUCTION_SETS[name].split(), True) | {
-        "avx512ifma": False
-    }
-    monkeypatch.setattr(machine_code.binding, "get_host_cpu_features", lambda: features)
-    monkeypatch.setattr(machine_code.binding, "get_process_triple", lambda: "x86_64-any-linux")
-    for setting in ("CPU_NAME", "CPU_FEATURES"):
-        monkeypatch.setattr(machine_code.SETTINGS, setting, None)
-    instruction_set = machine_code.instruction_set.__wrapped__
-    monkeypatch.setattr(machine_code.SETTINGS, "ENABLE_AVX", 1)
+    features = dict.fromkeys(targets.INSTRUCTION_SETS[name].split(), True) | {"avx512ifma": False}
+    monkeypatch.setattr(targets.binding, "get_host_cpu_features", lambda: features)
+    monkeypatch.setattr(targets.binding, "get_process_triple", lambda: "x86_64-any-linux")
+    for setting in ("cpu_name", "cpu_features"):
+        monkeypatch.setattr(targets.SETTINGS, setting, "")
+    instruction_set = targets.instruction_set.__wrapped__
+    monkeypatch.setattr(targets.SETTINGS, "enable_avx", True)
     assert instruction_set() == (name, "")
-    monkeypatch.setattr(machine_code.SETTINGS, "CPU_NAME", "skylake")
+    monkeypatch.setattr(targets.SETTINGS, "cpu_name", "skylake")
     assert instruction_set() == ("skylake", "")

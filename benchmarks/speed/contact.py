@@ -26,7 +26,7 @@ from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import begin, march_block
 from flexband.mechanics.engine.generalized_alpha import NEWTON
 from flexband.mechanics.engine.threads import available_cores
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 EXAMPLE = runpy.run_path(str(ROOT / "examples" / "worn_pin.py"))
 TURNS, STEP, FIRST = 0.036, 1.2e-3, 1.2e-3  # s: three turns, times of the result, three impacts

@@ -17,7 +17,7 @@ from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.lanes import cached, filled
 from flexband.mechanics.kernels.records import Record
 

@@ -18,7 +18,7 @@ from benchmarks.speed import peer_exudyn as peer
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import march_block
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 MASS, SPRING, AMPLITUDE, DURATION = 1.0, 400.0, 0.1, 0.42  # kg, N/m, m, s: three impacts
 FREQUENCY, CHECKED = np.sqrt(SPRING / MASS), 64

@@ -35,8 +35,8 @@ from flexband.mechanics.kernels.elements import (
     continuum_strains,
     elastic,
 )
-from flexband.mechanics.kernels.lane_type import zeros
-from flexband.mechanics.kernels.lanes import WIDTH, cached, load, store
+from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
+from flexband.mechanics.kernels.lanes import cached, load, store
 
 CHAINS = 12
 MODULES = (

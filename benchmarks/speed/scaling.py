@@ -24,7 +24,7 @@ from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import march_block
 from flexband.mechanics.engine.threads import available_cores, in_parallel
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 SIZES = {"pendulum": (4, 16, 64, 256, 1024), "parallelograms": (1, 4, 16, 64)}
 STEPS, STEP = 200, 1e-3

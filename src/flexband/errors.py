@@ -368,6 +368,8 @@ def _real(name: str, value: ArrayLike, allowed: str, *, lists: bool) -> np.ndarr
     """Return `value` as an array of floats, which may be infinite or NaN."""
     if isinstance(value, float):
         return np.asarray(float(value))
+    if type(value) is np.ndarray and value.dtype == float:
+        return value.copy()
     if callable(value):
         raise InputError(f"{name} must be {allowed}; got a function")
     if isinstance(value, list | tuple) and not lists:

@@ -14,11 +14,15 @@ from typing import Any
 from uuid import uuid4
 
 import google_crc32c
+import platformdirs
 
 from flexband.errors import InputError, StoreError, warn
 
 BEGIN = '{"checksum": "'
 """How a JSON file with a checksum begins."""
+
+CACHE_VARIABLE = "NUMBA_CACHE_DIR"
+"""Environment variable of the folder for what Numba and flexband keep on disk."""
 
 Content = Sequence[bytes]
 """Of a file: parts, one after another."""
@@ -46,13 +50,9 @@ def replaced(file: Path) -> Iterator[Path]:
 
 def user_folder() -> Path:
     """Return the folder of the user, or that in NUMBA_CACHE_DIR, for what is kept on disk."""
-    from numba.core import config  # noqa: PLC0415  (imports Numba)
-    from numba.misc.appdirs import AppDirs  # noqa: PLC0415
-
-    folder: str = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
-    if folder:
+    if folder := os.environ.get(CACHE_VARIABLE):
         return Path(folder) / "flexband"
-    return Path(AppDirs("flexband", False).user_cache_dir)
+    return platformdirs.user_cache_path("flexband", appauthor=False)
 
 
 def open_unlinked(file: str | os.PathLike[str], flags: int) -> int:

@@ -15,7 +15,8 @@ from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve, to_dense
-from flexband.mechanics.kernels.lanes import WIDTH, filled
+from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.kernels.lanes import filled
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.springs import RELAXED
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scan
 from flexband.uncertainty.expansions.direct import DirectExpansion

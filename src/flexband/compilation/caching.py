@@ -10,29 +10,24 @@ import hashlib
 import os
 import struct
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from ctypes import CFUNCTYPE, c_int, c_void_p, cast
 from functools import cache, singledispatch
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from llvmlite import binding, ir
-from numba import typeof
-from numba.core.compiler_lock import global_compiler_lock
 
-from flexband.compilation.machine_code import (
-    ENTRY,
-    SETTINGS,
-    compiled,
-    instruction_set,
-    object_code,
-    target_machine,
-)
-from flexband.files import replaced, user_folder
+from flexband.compilation.functions import compiled, machine_code
+from flexband.compilation.settings import SETTINGS
+from flexband.compilation.targets import ENTRY, instruction_set, target_machine
+from flexband.files import CACHE_VARIABLE, replaced, user_folder
 from flexband.source_hash import PACKAGE, Source, sources
 
 KEPT = 8
@@ -51,6 +46,8 @@ LOADED = time.time()
 
 compiling: set[str] = set()
 """Names of the functions that are being compiled."""
+
+_lock = threading.RLock()
 
 
 class Addressed:
@@ -79,8 +76,9 @@ class Entry:
     codes : what has been called so far, for each kind of arguments.
     """
 
-    def __init__(self, function: Callable, options: dict):
-        self.dispatcher = compiled(function, **options)
+    def __init__(self, function: Callable, types_in: tuple[str, ...], options: dict):
+        self.function = compiled(function, **options)
+        self.types_in = types_in
         self.options = sorted(options.items())
         self.module = function.__module__
         self.name = f"{function.__module__}.{function.__qualname__}".replace("<locals>.", "")
@@ -128,7 +126,7 @@ class Entry:
         kind = ", ".join([_add_numbers(argument, numbers) for argument in arguments])
         code = self.codes.get(kind)
         if code is None:
-            with global_compiler_lock:
+            with _lock:
                 code = self.codes.get(kind) or self._code(kind, arguments)
                 self.codes[kind] = code
         return code, numbers
@@ -140,12 +138,16 @@ class Entry:
                 if content != sealed(content[32:]):
                     file.unlink()  # it is damaged
                     continue
+                if not _svml_is_there(content):
+                    continue
                 with suppress(OSError):
                     os.utime(file)
                 return _loaded(content[32:])
         compiling.add(self.name)
         try:
-            content = object_code(self.dispatcher, tuple(map(typeof, arguments)))
+            for name in self.types_in:
+                import_module(name)
+            content = machine_code.object_code(self.function.dispatcher, arguments)
         finally:
             compiling.discard(self.name)
         if self.usable:
@@ -168,7 +170,11 @@ class Entry:
     @property
     def usable(self) -> bool:
         """Whether it is known what the code depends on, which a closure is not."""
-        return not self.is_closure and _basis(self.module) is not None
+        return not self.is_closure and self._basis is not None
+
+    @property
+    def _basis(self) -> tuple[tuple[str, str], ...] | None:
+        return _basis(self.module, *self.types_in)
 
     def files(self, kind: str) -> list[Path]:
         """Return where code may be: as it was installed, then as it was made on this machine.
@@ -176,23 +182,23 @@ class Entry:
         What is made here depends on the versions of the packages and of Python, too. It is in
         NUMBA_CACHE_DIR if that is set, else beside the source, or in the folder of the user.
         """
-        made_of = self.options, _basis(self.module), _settings()
+        made_of = self.options, self._basis, _settings()
         versions = *map(_version, (self.module.partition(".")[0], *DEPENDENCIES)), sys.version
-        beside = [] if SETTINGS.CACHE_DIR else [self.source.parent / "__pycache__"]
-        name = f"{self.name}-{_hash((made_of, versions, SETTINGS.USING_SVML))}-{kind}.o"
+        beside = [] if os.environ.get(CACHE_VARIABLE) else [self.source.parent / "__pycache__"]
+        name = f"{self.name}-{_hash((made_of, versions))}-{kind}.o"
         return [
             SHIPPED / f"{self.name}-{_hash(made_of)}-{kind}.o",
             *(folder / name for folder in (*beside, user_folder())),
         ]
 
 
-def cached_on_disk(function: Callable, **options: Any) -> Any:
+def cached_on_disk(function: Callable, *, types_in: tuple[str, ...] = (), **options: Any) -> Any:
     """Compile a function that Python calls, and keep its machine code on disk.
 
-    Its arguments are numbers, arrays, tuples of them, and tables; it returns nothing. Further
-    options are Numba's.
+    Its arguments are numbers, arrays, tuples of them, and tables; it returns nothing. Types of
+    other kinds are in the modules of the names `types_in`. Further options are Numba's.
     """
-    return function if SETTINGS.DISABLE_JIT else Entry(function, options)
+    return function if SETTINGS.disable_jit else Entry(function, types_in, options)
 
 
 def sealed(content: bytes) -> bytes:
@@ -207,7 +213,7 @@ def kept(entry: Any) -> bool:
     ----------
     entry : what `cached_on_disk` returned.
     """
-    if SETTINGS.DISABLE_JIT or not entry.usable:
+    if SETTINGS.disable_jit or not entry.usable:
         return True
     files = entry.files("*")
     there = (kept_file for file in files for kept_file in file.parent.glob(file.name))
@@ -259,6 +265,11 @@ def _loaded(content: bytes) -> Code:
     return CFUNCTYPE(c_int, c_void_p)(engine.get_function_address(ENTRY)), engine
 
 
+def _svml_is_there(content: bytes) -> bool:
+    """Return whether Intel's SVML is loaded, which Numba does, where an object needs it."""
+    return b"__svml_" not in content or machine_code.USES_SVML
+
+
 def _used(file: Path) -> float:
     """Return when a file was last used."""
     try:
@@ -279,19 +290,19 @@ def _hash(content: object) -> str:
 
 def _settings() -> tuple[object, ...]:
     """Return what else than sources machine code depends on."""
-    return sys.platform, instruction_set(), SETTINGS.BOUNDSCHECK
+    return sys.platform, instruction_set(), SETTINGS.boundscheck
 
 
 @cache
-def _basis(module: str) -> tuple[tuple[str, str], ...] | None:
-    """Return the files that the code of a module's functions is made of; None if it is not known.
+def _basis(*modules: str) -> tuple[tuple[str, str], ...] | None:
+    """Return the files that the code of modules' functions is made of; None if it is not known.
 
-    These are the modules of its package and of this one that it imports, directly or not, and all
-    other files in their folders, since types and overloads are not imported where they are used.
+    These are the modules of their package and of this one that they import, directly or not, and
+    all other files in their folders, since overloads are not imported where they are used.
     """
-    tops = module.partition(".")[0], PACKAGE.name  # whose functions those of others call
+    tops = modules[0].partition(".")[0], PACKAGE.name  # whose functions those of others call
     known: dict[Path, Source] = {}
-    waiting, followed = {module}, set()
+    waiting, followed = set(modules), set()
     try:
         while files := {file for name in waiting if (file := _file(name))} - followed:
             known |= sources(

@@ -12,54 +12,21 @@ from functools import cache
 from typing import Any
 
 from llvmlite import binding, ir
-from numba import njit, types
+from numba import njit, typeof, types
 from numba.core import config
 from numba.core.codegen import AOTCodeLibrary, AOTCPUCodegen
 from numba.core.compiler import Compiler
+from numba.core.typing.templates import make_intrinsic_template
 
-SETTINGS: Any = config
-
-ENTRY = "flexband_entry"
-"""The only symbol that an object defines for others."""
+from flexband.compilation.targets import ENTRY, instruction_set, target_machine
 
 SYMBOLS = {"malloc", "free", "memcpy", "memmove", "memset", "sqrt", "floor", "rint", "pow"} | {
     "sin", "cos", "sincos", "exp", "atan2", "hypot"
 }  # fmt: skip
 """What objects may need of the C library."""
 
-INSTRUCTION_SETS = {
-    "x86-64-v4": "avx512f avx512bw avx512cd avx512dq avx512vl avx2 bmi bmi2 f16c fma lzcnt movbe",
-    "x86-64-v3": "avx2 bmi bmi2 f16c fma lzcnt movbe",
-    "x86-64": "",
-}
-"""Names that LLVM knows, with the features that a processor must have, the largest first."""
-
-
-@cache
-def instruction_set() -> tuple[str, str]:
-    """Return the name of an instruction set or a processor, and further features, for LLVM.
-
-    NUMBA_CPU_NAME and NUMBA_CPU_FEATURES take the place of what this processor has.
-    """
-    name, features = SETTINGS.CPU_NAME, SETTINGS.CPU_FEATURES
-    if name or features:
-        return name or binding.get_host_cpu_name(), features or ""
-    if not binding.get_process_triple().startswith("x86_64"):
-        return binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
-    has = binding.get_host_cpu_features() if SETTINGS.ENABLE_AVX else {}
-    sets = INSTRUCTION_SETS.items()
-    return next(name for name, needed in sets if all(map(has.get, needed.split()))), ""
-
-
-def target_machine() -> binding.TargetMachine:
-    """Return LLVM's description of the machine that objects are for."""
-    binding.initialize_native_target()
-    binding.initialize_native_asmprinter()
-    name, features = instruction_set()
-    target = binding.Target.from_triple(binding.get_process_triple())
-    return target.create_target_machine(
-        cpu=name, features=features, opt=3, reloc="static", codemodel="large"
-    )
+USES_SVML = vars(config)["USING_SVML"]
+"""Whether Intel's library of vector functions is loaded."""
 
 
 class _Library(AOTCodeLibrary):
@@ -129,35 +96,33 @@ class _Compiler(Compiler):
         super().__init__(typingctx, _context(targetctx), library, *options)
 
 
-def compiled(function: Callable, **options: Any) -> Any:
-    """Compile a function that only compiled code calls; further options are Numba's.
-
-    Division is that of IEEE 754. It is compiled once for all constants of a type: Numba would do so
-    again for each whole number.
-    """
-    if SETTINGS.DISABLE_JIT:
-        return function
-    options = {
-        "error_model": "numpy",
-        "no_cpython_wrapper": True,
-        "no_cfunc_wrapper": True,
-    } | options
-    dispatcher: Any = njit(pipeline_class=_Compiler, **options)(function)
-    find = dispatcher.get_call_template
-    dispatcher.get_call_template = lambda args, kws: find(
+def dispatcher(function: Callable, options: dict[str, Any]) -> Any:
+    """Return Numba's dispatcher of a function that only compiled code calls."""
+    defaults = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    made: Any = njit(pipeline_class=_Compiler, **(defaults | options))(function)
+    find = made.get_call_template
+    made.get_call_template = lambda args, kws: find(
         tuple(map(types.unliteral, args)), {name: types.unliteral(kws[name]) for name in kws}
     )
-    return dispatcher
+    return made
 
 
-def object_code(dispatcher: Any, kinds: tuple) -> bytes:
-    """Return the object of what `compiled` returned, for arguments of Numba's types.
+def instruction_type(handle: object, function: Callable, *, constants: bool) -> types.Function:
+    """Return Numba's type of a function that writes LLVM's code, which is known by a handle."""
+    return types.Function(
+        make_intrinsic_template(handle, function, function.__name__, prefer_literal=constants)
+    )
+
+
+def object_code(dispatcher: Any, arguments: tuple) -> bytes:
+    """Return the object of the function of a dispatcher, for arguments like these.
 
     Raises
     ------
     TypeError
         if the function returns something, or needs more than the C library.
     """
+    kinds = tuple(map(typeof, arguments))
     dispatcher.compile(kinds)
     result = dispatcher.overloads[kinds]
     name = dispatcher.py_func.__qualname__

@@ -13,7 +13,7 @@ from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import SENSE, SETTLE
 from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance, RestSearch, find_rest
 from flexband.mechanics.linearization.linearize import Equations, Spin
 from flexband.mechanics.linearization.load_path import raised, snap_throughs

@@ -18,7 +18,7 @@ from flexband.mechanics.engine.entries import SENSE
 from flexband.mechanics.engine.failures import rough
 from flexband.mechanics.engine.redundancy import dependent, refuse_shared_friction, require_inertia
 from flexband.mechanics.kernels.friction import MODE
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin

@@ -20,7 +20,7 @@ from flexband.mechanics.engine.corrections import Corrections
 from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes
+from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
 from flexband.words import number_of
 
 Label = tuple[str, str, int]

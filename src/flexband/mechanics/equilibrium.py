@@ -18,7 +18,7 @@ from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent, require_inertia, warn_of_shared
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, while_compiling
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.sensors.extremes import refuse_over_steps
 from flexband.words import number_of
 

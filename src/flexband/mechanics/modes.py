@@ -37,7 +37,7 @@ from flexband.mechanics.engine.entries import statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import check_steps
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.linearize import Spin
 from flexband.mechanics.linearization.thickness import Thickness
 from flexband.mechanics.sensors.extremes import refuse_over_steps

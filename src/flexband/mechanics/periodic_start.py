@@ -25,7 +25,7 @@ from flexband.mechanics.engine.generalized_alpha import NEWTON
 from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import Composed
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 
 @dataclass(frozen=True)

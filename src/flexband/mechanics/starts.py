@@ -16,7 +16,7 @@ from flexband.mechanics.block_equilibria import block_equilibria
 from flexband.mechanics.continued_start import continued, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.ramps import slowed
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import flexband as fb
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.kernels.pattern import analyse
-from flexband.mechanics.kernels.records import RecordType
+from flexband.mechanics.kernels.types.record import RecordType
 from tests.mechanics.models import Dense, gears, slider_crank, spring_and_moment
 
 

@@ -10,7 +10,8 @@ import flexband as fb
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.engine.batch import run_samples
 from flexband.mechanics.loads import compiled_laws
-from flexband.mechanics.loads.compiled_laws import LawShape, compiled_law
+from flexband.mechanics.loads.compiled_laws import compiled_law
+from flexband.mechanics.loads.law_shape import LawShape
 
 FORCES = np.arange(20.0)
 BAD = 3

@@ -12,7 +12,7 @@ from flexband.mechanics.assembly.stacking import mapped
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.kernels.forms import COEFFICIENTS
-from flexband.mechanics.kernels.lane_type import WIDTH, to_lanes, zeros
+from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes, zeros
 from flexband.mechanics.time_functions.schedule import Schedule
 from flexband.mechanics.time_functions.tabulation import tabulate
 from flexband.words import number_of

@@ -11,7 +11,7 @@ from flexband.mechanics.kernels.elements.centre_line import ROWS
 from flexband.mechanics.kernels.elements.continuum import HESSIAN_ROWS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS
 from flexband.mechanics.kernels.forms import COEFFICIENTS
-from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.lane_arrays import zeros
 from flexband.mechanics.kernels.pattern import Pattern
 from flexband.mechanics.kernels.state import State
 

@@ -32,7 +32,7 @@ from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.compiled_laws import CompiledLaw
+from flexband.mechanics.loads.law_shape import CompiledLaw
 from flexband.mechanics.sensors.motion import Sensor
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.compilation.functions import Deferred
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
@@ -16,8 +17,9 @@ from flexband.mechanics.kernels.forms import TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import AXES, GAP
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
-from flexband.mechanics.loads.compiled_laws import compiled_law
 from flexband.mechanics.loads.load import LawEntry, SpringEntry
+
+compiled_laws = Deferred("flexband.mechanics.loads.compiled_laws")
 
 
 def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
@@ -134,7 +136,7 @@ class LawTable:
         margins: int,
     ):
         self.margins = margins
-        self.compiled = [compiled_law(entry.law, entry.shape) for entry in laws]
+        self.compiled = [compiled_laws.compiled_law(entry.law, entry.shape) for entry in laws]
         self.laws, self.angle, self.position = laws, angle, position
         self.parameters = [parameter for law in laws for parameter in law.parameters]
         self.groups, self.place, point = [], [[0] * len(group) for group in groups], 0

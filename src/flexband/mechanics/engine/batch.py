@@ -26,7 +26,7 @@ from flexband.mechanics.engine.redundancy import rank_deficiency, require_inerti
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
 from flexband.mechanics.engine.threads import Progress, in_parallel, stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH, address, zeros
+from flexband.mechanics.kernels.lane_arrays import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.progress import Pace

@@ -9,10 +9,10 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.loads.compiled_laws import take_failures
+from flexband.mechanics.loads.law_shape import take_failures
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.words import number_of
 

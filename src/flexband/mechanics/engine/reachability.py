@@ -10,7 +10,7 @@ from flexband.mechanics.engine.batch import begin, run
 from flexband.mechanics.engine.entries import MARCH, START
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 MAX_EXAMINED = 5
 """Samples that are examined; messages list no more."""

@@ -18,7 +18,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 
 class LargestStrains(NamedTuple):

@@ -20,7 +20,7 @@ import numpy as np
 
 from flexband.compilation.caching import compiling
 from flexband.errors import check_integer
-from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.lane_arrays import zeros
 
 Progress = Callable[[int, int], object]
 """Called as ``progress(done, total)`` with numbers of runs."""

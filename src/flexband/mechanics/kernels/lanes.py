@@ -18,14 +18,23 @@ from functools import partial, wraps
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core.cgutils import get_or_insert_function, unpack_tuple
-from numba.core.typing.templates import signature
-from numba.extending import intrinsic, overload
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled as compiled_with_memory
-from flexband.mechanics.kernels.lane_type import FLAGS, VECTOR, WIDTH, LaneType, lane
+from flexband.compilation.functions import Deferred, instruction
+from flexband.compilation.functions import compiled as compiled_with_memory
+from flexband.mechanics.kernels.lane_arrays import WIDTH
+
+TYPES = "flexband.mechanics.kernels.types.lane"
+"""The module with Numba's type of a lane."""
+
+lane_type, types = Deferred(TYPES), Deferred("numba.core.types")
+cgutils = Deferred("numba.core.cgutils")
+
+VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+"""LLVM's type of a lane."""
+
+FLAGS = ("contract", "arcp")
+"""Fast-math flags: fused multiply-add and reciprocals. NaN and infinity keep their meaning."""
 
 # No memory management: all arrays come from outside. That makes calls free and cuts the compile
 # time by a third.
@@ -39,15 +48,12 @@ def compiled(function: Callable) -> Any:
 
 def cached(function: Callable) -> Any:
     """Compile a function that Python calls, and cache the machine code on disk."""
-    return cached_on_disk(function, **_OPTIONS)
+    return cached_on_disk(function, types_in=(TYPES,), **_OPTIONS)
 
 
-def instruction(function: Callable, *, constants: bool = False) -> Any:
-    """Make a function that generates LLVM code callable from compiled code.
-
-    With `constants` it receives whole numbers that are constants in the caller as literal types.
-    """
-    return intrinsic(prefer_literal=constants)(function)  # pyright: ignore[reportCallIssue]
+def unpack_tuple(builder: ir.IRBuilder, values: ir.Value) -> list[ir.Value]:
+    """Return the parts of a tuple."""
+    return cgutils.unpack_tuple(builder, values)
 
 
 def _row_pointer(context, builder, array_type, array, row):
@@ -67,13 +73,13 @@ def load(typingctx, array, row):
     def code(context, builder, sig, args):
         return builder.load(_row_pointer(context, builder, sig.args[0], *args), align=8)
 
-    return lane(array, types.intp), code
+    return lane_type.lane(array, types.intp), code
 
 
 @partial(instruction, constants=True)
 def load_rows(typingctx, array, row, count):
     """Return `count` rows, a constant, that start at row `row` as a tuple of lanes."""
-    kind = types.UniTuple(lane, count.literal_value)
+    kind = types.UniTuple(lane_type.lane, count.literal_value)
 
     def code(context, builder, sig, args):
         first = _row_pointer(context, builder, sig.args[0], *args[:2])
@@ -92,7 +98,7 @@ def store(typingctx, array, row, value):
         builder.store(args[2], pointer, align=8)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, lane), code
+    return types.void(array, types.intp, lane_type.lane), code
 
 
 @instruction
@@ -111,7 +117,7 @@ def store_rows(typingctx, array, row, values):
 @instruction
 def load_each(typingctx, arrays, row):
     """Return row `row` of each array of a tuple as a tuple of lanes."""
-    kind = types.UniTuple(lane, len(arrays))
+    kind = types.UniTuple(lane_type.lane, len(arrays))
 
     def code(context, builder, sig, args):
         pairs = zip(sig.args[0], unpack_tuple(builder, args[0]), strict=True)
@@ -126,7 +132,10 @@ def store_each(typingctx, arrays, row, values):
     """Write each lane of a tuple to row `row` of one array of another tuple."""
 
     def code(context, builder, sig, args):
-        arrays, values = unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2])
+        arrays, values = (
+            unpack_tuple(builder, args[0]),
+            unpack_tuple(builder, args[2]),
+        )
         for kind, array, value in zip(sig.args[0], arrays, values, strict=True):
             builder.store(value, _row_pointer(context, builder, kind, array, args[1]), align=8)
         return context.get_dummy_value()
@@ -165,13 +174,17 @@ def plus(typingctx, a, factor, b):
     """Return a + factor × b for tuples of lanes a and b of one length."""
 
     def code(context, builder, sig, args):
-        pairs = zip(unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2]), strict=True)
+        pairs = zip(
+            unpack_tuple(builder, args[0]),
+            unpack_tuple(builder, args[2]),
+            strict=True,
+        )
         sums = [
             builder.fadd(x, builder.fmul(args[1], y, flags=FLAGS), flags=FLAGS) for x, y in pairs
         ]
         return context.make_tuple(builder, a, sums)
 
-    return a(a, lane, b), code
+    return a(a, lane_type.lane, b), code
 
 
 @instruction
@@ -182,7 +195,7 @@ def times(typingctx, factor, a):
         products = [builder.fmul(args[0], x, flags=FLAGS) for x in unpack_tuple(builder, args[1])]
         return context.make_tuple(builder, a, products)
 
-    return a(lane, a), code
+    return a(lane_type.lane, a), code
 
 
 # --- masks and functions --------------------------------------------------------------------
@@ -196,7 +209,7 @@ def operation(function: Callable) -> Any:
         def code(context, builder, sig, args):
             return function(builder, *args)
 
-        return lane(*[lane] * len(lanes)), code
+        return lane_type.lane(*[lane_type.lane] * len(lanes)), code
 
     return instruction(typed)
 
@@ -235,7 +248,7 @@ def any_true(typingctx, mask):
         true = builder.fcmp_unordered("!=", args[0], ir.Constant(VECTOR, None))
         return builder.icmp_unsigned("!=", builder.bitcast(true, bits), bits(0))
 
-    return types.boolean(lane), code
+    return types.boolean(lane_type.lane), code
 
 
 @instruction
@@ -248,7 +261,7 @@ def first_true(typingctx, a, mask):
         place = builder.cttz(builder.bitcast(true, bits), ir.Constant(ir.IntType(1), 1))
         return builder.extract_element(args[0], builder.zext(place, ir.IntType(32)))
 
-    return types.float64(lane, lane), code
+    return types.float64(lane_type.lane, lane_type.lane), code
 
 
 def _elementwise(name: str) -> Any:
@@ -257,13 +270,13 @@ def _elementwise(name: str) -> Any:
     @operation
     def function(builder, a):
         kind = ir.FunctionType(VECTOR, [VECTOR])
-        llvm = get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+        llvm = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
         return builder.call(llvm, [a])
 
     return function
 
 
-_sqrt = _elementwise("sqrt")
+elementwise_sqrt = _elementwise("sqrt")
 magnitude = _elementwise("fabs")
 cosine = _elementwise("cos")
 sine = _elementwise("sin")
@@ -275,22 +288,11 @@ def sqrt(a):
     return math.sqrt(a)
 
 
-@overload(sqrt)
-def _overload_sqrt(a):
-    def of_lane(a):
-        return _sqrt(a)
-
-    def of_float(a):
-        return math.sqrt(a)
-
-    return of_lane if isinstance(a, LaneType) else of_float
-
-
 @operation
 def power(builder, base, exponent):
     """Return powers of numbers that are not negative."""
     kind = ir.FunctionType(VECTOR, [VECTOR, VECTOR])
-    llvm = get_or_insert_function(builder.module, kind, f"llvm.pow.v{WIDTH}f64")
+    llvm = cgutils.get_or_insert_function(builder.module, kind, f"llvm.pow.v{WIDTH}f64")
     return builder.call(llvm, [base, exponent])
 
 
@@ -300,14 +302,14 @@ def atan2(typingctx, y, x):
 
     def code(context, builder, sig, args):
         double = types.float64
-        function = context.get_function(math.atan2, signature(double, double, double))
+        function = context.get_function(math.atan2, double(double, double))
         angles = ir.Constant(VECTOR, ir.Undefined)
         for k in map(ir.IntType(32), range(WIDTH)):
             angle = function(builder, [builder.extract_element(a, k) for a in args])
             angles = builder.insert_element(angles, angle, k)
         return angles
 
-    return lane(lane, lane), code
+    return lane_type.lane(lane_type.lane, lane_type.lane), code
 
 
 @instruction

@@ -18,7 +18,7 @@ from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import SETTLE
 from flexband.mechanics.engine.static_solver import STATIC
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.linearize import Equations, Spin
 

@@ -13,7 +13,7 @@ from flexband.mechanics.engine.batch import begin
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import while_compiling
-from flexband.mechanics.kernels.lanes import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 
 
 class Mobility(NamedTuple):

@@ -16,7 +16,7 @@ from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import begin
-from flexband.mechanics.kernels.lane_type import zeros
+from flexband.mechanics.kernels.lane_arrays import zeros
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, rounding
 from flexband.mechanics.linearization.linearize import Driven, Equations, Linear, Spin, turned

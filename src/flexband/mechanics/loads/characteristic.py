@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.errors import InputError, check_finite, check_function
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import singledispatch
 from hashlib import sha256
 from itertools import accumulate
@@ -24,36 +23,11 @@ from numba.np.numpy_support import carray
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.errors import InputError, warn
-from flexband.mechanics.kernels.lane_type import WIDTH
+from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import AXES
+from flexband.mechanics.loads.law_shape import CompiledLaw, Law, LawFailure, LawShape, failures_here
 from flexband.mechanics.loads.lines import add_lines, pass_on
 from flexband.mechanics.loads.solved_states import OUTCOME, call_report, solve
-
-Law = Callable[..., None]
-"""``law(t, x, v, p, force)``: time [s], positions and velocities of the points, the parameters.
-
-Rows of `x` are (X, Y, θ), turns counted, rows of `v` their rates, shape (points, 3). It fills the
-rows of `force`, (F_X, F_Y, M): force [N] on each point and moment [N m] on its body. Rows of lines
-follow those of points, see `lines`. With states it is ``law(t, x, v, s, p, force, rate)`` and fills
-their rates too, and with events it is
-``law(t, x, v, p, force, mode, gap)`` or ``law(t, x, v, s, p, force, rate, mode, gap)``.
-"""
-
-
-class LawShape(NamedTuple):
-    """The sizes of what a law takes, the lines between its points, and whether it is a contact.
-
-    The law of a contact takes the address of its memory and serves all lanes at once. It reads the
-    speed of the last event as the size of its mode.
-    """
-
-    points: int
-    parameters: int
-    states: int = 0
-    events: int = 0
-    lines: tuple[tuple[int, int, int], ...] = ()
-    contact: bool = False
-
 
 Functions = tuple[FunctionType, ...]
 
@@ -61,36 +35,6 @@ Report = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 
 _laws: dict[Hashable, CompiledLaw] = {}
 _lock = threading.Lock()
-_own = threading.local()
-
-
-class LawFailure(NamedTuple):
-    """What a law did in one lane of the block that a thread was running."""
-
-    law: CompiledLaw
-    lane: int
-    time: float
-    reason: str
-
-
-def take_failures() -> list[LawFailure]:
-    """Return the first failure of each law and lane in this thread, and forget them."""
-    failures = _own.__dict__.pop("failures", {})
-    return list(failures.values())
-
-
-@dataclass(frozen=True, eq=False)
-class CompiledLaw:
-    """A law as a C function of the memory that `kernels.laws.forces` describes, for all lanes.
-
-    Attributes
-    ----------
-    address : where the engine calls it.
-    kept : what has to live as long as the code.
-    """
-
-    address: int
-    kept: tuple
 
 
 def compiled_law(law: Law, shape: LawShape, *, many: int = 200) -> CompiledLaw:
@@ -176,7 +120,7 @@ def _reporter(
         events = (column[at.mode : at.gap], gaps) if shape.events else ()
         time = float(column[0])
         reason = _reason(dispatcher.py_func, outcome, time, *arguments, *events)
-        failures = _own.__dict__.setdefault("failures", {})
+        failures = failures_here()
         failures.setdefault((id(done[0]), lane), LawFailure(done[0], lane, time, reason))
 
     return report

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
+from flexband.compilation.functions import Deferred
 from flexband.errors import (
     InputError,
     check_finite,
@@ -22,9 +23,11 @@ from flexband.errors import (
     shown,
 )
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.loads.compiled_laws import Law, compiled_law
+from flexband.mechanics.loads.law_shape import Law
 from flexband.mechanics.loads.lines import check_lines
 from flexband.mechanics.loads.load import Entries, InTime, LawEntry, LoadModel, PairLoad, in_time
+
+compiled_laws = Deferred("flexband.mechanics.loads.compiled_laws")
 
 
 @frozen()
@@ -90,7 +93,7 @@ class ForceLaw:
         check_lines("between", self.between, len(self.points))
         check_lines("within", self.within, len(self.points))
         _check_events(self.events)
-        compiled_law(self.law, self._entry([None] * len(self.points)).shape)
+        compiled_laws.compiled_law(self.law, self._entry([None] * len(self.points)).shape)
 
     def enters(self, model: LoadModel) -> Entries:
         return Entries(laws=[self._entry([model.frame(point) for point in self.points])])

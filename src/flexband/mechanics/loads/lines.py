@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.errors import InputError, shown
 
 

@@ -17,7 +17,7 @@ from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.loads.characteristic import Characteristic
-from flexband.mechanics.loads.compiled_laws import Law, LawShape
+from flexband.mechanics.loads.law_shape import Law, LawShape
 
 InTime = ArrayLike | TimeFunction
 """A number, an array of shape (n,), or a function of the time [s] that returns one of these."""

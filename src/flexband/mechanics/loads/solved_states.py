@@ -12,8 +12,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 
-from flexband.compilation.machine_code import compiled
-from flexband.mechanics.kernels.lanes import instruction
+from flexband.compilation.functions import compiled, instruction
 
 
 class Outcomes(NamedTuple):

@@ -38,7 +38,7 @@ class CarrierOptions(NamedTuple):
     averaging_periods: float = 2.0  # to each side, over which the rotation of envelopes is averaged
     # fraction of the largest energy below which a run continues with its mean frequency
     silent_energy: float = 1e-4
-    runs_at_once: int = 8  # runs of which envelopes are computed at once
+    windows_at_once: int = 4096  # windows, of all runs, in which envelopes are computed at once
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def track(
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(options.averaging_periods / (frequency * dt * stride)))
     moments = window_moments(half, at, times, options.degree)
-    turned, at_once = np.zeros((len(F), len(at))), options.runs_at_once
+    turned, at_once = np.zeros((len(F), len(at))), max(1, options.windows_at_once // len(at))
     z, part = split(F, psi, moments, at_once)
     for k in range(passes):
         z, part = split(F, psi, moments, at_once) if k else (z, part)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.terms import multiply, sum_of
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares

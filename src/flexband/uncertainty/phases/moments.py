@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.terms import multiply
 from flexband.uncertainty.phases.layout import MomentColumns, turning_parts
 from flexband.uncertainty.phases.trigonometry import cos_and_sin

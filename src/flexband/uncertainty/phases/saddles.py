@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.polish import substitute
 from flexband.uncertainty.expansions.bounds.terms import inner, largest, multiply, sum_of
 from flexband.uncertainty.phases.moments import (

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.polish import step
 from flexband.uncertainty.expansions.bounds.search import lowest
 from flexband.uncertainty.expansions.bounds.terms import (

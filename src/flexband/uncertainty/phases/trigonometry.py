@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 
 QUARTERS = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
 """π/2 in three parts, of which the first two have so few digits that k times them is exact."""

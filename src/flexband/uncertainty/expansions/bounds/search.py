@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.compilation.caching import cached_on_disk
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.coordinates import descend
 from flexband.uncertainty.expansions.bounds.options import OPTIONS, NextStep
 from flexband.uncertainty.expansions.bounds.polish import polish

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.compilation.machine_code import compiled
+from flexband.compilation.functions import compiled
 
 
 class ExpansionTerms(NamedTuple):

@@ -2,31 +2,23 @@
 
 Inside compiled code lanes support ``+ - * /`` and their in-place forms, also mixed with floats. No
 operation mixes the samples of a lane, so the result of a sample never depends on its neighbours.
-Arrays of lanes are C-ordered, of shape (rows, WIDTH).
+Numba needs this module, which imports it, only where kernels are compiled.
 """
 
 from __future__ import annotations
 
+import math
 import operator
-from ctypes import addressof, c_char
-from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import models, register_model
+from numba.extending import models, overload, register_model
 
-WIDTH = 8
-"""Samples in a lane: one AVX-512 register, or two to four narrower ones."""
-
-VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-"""LLVM's type of a lane."""
-
-FLAGS = ("contract", "arcp")
-"""Fast-math flags: fused multiply-add and reciprocals. NaN and infinity keep their meaning."""
+from flexband.mechanics.kernels import lanes
+from flexband.mechanics.kernels.lanes import FLAGS, VECTOR, WIDTH
 
 
 class LaneType(types.Type):
@@ -93,30 +85,12 @@ for _function, _name in (
     _lower_arithmetic(_function, _name)
 
 
-# --- arrays of lanes ------------------------------------------------------------------------
+@overload(lanes.sqrt)
+def _sqrt(a):
+    def of_lane(a):
+        return lanes.elementwise_sqrt(a)
 
+    def of_float(a):
+        return math.sqrt(a)
 
-def zeros(rows: int) -> np.ndarray:
-    """Return zeros of shape (rows, WIDTH), each row aligned to cache lines."""
-    memory = np.zeros(rows * WIDTH + WIDTH)
-    skipped = -memory.ctypes.data % (8 * WIDTH) // 8
-    return memory[skipped : skipped + rows * WIDTH].reshape(rows, WIDTH)
-
-
-def address(array: Any) -> int:
-    """Return the address of an array, 0 if it is empty."""
-    return addressof(c_char.from_buffer(array)) if array.size else 0  # faster than NumPy's ways
-
-
-def to_lanes(values: np.ndarray, block: int) -> np.ndarray:
-    """Return block `block` of values of shape (rows, n or 1) as lanes, shape (rows, WIDTH).
-
-    The last block is filled up with copies of the last sample.
-    """
-    lanes = zeros(len(values))
-    if values.shape[1] == 1:  # much faster than by index, in tables of many times
-        lanes[:] = values
-        return lanes
-    sample = np.arange(block * WIDTH, (block + 1) * WIDTH)
-    lanes[:] = values[:, np.minimum(sample, values.shape[1] - 1)]
-    return lanes
+    return of_lane if isinstance(a, LaneType) else of_float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
@@ -25,6 +24,7 @@ from flexband.uncertainty.adaptive.runs import (
     RareRuns,
     ResponseRuns,
     RunBuffer,
+    evaluated,
     succeeded,
 )
 from flexband.uncertainty.inputs.space import Space
@@ -178,7 +178,8 @@ class Adaptation:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
         F, known = self.made.all.values, len(in_use)
-        fits = chain(released(in_use), map(self._fit, self._split(F)))
+        stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+        fits = chain(released(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
         self.choice = BestFits.of(fits, *arguments, known)
         m = self.places.shape[1]
@@ -188,15 +189,6 @@ class Adaptation:
     def _fit(self, stage: Stage) -> PartsFit:
         self.stages.append(compared_times(stage))
         return PartsFit.of(self.design, stage)
-
-    def _split(self, F: np.ndarray) -> Iterable[Stage]:
-        """Return runs with 0, 1, 2, … carriers."""
-        return decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
-
-    def _parts(self) -> Split:
-        """Return the parts of all runs with the numbers of carriers that are in use."""
-        of_held = self.held.xi, self.held.eta
-        return Split.of(self.stages, self.choice.carriers, *of_held, self.counted)
 
     @property
     def _batch(self) -> int:
@@ -211,11 +203,12 @@ class Adaptation:
         known, budget = len(self.design), self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
-        design = self.design.extended(min(self._batch, budget), self._parts())
+        split = Split.of(self.stages, self.choice.carriers, self.held, self.counted)
+        design = self.design.extended(min(self._batch, budget), split)
         if len(design) == known:
             return StopReason.ORDERS_USED
         xi, eta = (v[known:] for v in design.points)
-        self.made.fit(self._run(xi, eta, len(xi)))
+        self.made.fit(evaluated(self.evaluate, xi, eta, len(xi)))
         self.design = design
         self._judge()
         return None
@@ -243,7 +236,7 @@ class Adaptation:
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
-        self.made.hold(self._run(xi, eta))
+        self.made.hold(evaluated(self.evaluate, xi, eta))
         if rare:
             self.sloped = True
             self._run_rare(rare._replace(eta=np.resize(places, rare.eta.shape)))
@@ -287,9 +280,6 @@ class Adaptation:
         weight = np.concatenate([self.rare.weight, weight[good]])
         self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
         return True
-
-    def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
-        return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.

@@ -88,7 +88,9 @@ class BestFits(NamedTuple):
             far, values = fit.overshoot(all_runs, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
             of_held = np.sqrt(fit.mean_square_missed(held, equal))
-            after = np.sqrt(fit.missed_later(fitted, weights))
+            runs_after = fitted.which(slice(fit.runs, None))
+            counts = np.zeros(0) if weights is None else weights(fit.runs)
+            after = np.sqrt(fit.mean_square_missed(runs_after, counts))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / options.carrier_gain ** len(fit.frequencies)
             so_far, is_known = least[fit.outputs], best[fit.outputs] < known
@@ -97,19 +99,19 @@ class BestFits(NamedTuple):
             if len(alone) == shape[1]:
                 total = float(np.sum(alone / size[fit.outputs]))
                 closest.append((total, k, (alone, beyond, values)))
-            own = fit.outputs[better]
-            least[own], best[own] = error[better], k
-            later[own], overshoot[own] = after[better], far[better]
-            kept[k] = fit
+            outputs = fit.outputs[better]
+            least[outputs], best[outputs] = error[better], k
+            later[outputs], overshoot[outputs] = after[better], far[better]
+            every = kept | {k: fit}
             kept = {
-                k: _for_outputs(best_fit, best == k) for k, best_fit in kept.items() if k in best
+                j: f.of_outputs(np.flatnonzero(best == j)) for j, f in every.items() if j in best
             }
-            del fit  # while the next one is made, only those in use are in memory
+            del fit, every  # while the next one is made, only those in use are in memory
         chosen = [kept[k] for k in sorted(kept, key=lambda k: (k < known, k))]
         missed = np.empty(shape)
         for fit in chosen:  # once more, since what all fits miss takes more memory
-            for some, own in fit.missed(held):
-                missed[some, fit.outputs] = own
+            for rows, of_rows in fit.missed(held):
+                missed[rows, fit.outputs] = of_rows
         fewest, doubted, of_all = np.inf, None, False
         for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
             if total < (1 - options.min_relative_gain) * fewest:
@@ -172,9 +174,3 @@ def in_place_of_runs(
         tuple(expansion.of_hybrid(expansion.hybrid + change) for expansion, change in whole),
         tuple(expansion.of_hybrid(change) for expansion, change in whole),
     )
-
-
-def _for_outputs(fit: PartsFit, mask: np.ndarray) -> PartsFit:
-    """Return a fit for some of all outputs: the same one if these are its outputs."""
-    outputs = np.flatnonzero(mask)
-    return fit if len(outputs) == len(fit.outputs) else fit.of_outputs(outputs)

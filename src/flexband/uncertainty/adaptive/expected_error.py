@@ -76,8 +76,13 @@ class ExpectedError:
 
     @property
     def times(self) -> np.ndarray:
-        """Some of the times, by number."""
-        return _scattered(self.values.shape[-1])
+        """Some of the times, by number, which no oscillation keeps in step with."""
+        times, most = self.values.shape[-1], 48
+        if times <= most:
+            return np.arange(times)
+        golden = (5**0.5 - 1) / 2
+        k = np.arange(most)
+        return (times * (k + golden * k % 1) / most).astype(int)
 
     @cached_property
     def width(self) -> np.ndarray:
@@ -152,12 +157,3 @@ class ExpectedError:
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
         return ExpectedError(choice, values, size, window, missed, quantities, unseen_steps(F))
-
-
-def _scattered(times: int, most: int = 48) -> np.ndarray:
-    """Return some of the times, which no oscillation keeps in step with."""
-    if times <= most:
-        return np.arange(times)
-    golden = (5**0.5 - 1) / 2
-    k = np.arange(most)
-    return (times * (k + golden * k % 1) / most).astype(int)

@@ -35,26 +35,21 @@ class Split(NamedTuple):
 
     stages: list[Stage]  # all runs, those of the design first, at `compared_times`
     outputs: list[np.ndarray]  # that each stage stands for
-    xi: np.ndarray  # of the held-out runs, which are the last
-    eta: np.ndarray
+    held: ResponseRuns  # the held-out runs, which are the last
 
     @staticmethod
     def of(
-        stages: Sequence[Stage],
-        carriers: np.ndarray,
-        xi: np.ndarray,
-        eta: np.ndarray,
-        counted: np.ndarray,
+        stages: Sequence[Stage], carriers: np.ndarray, held: ResponseRuns, counted: np.ndarray
     ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
 
-        A stage with fewer carriers stands for one that has not been found. Outputs that are not
+        A stage with fewer carriers stands for one that does not exist. Outputs that are not
         `counted`, (outputs,), are left out.
         """
         carriers = np.minimum(carriers, len(stages) - 1)
         used = np.unique(carriers[counted])
         outputs = [np.flatnonzero(counted & (carriers == k)) for k in used]
-        return Split([stages[k] for k in used], outputs, xi, eta)
+        return Split([stages[k] for k in used], outputs, held)
 
     def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return combinations of runs, relative to the size of each output, (rows, parts, times).
@@ -102,6 +97,8 @@ class PartsFit(NamedTuple):
 
     def of_outputs(self, outputs: np.ndarray) -> PartsFit:
         """Return the fit of some of its outputs, by number."""
+        if len(outputs) == len(self.outputs):
+            return self
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, slice(None))
         columns = PartColumns.of(len(outputs), self.columns.carriers)
@@ -137,15 +134,6 @@ class PartsFit(NamedTuple):
         for rows, missed in self.missed(runs):
             square += np.einsum("p,pot->ot", weights[rows], missed**2)
         return square
-
-    def missed_later(self, fitted: ResponseRuns, weights: Weights | None) -> np.ndarray:
-        """Return the mean square of what it misses of runs that were fitted after it.
-
-        Its shape is (outputs, times). It is zero for a fit of all runs.
-        """
-        later = fitted.which(slice(self.runs, None))
-        counts = np.zeros(0) if weights is None else weights(self.runs)
-        return self.mean_square_missed(later, counts)
 
     def overshoot(
         self, runs: ResponseRuns, places: Sequence[np.ndarray], rare: RareRuns, thin: slice

@@ -148,11 +148,12 @@ class NestedDesign:
         """
         known = set(map(tuple, self.index.tolist()))
         index = self._candidates(known)
-        predict = self._values(self.index, split.xi, split.eta) @ self.inverse
-        added = self._values(index, split.xi, split.eta)
+        at_held = split.held.xi, split.held.eta
+        predict = self._values(self.index, *at_held) @ self.inverse
+        added = self._values(index, *at_held)
         added = added - predict @ self._values(index, *self.points)
-        held = slice(len(self), None)
-        missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
+        count_fitted = len(self)
+        missed = split.rows(lambda runs: runs[count_fitted:] - predict @ runs[:count_fitted])
         rest = principal(missed.reshape(len(missed), -1).round(ROUNDING_DIGITS))
         least = 1e-3 * np.sum(rest**2)  # this part of the energy need not be explained
         merit = SparseFitOptions().merit_per_order ** index.sum(axis=1)
@@ -182,9 +183,8 @@ class NestedDesign:
 
     def _values(self, index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return terms at ξ and η, shape (points, terms)."""
-        return HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0))).terms(
-            xi, eta
-        )
+        terms = HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0)))
+        return terms.terms(xi, eta)
 
 
 def _nearest(points: np.ndarray, family: Family) -> np.ndarray:

@@ -9,9 +9,8 @@ import numpy as np
 
 from flexband.errors import RunError, warn
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
+from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluated
 from flexband.uncertainty.methods.method import Evaluate
-from flexband.uncertainty.surrogates.axes import series
 from flexband.words import number_of
 
 
@@ -110,4 +109,4 @@ def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
     listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({in_words(response)})")
-    return succeeded(ResponseRuns(xi, eta, series(response(xi, eta))), len(xi)).values
+    return evaluated(response, xi, eta, len(xi)).values

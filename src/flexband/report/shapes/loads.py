@@ -190,9 +190,9 @@ def _(load: DistributedLoad, sketch: Sketch, name: str) -> None:
 def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     """Add an f in a circle, between two places or beside the first."""
     points = sketch.points(load.points)
-    first, others = sketch.scene.at(load.points[0]), [sketch.scene.at(p) for p in load.points[1:2]]
+    places = [sketch.scene.at(point) for point in load.points[:2]]
     spots = [in_points(LocalFrame(points[0]), [way]) for way in circle(18.0, 8)]
-    if any(np.linalg.norm(other - first) > 30.0 * sketch.unit for other in others):
+    if any(np.linalg.norm(place - places[0]) > 30.0 * sketch.unit for place in places):
         between = LocalFrame(points[0], ends=(points[0], points[1]), shares=True)
         spots = [Stroke([between], np.array([[0.5, 0.0, 0.0, 0.0]]))]
     spot = sketch.freest(spots)

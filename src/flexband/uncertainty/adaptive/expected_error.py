@@ -91,10 +91,10 @@ class ExpectedError:
         That of a tensor's component is the width of the widest one; that of others is at least
         `SMALL` times that of the widest component of the same quantity.
         """
-        return self.quantities.at_least(self.own_width, tensors=1.0)
+        return self.quantities.at_least(self.component_width, tensors=1.0)
 
     @cached_property
-    def own_width(self) -> np.ndarray:
+    def component_width(self) -> np.ndarray:
         """The width without a look at other components."""
         _, lower, upper = self.extremes
         width = (upper.values[1] - lower.values[0]).mean(axis=-1)
@@ -103,13 +103,13 @@ class ExpectedError:
     @property
     def small(self) -> np.ndarray:
         """Which outputs vary, but less than the component by whose width errors are judged."""
-        return np.isfinite(self.size) & (self.own_width < self.width)
+        return np.isfinite(self.size) & (self.component_width < self.width)
 
     @property
     def unexplained(self) -> np.ndarray:
         """Which outputs vary, but have bands of no width, since no terms were found for them."""
         size = np.where(np.isfinite(self.size), self.size, -np.inf)
-        width = self.quantities.at_least(self.own_width)
+        width = self.quantities.at_least(self.component_width)
         return width <= ROUNDING * size + 1e-300
 
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:

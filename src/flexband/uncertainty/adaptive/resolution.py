@@ -149,7 +149,7 @@ class Levels:
         The course has the runs on a level, for which `names` have been halved.
         """
         errors, largest, corrected = {}, {}, {}
-        vanishing = self._vanishing(course.error.own_width, len(names))
+        vanishing = self._vanishing(course.error.component_width, len(names))
         corrections = course.discretization()
         for name, correction in corrections.items():
             before = self.known.setdefault(name, {})

@@ -83,21 +83,25 @@ class Space:
         uncertain = {name: i for name, i in self.inputs.items() if i.dimension}
         return {name: i for name, i in uncertain.items() if i.random == random}
 
+    def owners(self, *, random: bool) -> list[str]:
+        """Return the name of the input of each variable ξ or η."""
+        inputs = self.of_kind(random=random).items()
+        return [name for name, input_ in inputs for _ in range(input_.dimension)]
+
     def columns(self, *, random: bool) -> dict[str, int]:
         """Return the number of the first variable ξ or η of each random or interval input."""
-        inputs = self.of_kind(random=random)
-        ends = np.cumsum([input_.dimension for input_ in inputs.values()]).tolist()
-        return dict(zip(inputs, [0, *ends], strict=False))
+        owners = self.owners(random=random)
+        return {name: owners.index(name) for name in dict.fromkeys(owners)}
 
     @property
     def random_dimension(self) -> int:
         """Number n of variables ξ."""
-        return sum(input_.dimension for input_ in self.of_kind(random=True).values())
+        return len(self.owners(random=True))
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return sum(input_.dimension for input_ in self.of_kind(random=False).values())
+        return len(self.owners(random=False))
 
     @property
     def plays(self) -> dict[str, FreePair]:
@@ -113,8 +117,7 @@ class Space:
     @property
     def families(self) -> tuple[Family, ...]:
         """The polynomials of each variable ξ."""
-        random = self.of_kind(random=True).values()
-        return tuple(input_.family for input_ in random for _ in range(input_.dimension))
+        return tuple(self.inputs[name].family for name in self.owners(random=True))
 
     @property
     def advice_on_fields(self) -> str:
@@ -133,8 +136,7 @@ class Space:
         """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""
         if not self.groups:
             return None
-        random = self.of_kind(random=True).items()
-        owners = [name for name, input_ in random for _ in range(input_.dimension)]
+        owners = self.owners(random=True)
         factor = np.eye(len(owners))
         for group in self.groups.values():
             indices = [owners.index(name) for name in group.members]

@@ -45,8 +45,8 @@ def corrected_expansion(
     fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
     choice = BestFits.of([fit], fitted, held, len(held.values), RareRuns.none(held))
     F, units = np.concatenate([fitted.values, held.values]), units_of(labels)
-    of_one = quantities(evaluate, count)
-    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, of_one)
+    components = quantities(evaluate, count)
+    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, components)
     diagnostics, bands = surrogate.diagnostics, ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:
         both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])

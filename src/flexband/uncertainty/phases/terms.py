@@ -108,9 +108,9 @@ class PartTerms:
         values of the others. Those over uniform variables decrease too slowly.
         """
         random = self.index[:, self.interval_dimension :][:, self.normal]
-        others = self.index.sum(axis=1) > 1
+        nonlinear = self.index.sum(axis=1) > 1
         far = MOMENTS.slope_range ** np.maximum(random.sum(axis=1) - 1, 0)
-        weight = others * random.sum(axis=1) * far
+        weight = nonlinear * random.sum(axis=1) * far
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
         slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:

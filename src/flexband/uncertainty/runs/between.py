@@ -38,10 +38,10 @@ def between_times(
     """
     space, labels = runs.space, runs.labels
     assert labels is not None
-    response, nominal = runs.response, space.arguments_at(*space.nominal())
+    level = runs.start
     for name in diagnostics.attrs.get("halved", []):
-        response = response.refinements(**nominal)[name]
-    response = response.at_more_times(**nominal)
+        level = level.refinements()[name]
+    response = level.of_nominal(level.response.at_more_times)
     if response is None:
         return xr.Dataset()
     rng = np.random.default_rng(seed)

@@ -75,7 +75,7 @@ def _(joint: Switched, sketch: Sketch, name: str) -> None:
     """Add the joint in a dashed ring, which says that it comes and goes."""
     add_joint(joint.joint, sketch, name)
     frame = LocalFrame(sketch.tracks.point(joint.first))
-    ring = in_points(frame, 11.0 * np.asarray(circle(1.0, 40)))
+    ring = in_points(frame, circle(11.0, 40))
     sketch.line(ring, color="drive", dash=(3, 3), layer=7.5, part=f"joint {name!r}")
 
 

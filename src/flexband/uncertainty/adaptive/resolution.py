@@ -86,13 +86,10 @@ def solved(
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
-            of_run, at_start = isinstance(error, RunError), isinstance(error, AssemblyError)
-            cause = error.__cause__ if of_run else None
-            raised = cause is not None and not isinstance(cause, RunError)
-            of_step = of_run and not (raised or at_start)
-            if at_start and not finished:
-                raise  # no step has been taken
-            if finished and not (of_step and failed < options.max_failed and not last):
+            in_steps = isinstance(error, RunError) and not isinstance(error, AssemblyError)
+            raised = error.__cause__ is not None and not isinstance(error.__cause__, RunError)
+            shorter_steps_may_help = in_steps and not raised and not last
+            if finished and not (shorter_steps_may_help and failed < options.max_failed):
                 coarser_runs += course.runs if course else 0
                 course, names = finished
                 coarser_runs -= course.runs
@@ -100,9 +97,9 @@ def solved(
                 stopped = course.run((1 - options.share) * tolerance)
                 details = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
                 return course, {**details, "runs_coarser": coarser_runs, "halved": names}
-            if last or raised or not of_run:
-                raise  # no shorter step avoids that a response raises another error
-            halvings = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
+            if not shorter_steps_may_help:
+                raise
+            halvings = {"step" if "step" in left_out else left_out[0]: 1}
             levels.why = "runs fail"
         coarser_runs += course.runs if course else 0
         for name, times in halvings.items():

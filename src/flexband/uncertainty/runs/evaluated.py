@@ -29,6 +29,9 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs, series, units_of
 from flexband.words import number_of
 
+Judgement = tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]
+"""Numbers of good runs, their values, the reasons of failed runs by number, and their error."""
+
 
 class Evaluated:
     """The values of a response at some points, as far as they are known."""
@@ -97,13 +100,15 @@ class Evaluated:
         fields = self.setting, self.numbers[runs], values, reason, seconds
         self.record.add(Finished(*fields, time.time()))
 
-    def judged(
-        self, runs: np.ndarray, outcome: Outcome
-    ) -> tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]:
+    def judged(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
         """Return which runs of a call are good and their values, and which failed and why.
 
         No run is named where an error does not tell which of several failed.
         """
+
+        def without_values(reason: str, error: Exception) -> Judgement:
+            return runs[:0], None, {int(runs[0]): reason} if len(runs) == 1 else {}, error
+
         points = tuple(v[runs] for v in self.points)
         error, value, bad = outcome.error, outcome.value, {}
         if isinstance(error, RunError) and error.results is not None:
@@ -114,15 +119,12 @@ class Evaluated:
             if self.labels is None:
                 scalar = self._of_one_sample(runs, error)
             reason = _in_words(scalar or error)
-            error = scalar or explained(error, self.space, *points)
-            alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): reason} if alone else {}, error
+            return without_values(reason, scalar or explained(error, self.space, *points))
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
             error = self._of_one_sample(runs, wrong) or wrong
-            alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
+            return without_values(str(error), error)
         reason, text, wrong = not_finite(values, self.space, *points)
         if bad:
             assert error is not None
@@ -132,7 +134,7 @@ class Evaluated:
             error = InputError(text)
         if not bad:
             return runs, values, {}, error
-        good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
+        good = ~np.isin(runs, list(bad))
         return runs[good], values[good], bad, error
 
     def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:

@@ -17,7 +17,7 @@ from flexband.uncertainty.adaptive.held_out import extreme_places, generic_point
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
-from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
+from flexband.uncertainty.adaptive.refinement.refined_runs import discretization_in_words
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
@@ -41,8 +41,8 @@ class AdaptationOptions(NamedTuple):
     # runs that interpolation may start with; if it takes more, terms are found by regression
     max_interpolated: int = 48
     max_rare_runs: int = 2 * BATCH  # runs at rare values of random variables
-    # batches of the least budget of which one, among the last, is run at rare values if the
-    # tolerance is not met
+    # if the budget has at least so many batches, and the tolerance is not met, one of the last is
+    # run at rare values
     min_batches_for_rare_runs: int = 10
     # with so many variables, one batch at least follows the first, which has few terms of each,
     # and hardly any of their products
@@ -87,7 +87,7 @@ class Adaptation:
         of the error bar's width.
         """
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
-        self.details = f" ({text})" if (text := in_words(evaluate)) else ""
+        self.details = f" ({text})" if (text := discretization_in_words(evaluate)) else ""
         listener().stage(f"the first runs{self.details}")
         m, families, discs = space.interval_dimension, space.families, space.discs
         spare = most - fewest_fitted(m + len(families))

@@ -21,8 +21,10 @@ from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 class ChoiceOptions(NamedTuple):
     """How fits are compared."""
 
-    carrier_gain: float = 0.8  # a further carrier has to bring an output's error below this part
-    min_relative_gain: float = 1e-9  # by which the error of a fit of more runs has to be smaller
+    # a further carrier is used for an output if it brings the error below this part
+    carrier_gain: float = 0.8
+    # a fit of more runs is better if its error is smaller by more than this part
+    min_relative_gain: float = 1e-9
     max_times: int = 128  # at which growth at rare values is evaluated
 
 
@@ -35,7 +37,7 @@ def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
 class BestHeldOutFit(NamedTuple):
     """The fit that misses least in the held-out runs."""
 
-    missed: np.ndarray  # of runs that were held out or fitted later, root mean square, (outputs,)
+    missed: np.ndarray  # of held-out runs and of those fitted later, root mean square, (outputs,)
     overshoot: np.ndarray  # root mean square, (outputs,)
     values: RareValues  # at which it leaves the range of the runs by most
     taken: bool  # whether it is the choice for all outputs
@@ -45,8 +47,8 @@ class BestFits(NamedTuple):
     """The best fit of every output."""
 
     fits: list[PartsFit]  # each of the outputs for which it is the best
-    missed: np.ndarray  # of held-out runs, shape (runs, outputs, times)
-    later: np.ndarray  # missed of runs fitted after it, root mean square, (outputs, times)
+    missed: np.ndarray  # what is missed of held-out runs, shape (runs, outputs, times)
+    later: np.ndarray  # and of runs that were fitted later, root mean square, (outputs, times)
     overshoot: np.ndarray  # of the fits, shape (outputs, times)
     doubted: BestHeldOutFit  # what grows at rare values, though it misses least
 

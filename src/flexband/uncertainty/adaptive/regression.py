@@ -30,8 +30,8 @@ MIN_RUNS = 2 * BATCH
 class SampledDesign:
     """Runs at the first points of a sequence, and the terms of all orders that may be few."""
 
-    count: int  # of runs
-    interval_dimension: int  # m
+    count: int  # number of runs
+    interval_dimension: int  # number m of variables η
     families: Sequence[Family]  # the polynomials of each ξ
     discs: tuple[int, ...] = ()  # as of `HybridExpansion`
 

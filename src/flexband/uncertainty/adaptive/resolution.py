@@ -17,7 +17,7 @@ from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
-from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
+from flexband.uncertainty.adaptive.refinement.refined_runs import discretization_in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -29,21 +29,24 @@ class RefinementOptions(NamedTuple):
     """When step and elements are halved."""
 
     share: float = 0.5  # part of the tolerance that is for the discretization
-    # of convergence, by which several halvings at once are chosen; that of what a correction leaves
-    # is twice as high
+    # order of convergence, by which several halvings at once are chosen; that of what a correction
+    # leaves is twice as high
     order: int = 2
     resolved: float = 0.3  # error in parts of the bar's width below which this order is relied on
-    # an error that falls by less in every one of two halvings does not converge; order two: 1/4
+    # an error that falls by less in every one of two halvings does not converge; order two gives
+    # 1/4
     fall_per_halving: float = 0.5**0.5
-    clear: float = 0.25  # two halvings show it of an error above this part of the expansion's
-    # so many show it of smaller errors, and of large ones in outputs that the expansion does not
-    # explain, or that vanish: the error is larger than the width of the error bar, which is halved
-    # with every halving. What it does explain may be a vibration that longer steps do not follow
+    # two halvings show this of an error above this part of what the expansion misses
+    clear: float = 0.25
+    # so many halvings show it of smaller errors, and of large ones in outputs that the expansion
+    # does not explain, or that vanish: the error is larger than the width of the error bar, which
+    # is halved with every halving. What it does explain may be a vibration that longer steps do not
+    # follow at all
     halvings_of_noise: int = 4
     max_at_once: int = 3  # halvings from one level to the next
-    max_halvings: int = 9  # in all
-    # in all for vibrations of members that are too fast for the times of the response, so that no
-    # correction and no expansion can follow them
+    max_halvings: int = 9  # halvings in all
+    # halvings in all for vibrations of members that are too fast for the times of the response, so
+    # that no correction and no expansion can follow them
     max_for_waves: int = 7
     # phase error [rad] below which a vibration is followed from one level to the next; if it is
     # larger, it explains that the error does not fall yet
@@ -86,6 +89,7 @@ def solved(
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
+            # they cannot avoid an error at the start, or one that the response raises itself
             in_steps = isinstance(error, RunError) and not isinstance(error, AssemblyError)
             raised = error.__cause__ is not None and not isinstance(error.__cause__, RunError)
             shorter_steps_may_help = in_steps and not raised and not last
@@ -107,7 +111,7 @@ def solved(
                 evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
-        finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
+        finer, details = f"finer {' and '.join(halvings)}", discretization_in_words(evaluate)
         listener().stage(finer)
         listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
 
@@ -138,7 +142,7 @@ class Levels:
         # which outputs vibrate as no affordable step resolves, and the frequency that is left of
         # each after all affordable halvings, (outputs,)
         self.waves, self.fastest = np.zeros(1, bool), np.zeros(1)
-        self.why = ""  # something was to be halved last, in words
+        self.why = ""  # why something had to be halved last, in words
 
     def needed_halvings(self, course: Adaptation, names: list[str]) -> dict[str, int]:
         """Return how often what was left out must be halved; nothing if that is enough.

@@ -33,8 +33,9 @@ class BandErrorOptions(NamedTuple):
     # this is small: only polynomials above the first that is missed are not orthogonal at the nodes
     random_shares: tuple[float, float] = (0.1, 0.3)
     at_nodes: float = 0.03  # least w at the place of a bound: products of variables are missed, too
-    min_share: float = 0.1  # least mean square of a variable's a in parts of the mean of all
-    steps: int = 10  # towards the likeliest a; few runs tell them apart
+    # least mean square of a variable's a in parts of the mean of all: few runs tell them apart
+    min_share: float = 0.1
+    steps: int = 10  # towards the likeliest a
     min_variance: float = 1e-9  # in parts of the mean one, that is as good as none
     max_places: int = 256  # at which it is checked whether a bound could rest on them
 

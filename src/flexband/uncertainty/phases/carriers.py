@@ -22,12 +22,13 @@ from flexband.uncertainty.expansions.polynomials import cubic_spline
 class CarrierOptions(NamedTuple):
     """How carriers are looked for, and how the runs are split."""
 
-    max_carriers: int = 3  # of a response
+    max_carriers: int = 3  # most carriers of a response
     max_peaks: int = 2  # peaks of the spectrum that are tried for each further carrier
     min_times: int = 32  # fewest times of runs in which carriers are looked for
     max_frequency: float = 0.4  # of a carrier, in periods per step of the times
     min_cycles: float = 6.0  # fewest periods of a carrier in the record
-    min_energy: float = 1e-5  # of a carrier, as a fraction of that of what varies between the runs
+    # least energy of a carrier, as a fraction of that of the variation between the runs
+    min_energy: float = 1e-5
     band_ratio: float = 1.15  # ratio of the ends of a frequency band to its middle
     # relative distance from a multiple of the first carrier within which a lost carrier is tried as
     # its harmonic

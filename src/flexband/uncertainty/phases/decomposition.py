@@ -127,7 +127,8 @@ class Separation:
 
     def separate(self, carrier: Carrier, multiple: int) -> None:
         """Take a carrier out of the rest; track each of several again without all others."""
-        self.carriers, self.rest = [*self.carriers, carrier], np.copy(self.rest)  # stages keep them
+        # earlier stages keep theirs
+        self.carriers, self.rest = [*self.carriers, carrier], np.copy(self.rest)
         self.multiples.append(multiple)
         carrier.add_to(self.rest, -1.0)
         for k, h in enumerate(self.multiples if len(self.multiples) > 1 else []):

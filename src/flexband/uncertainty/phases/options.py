@@ -56,7 +56,8 @@ class PhaseSearchOptions(NamedTuple):
     descents: int = 3  # points of the scan from which an extreme is searched
     max_steps: int = 40  # of a descent
     first_step: float = 0.05  # length of its first step in η
-    min_relative_gain: float = 1e-9  # it ends when a step is expected to gain less of the value
+    # a descent ends when a step is expected to gain less than this fraction of the value
+    min_relative_gain: float = 1e-9
 
 
 MOMENTS, SEARCH = MomentOptions(), PhaseSearchOptions()

@@ -93,7 +93,7 @@ class Evaluated:
         self, runs: np.ndarray, values: np.ndarray | None, reason: str, seconds: float
     ) -> None:
         """Record runs with their values, or None for failed ones, in so many seconds each."""
-        if self.record is None or not len(runs):
+        if self.record is None:
             return
         if self.labels is not None:
             self.record.begin(self.labels)

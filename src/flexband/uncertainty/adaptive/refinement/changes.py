@@ -115,9 +115,10 @@ class Extrapolation(NamedTuple):
     expansion: HybridExpansion  # the change of their parts
     factors: np.ndarray  # the error as a multiple of the change, (series,)
     shift: np.ndarray  # what the third level adds to the corrected parts, mean over runs, (series,)
-    # of the held-out runs, since the correction is linear in the inputs, (held, outputs, times)
+    # what is missed of the held-out runs, since the correction is linear in the inputs, shape
+    # (held, outputs, times)
     missed: np.ndarray
-    # of the runs on three levels, since the order is not exact, (finest, outputs, times)
+    # and of the runs on three levels, since the order is not exact, (finest, outputs, times)
     missed_order: np.ndarray
     levels: np.ndarray  # the runs on three levels, coarse first, (3, finest, outputs, times)
 

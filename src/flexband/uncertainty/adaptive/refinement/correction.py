@@ -57,7 +57,7 @@ class FitCorrection(NamedTuple):
     """The correction of the outputs of a fit."""
 
     fit: PartsFit  # of coarse runs
-    kinds: np.ndarray  # of each output
+    kinds: np.ndarray  # what of each output is corrected
     # by kind; that of phases only if the fit has carriers, and they can be followed
     extrapolations: Mapping[CorrectedPart, Extrapolation]
 

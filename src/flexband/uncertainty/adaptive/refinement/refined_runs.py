@@ -69,7 +69,7 @@ class RefinedRuns(NamedTuple):
             return self
 
 
-def in_words(evaluate: Evaluate) -> str:
+def discretization_in_words(evaluate: Evaluate) -> str:
     """Return the step and the elements of a response, or what it tells of its discretization."""
     return ", ".join(f"{name} {n:.6g}" for name, n in evaluate.discretization().items())
 
@@ -108,5 +108,6 @@ def refined_together(
 def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
-    listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({in_words(response)})")
+    discretization = discretization_in_words(response)
+    listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({discretization})")
     return evaluated(response, xi, eta, len(xi)).values

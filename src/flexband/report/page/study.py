@@ -17,9 +17,10 @@ from flexband.report.page.inputs import with_shares
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
-from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
+from flexband.report.page.verdict import uncertain_ones, verdict
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
+from flexband.report.text.doubts import doubt_text
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
@@ -95,7 +96,7 @@ def write_report(
             for field, name in FIELDS.items()
             if field != "title" and given.get("title_block", {}).get(field)
         ],
-        unreliable=why_unreliable(given["doubts"]),
+        unreliable=[doubt_text(doubt) for doubt in given["doubts"] if doubt.unreliable],
         doubts=given["doubts"]
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),

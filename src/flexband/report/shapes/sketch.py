@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -152,8 +152,7 @@ TOOTH, TOOTH_SPACING = 4.0, 5.0
 
 def arrow(strokes: Sequence[Stroke], **style: Any) -> Line:
     """Return an arrow along a stroke."""
-    defaults: dict[str, Any] = {"width": 1.6, "layer": 8.0, "head": 8.0}
-    return Line(strokes=strokes, **defaults | style)
+    return replace(Line(width=1.6, layer=8.0, head=8.0), strokes=strokes, **style)
 
 
 def arc(angles: np.ndarray, radius: ArrayLike = 1.0) -> np.ndarray:

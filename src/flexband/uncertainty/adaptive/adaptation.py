@@ -17,7 +17,6 @@ from flexband.uncertainty.adaptive.held_out import extreme_places, generic_point
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
-from flexband.uncertainty.adaptive.refinement.refined_runs import discretization_in_words
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
@@ -87,7 +86,7 @@ class Adaptation:
         of the error bar's width.
         """
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
-        self.details = f" ({text})" if (text := discretization_in_words(evaluate)) else ""
+        self.details = f" ({text})" if (text := evaluate.discretization_in_words()) else ""
         listener().stage(f"the first runs{self.details}")
         m, families, discs = space.interval_dimension, space.families, space.discs
         spare = most - fewest_fitted(m + len(families))

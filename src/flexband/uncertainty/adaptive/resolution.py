@@ -17,7 +17,6 @@ from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
-from flexband.uncertainty.adaptive.refinement.refined_runs import discretization_in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -111,7 +110,7 @@ def solved(
                 evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
-        finer, details = f"finer {' and '.join(halvings)}", discretization_in_words(evaluate)
+        finer, details = f"finer {' and '.join(halvings)}", evaluate.discretization_in_words()
         listener().stage(finer)
         listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
 

@@ -17,7 +17,6 @@ from flexband.uncertainty.adaptive.refinement.correction import (
     DiscretizationCorrection,
     corrected,
 )
-from flexband.uncertainty.adaptive.refinement.refined_runs import discretization_in_words
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
@@ -112,7 +111,7 @@ def judged(
         expected_error=error.relative(total),
         runs_refined=finer_runs,
         refined=list(finer),
-        discretization=discretization_in_words(evaluate),
+        discretization=evaluate.discretization_in_words(),
         steps_per_period=[
             1 / (frequency * numbers["step"])
             for frequency in choice.frequencies

@@ -69,11 +69,6 @@ class RefinedRuns(NamedTuple):
             return self
 
 
-def discretization_in_words(evaluate: Evaluate) -> str:
-    """Return the step and the elements of a response, or what it tells of its discretization."""
-    return ", ".join(f"{name} {n:.6g}" for name, n in evaluate.discretization().items())
-
-
 def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[str, RefinedRuns]:
     """Return runs again on finer discretizations, by the name of what is finer.
 
@@ -108,6 +103,6 @@ def refined_together(
 def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
-    discretization = discretization_in_words(response)
+    discretization = response.discretization_in_words()
     listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({discretization})")
     return evaluated(response, xi, eta, len(xi)).values

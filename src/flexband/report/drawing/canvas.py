@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.report.shapes.shapes import FieldArrow, Line, Mark, Name, Shape, Stroke
-from flexband.report.shapes.sketch import Sketch, arrow
+from flexband.report.shapes.sketch import Sketch, arrow, circle
 
 COLORS = {
     "": "none", "ink": "#262626", "paper": "#ffffff", "hole": "#ffffff", "pale": "#e6e6e6",
@@ -158,8 +158,7 @@ class Canvas:
         if not self._is_apart(places, mark):
             return
         self.surface.marks(places, mark)
-        turn = np.linspace(0, 2 * np.pi, 12)
-        rim = self.unit * mark.size / 2 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        rim = circle(self.unit * mark.size / 2, 11)
         for place in places:
             self.add_ink(place + rim)
 

@@ -69,7 +69,7 @@ def write_report(
     parts = read_answer(folder, "parts") if given.get("unpredictable") else None
     uncertain = uncertain_ones(contributions if parts is None else None, given["inputs"])
     predictable = tables.predictable_part(bands, parts)
-    others, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
+    panel, fixed = what_if.what_if(surrogate, raw, display) if parts is None else (None, [HELD])
     time, nominal = tables.time_of(bands), nominal_of(surrogate)
     nominal = None if nominal is None else display.data(nominal)
     held = tables.before_horizon(bands, time, parts)
@@ -129,7 +129,7 @@ def write_report(
         data={
             "charts": charts,
             "motion": given.get("motion"),
-            "what_if": others,
+            "what_if": panel,
             "path": path_data(read_answer(folder, "path"), display),
             "p_boxes": p_box_data(read_answer(folder, "p_boxes"), raw, display),
         },

@@ -16,7 +16,7 @@ from flexband.mechanics.joints.joint import PairJoint
 from flexband.mechanics.loads.contacts import AngularStop, Contact, Stop
 from flexband.report.shapes.scene import body_of, pin_between
 from flexband.report.shapes.shapes import LocalFrame, Stroke, at, in_points
-from flexband.report.shapes.sketch import AXIS, Sketch, circle, in_metres
+from flexband.report.shapes.sketch import AXIS, Sketch, arc, circle, in_metres
 
 PLAY = 3.0
 """Least clearance [pt] that is drawn; a smaller one is drawn larger, and its name says so."""
@@ -123,9 +123,7 @@ def add_angular_stop(load: AngularStop, sketch: Sketch, name: str) -> None:
         tick = -4.0 * sign * math.sin(angle), 4.0 * sign * math.cos(angle)
         sketch.hatch(frame, 14.0 * spoke, 32.0 * spoke, tick)
     if len(angles) == 2:
-        turn = np.linspace(angles[0], angles[1], 40)
-        arc = 23.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        sketch.line(in_points(frame, arc), **AXIS)
+        sketch.line(in_points(frame, arc(np.linspace(angles[0], angles[1], 40), 23.0)), **AXIS)
     pointer = in_points(LocalFrame(pivot, turn=sketch.tracks.turn(load.first)), [(0, 0), (28, 0)])
     sketch.line(pointer, width=1.8, color="load", layer=6.0, part=f"load {name!r}")
     sketch.name(name, pointer, color="load")

@@ -75,7 +75,7 @@ def _(joint: Switched, sketch: Sketch, name: str) -> None:
     """Add the joint in a dashed ring, which says that it comes and goes."""
     add_joint(joint.joint, sketch, name)
     frame = LocalFrame(sketch.tracks.point(joint.first))
-    ring = in_points(frame, 11.0 * np.asarray(circle(1.0, 40)))
+    ring = in_points(frame, circle(11.0, 40))
     sketch.line(ring, color="drive", dash=(3, 3), layer=7.5, part=f"joint {name!r}")
 
 
@@ -129,8 +129,8 @@ def _(joint: Prismatic, sketch: Sketch, name: str) -> None:
         play, said = enlarged(sketch, name, joint.clearance)
         frame = _add_guide(sketch, joint, name, (half, side), (12.0, play))
         turn = np.arctan2(joint.axis[1], joint.axis[0]) - sketch.scene.start.number(joint.angle)
-        own = sketch.tracks.axis(joint.first, (float(np.cos(turn)), float(np.sin(turn))))
-        block = in_metres(LocalFrame(frame.origin, turn=own), slider * (half, side))
+        axis = sketch.tracks.axis(joint.first, (float(np.cos(turn)), float(np.sin(turn))))
+        block = in_metres(LocalFrame(frame.origin, turn=axis), slider * (half, side))
     sketch.line(block, closed=True, fill="pale", layer=5.5, part=f"joint {name!r}")
     sketch.name(said, at(frame.origin))
 

@@ -19,7 +19,7 @@ from flexband.mechanics.loads.springs import Spring, TorsionSpring
 from flexband.report.shapes.contacts import add_angular_stop, add_geometry, add_stop
 from flexband.report.shapes.scene import Scene, body_of
 from flexband.report.shapes.shapes import FieldArrow, LocalFrame, Stroke, at, in_points
-from flexband.report.shapes.sketch import Sketch, arrow, circle, spring, torsion
+from flexband.report.shapes.sketch import Sketch, arc, arrow, circle, spring, torsion
 
 ARROW = 36.0
 """Length of an arrow [pt]."""
@@ -79,7 +79,7 @@ def _(load: Bushing, sketch: Sketch, name: str) -> None:
     place = sketch.tracks.point(load.first)
     for size in (22.0, 8.0):
         sketch.mark(at(place), size=size, fill="paper", layer=6.5, part=f"load {name!r}")
-    rubber = in_points(LocalFrame(place), [(7.5 * x, 7.5 * y) for x, y in circle(1.0, 24)])
+    rubber = in_points(LocalFrame(place), circle(7.5, 24))
     sketch.line(rubber, width=3.0, dash=(1, 1), layer=6.6)
     sketch.name(name, at(place), color="load")
 
@@ -100,8 +100,8 @@ def _(load: Brake, sketch: Sketch, name: str) -> None:
     place = sketch.tracks.point(load.first)
     for middle in (np.pi / 2, -np.pi / 2):
         turn = middle + np.linspace(-0.6, 0.6, 20)
-        arc = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        shoe = in_points(LocalFrame(place), np.concatenate([14.0 * arc, 19.0 * arc[::-1]]))
+        edge = np.concatenate([arc(turn, 14.0), arc(turn[::-1], 19.0)])
+        shoe = in_points(LocalFrame(place), edge)
         sketch.line(shoe, closed=True, fill="paper", layer=6.0, part=f"load {name!r}")
     sketch.name(name, at(place))
 
@@ -190,9 +190,9 @@ def _(load: DistributedLoad, sketch: Sketch, name: str) -> None:
 def _(load: ForceLaw, sketch: Sketch, name: str) -> None:
     """Add an f in a circle, between two places or beside the first."""
     points = sketch.points(load.points)
-    first, others = sketch.scene.at(load.points[0]), [sketch.scene.at(p) for p in load.points[1:2]]
+    places = [sketch.scene.at(point) for point in load.points[:2]]
     spots = [in_points(LocalFrame(points[0]), [way]) for way in circle(18.0, 8)]
-    if any(np.linalg.norm(other - first) > 30.0 * sketch.unit for other in others):
+    if any(np.linalg.norm(place - places[0]) > 30.0 * sketch.unit for place in places):
         between = LocalFrame(points[0], ends=(points[0], points[1]), shares=True)
         spots = [Stroke([between], np.array([[0.5, 0.0, 0.0, 0.0]]))]
     spot = sketch.freest(spots)

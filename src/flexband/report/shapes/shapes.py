@@ -25,12 +25,9 @@ class LocalFrame:
 
     origin: int  # number of a position
     turn: int | None = None  # number of the direction of x, if it is a recorded one
-    # numbers of two positions, if x points from the first to the second
-    ends: tuple[int, int] | None = None
+    ends: tuple[int, int] | None = None  # numbers of two positions, if x points from one to another
     fixed: tuple[float, float] = (1.0, 0.0)  # the direction of x otherwise, in global axes
-    # whether the part of a vertex that scales is a part of the distance of the ends; by default it
-    # is in metres
-    shares: bool = False
+    shares: bool = False  # whether what scales is in parts of the distance of the ends, not metres
 
     def axis(self, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """Return a vector along x; its length is that of `ends`, if there are any."""
@@ -78,17 +75,12 @@ class Shape:
     """What has an edge and an area."""
 
     part: str = ""  # what it stands for, such as "body 'crank'"
-    layer: float = 4.0
-    """Shapes of a higher layer cover those of a lower one."""
-    # names of colours of the edge and of the area, which may be empty
-    color: str = "ink"
-    fill: str = ""
-    width: float = 1.0
-    """Of the edge [pt]."""
-    alpha: float = 1.0
-    """Opacity of the area."""
-    spacing: float = 0.0
-    """It is not drawn if its places are less apart [pt], on average."""
+    layer: float = 4.0  # shapes of a higher layer cover those of a lower one
+    color: str = "ink"  # name of the colour of the edge
+    fill: str = ""  # name of the colour of the area, if it has one
+    width: float = 1.0  # of the edge [pt]
+    alpha: float = 1.0  # opacity of the area
+    spacing: float = 0.0  # it is not drawn if its places are less apart [pt], on average
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,8 +32,7 @@ class Outline(NamedTuple):
 
     points: Sequence[int]  # numbers of positions
     closed: bool = False  # whether the line returns to the first
-    radius: float = 0.0
-    """Of a circle about the first [m], or zero."""
+    radius: float = 0.0  # of a circle about the first [m], or zero
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,7 @@ class Sketch:
     # joint -> lowest and highest place [m] of a slider along its guide during the motion; by
     # default that at the start
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    gaps: int = 24
-    """Least number of gaps between the points that the axis of a beam is drawn through."""
+    gaps: int = 24  # least number of gaps between the points that a beam's axis is drawn through
     # the shapes
     lines: list[Line] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
@@ -130,9 +128,9 @@ class Sketch:
     ) -> Stroke:
         """Add an arrow from angle `start` by `sweep` [rad], radius in points; return its middle."""
         angles = start + sweep * np.linspace(0.0, 1.0, 40)
-        arc = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        self.lines.append(arrow([in_points(frame, arc)], color=color, part=part))
-        return in_points(frame, arc[20:21])
+        points = arc(angles, radius)
+        self.lines.append(arrow([in_points(frame, points)], color=color, part=part))
+        return in_points(frame, points[20:21])
 
     def toothed(self, frame: LocalFrame, radius: float) -> Stroke:
         """Return a pitch circle with teeth, which point outward on a ring, radius < 0."""
@@ -152,26 +150,19 @@ TOOTH, TOOTH_SPACING = 4.0, 5.0
 """Length and distance [pt] of the strokes that stand for teeth."""
 
 
-def arrow(
-    strokes: Sequence[Stroke],
-    *,
-    color: str,
-    part: str = "",
-    width: float = 1.6,
-    head: float = 8.0,
-    start_only: bool = False,
-) -> Line:
+def arrow(strokes: Sequence[Stroke], **style: Any) -> Line:
     """Return an arrow along a stroke."""
-    return Line(
-        strokes=strokes, color=color, part=part, width=width, layer=8.0, head=head,
-        start_only=start_only,
-    )  # fmt: skip
+    return replace(Line(width=1.6, layer=8.0, head=8.0), strokes=strokes, **style)
+
+
+def arc(angles: np.ndarray, radius: ArrayLike = 1.0) -> np.ndarray:
+    """Return points at angles [rad], each at its radius or all at one, (points, 2)."""
+    return np.reshape(radius, (-1, 1)) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def circle(radius: float, count: int) -> np.ndarray:
     """Return points on a circle; the first point is repeated at the end."""
-    turn = np.linspace(0.0, 2.0 * np.pi, count + 1)
-    return radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return arc(np.linspace(0.0, 2.0 * np.pi, count + 1), radius)
 
 
 def in_metres(frame: LocalFrame, shape: ArrayLike) -> Stroke:
@@ -216,13 +207,11 @@ def torsion(frame: LocalFrame, *, elastic: bool, damped: bool) -> Stroke:
     shape = [np.zeros((0, 2))]
     if elastic:
         share = np.linspace(0.0, 1.0, 120)
-        turn, radius = np.pi * (0.5 + 4.5 * share), 4.0 + 10.0 * share
-        shape += [radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1), [PEN_UP]]
+        shape += [arc(np.pi * (0.5 + 4.5 * share), 4.0 + 10.0 * share), [PEN_UP]]
     if damped:
         around = 20.0 if elastic else 15.0
         flat = np.array([(-22, 0), (-2, 0), (-2, 3), (-2, -3), PEN_UP, (-9, 4), (8, 4), (8, -4),
                          (-9, -4), PEN_UP, (8, 0), (22, 0)])  # fmt: skip
         x, y = np.concatenate(np.linspace(flat[:-1], flat[1:], 9, axis=1)).T
-        turn = np.pi / 4 + x / around
-        shape.append((around + y)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+        shape.append(arc(np.pi / 4 + x / around, around + y))
     return in_points(frame, np.concatenate(shape))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
@@ -18,13 +17,13 @@ from flexband.uncertainty.adaptive.held_out import extreme_places, generic_point
 from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
-from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
     ResponseRuns,
     RunBuffer,
+    evaluated,
     succeeded,
 )
 from flexband.uncertainty.inputs.space import Space
@@ -35,24 +34,17 @@ from flexband.uncertainty.surrogates.diagnostics import share, step
 
 
 class AdaptationOptions(NamedTuple):
-    """Which runs are made, and which are held out.
+    """Which runs are made, and which are held out."""
 
-    Attributes
-    ----------
-    growth : size of a batch, as a part of the fitted runs there are.
-    max_interpolated : runs that interpolation may start with; if it takes more, terms are found by
-        regression.
-    max_rare_runs : runs at rare values of random variables.
-    min_batches_for_rare_runs : if the tolerance is not met, one of the last batches is run at rare
-        values, if the budget has at least so many.
-    several_variables : with so many variables, one batch at least follows the first, which has few
-        terms of each, and hardly any of their products.
-    """
-
-    growth: float = 0.25
+    growth: float = 0.25  # size of a batch, as a part of the fitted runs there are
+    # runs that interpolation may start with; if it takes more, terms are found by regression
     max_interpolated: int = 48
-    max_rare_runs: int = 2 * BATCH
+    max_rare_runs: int = 2 * BATCH  # runs at rare values of random variables
+    # if the budget has at least so many batches, and the tolerance is not met, one of the last is
+    # run at rare values
     min_batches_for_rare_runs: int = 10
+    # with so many variables, one batch at least follows the first, which has few terms of each,
+    # and hardly any of their products
     several_variables: int = 2
 
 
@@ -73,18 +65,10 @@ class StopReason(StrEnum):
 
 
 class Adaptation:
-    """The runs of a response so far, and the best that can be made of them.
+    """The runs of a response so far, and the best that can be made of them."""
 
-    Attributes
-    ----------
-    design : where the runs are that are fitted.
-    made : the runs of the design, and those held out.
-    generic : number of held-out runs at generic points; the others are at extremes.
-    counted : which outputs the tolerance is for.
-    choice, error : the best fits, and the error expected of them.
-    refinement, corrections : runs on finer discretizations, and what they tell of the error of what
-        is finer, by name; None until it is told.
-    """
+    choice: BestFits
+    error: ExpectedError  # what is expected of the chosen fits
 
     def __init__(
         self,
@@ -102,10 +86,11 @@ class Adaptation:
         of the error bar's width.
         """
         self.space, self.evaluate, self.most, self.options = space, evaluate, most, options
-        self.told = f" ({text})" if (text := in_words(evaluate)) else ""
-        listener().stage(f"the first runs{self.told}")
+        self.details = f" ({text})" if (text := evaluate.discretization_in_words()) else ""
+        listener().stage(f"the first runs{self.details}")
         m, families, discs = space.interval_dimension, space.families, space.discs
         spare = most - fewest_fitted(m + len(families))
+        # number of held-out runs at generic points; the others are at extremes
         self.generic = min(BATCH, max(MIN_HELD, spare // 2))
         self.design = first_design(
             m, families, most - self.generic, options.max_interpolated, discs
@@ -121,18 +106,19 @@ class Adaptation:
         if len(known[0]):
             held = known[2].reshape(-1, *runs.values.shape[1:])
             runs = ResponseRuns.joined(runs, ResponseRuns(known[0], known[1], held))
-        self.made = RunBuffer(succeeded(runs, count), count, most)
+        self.made = RunBuffer(succeeded(runs, count), count, most)  # fitted, and held out
         self.generic = len(self.held.values)
-        self.rare, self.rare_left = RareRuns.none(runs), self.options.max_rare_runs
+        self.rare, self.rare_budget = RareRuns.none(runs), self.options.max_rare_runs
         self.places, self.sloped = np.zeros((0, m)), False
         self.refinement = Refinement(evaluate, corrected_above)
+        # of the error of step and elements, by name; None until it is known
         self.corrections: dict[str, DiscretizationCorrection] | None = None
-        self.counted = np.ones(runs.values.shape[1], bool)
+        self.counted = np.ones(runs.values.shape[1], bool)  # outputs that the tolerance is for
         self._judge(again=False)
 
     def run(self, tolerance: float) -> StopReason:
         """Go on until the error is below the tolerance also at extremes; return why it ended."""
-        listener().stage(f"runs until the expansion meets its tolerance{self.told}")
+        listener().stage(f"runs until the expansion meets its tolerance{self.details}")
         confirmed, width = False, np.array(np.inf)
         tested = sum(v.shape[1] for v in self.design.points) < self.options.several_variables
         while True:
@@ -141,7 +127,7 @@ class Adaptation:
             if met:
                 width = self.error.width
                 met = self._relative(width) <= tolerance
-            last = self.left - BATCH <= self._batch
+            last = self.remaining_runs - BATCH <= self._batch
             if tested and self._hold_rare(tolerance, met=met, last=last):
                 continue
             if met:
@@ -175,19 +161,14 @@ class Adaptation:
         return len(self.held.values) + len(self.rare.weight)
 
     @property
-    def left(self) -> int:
+    def remaining_runs(self) -> int:
         """Runs that the budget still allows."""
         return self.most - len(self.fitted.values) - self.checked
 
     @property
-    def finer(self) -> int:
-        """Number of runs on finer discretizations."""
-        return self.refinement.finer
-
-    @property
     def runs(self) -> int:
         """Number of runs."""
-        return len(self.fitted.values) + self.checked + self.finer
+        return len(self.fitted.values) + self.checked + self.refinement.finer
 
     def _judge(self, *, again: bool = True) -> None:
         """Fit the runs, and choose the best of the new fits and those in use, if there are any."""
@@ -196,7 +177,8 @@ class Adaptation:
             in_use = self.choice.fits
             del self.choice, self.error  # the memory of what they missed is free
         F, known = self.made.all.values, len(in_use)
-        fits = chain(released(in_use), map(self._fit, self._split(F)))
+        stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
+        fits = chain(released(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
         self.choice = BestFits.of(fits, *arguments, known)
         m = self.places.shape[1]
@@ -206,15 +188,6 @@ class Adaptation:
     def _fit(self, stage: Stage) -> PartsFit:
         self.stages.append(compared_times(stage))
         return PartsFit.of(self.design, stage)
-
-    def _split(self, F: np.ndarray) -> Iterable[Stage]:
-        """Return runs with 0, 1, 2, … carriers."""
-        return decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
-
-    def _parts(self) -> Split:
-        """Return the parts of all runs with the numbers of carriers that are in use."""
-        of_held = self.held.xi, self.held.eta
-        return Split.of(self.stages, self.choice.carriers, *of_held, self.counted)
 
     @property
     def _batch(self) -> int:
@@ -226,14 +199,15 @@ class Adaptation:
 
         A batch is kept for runs at extremes.
         """
-        known, budget = len(self.design), self.left - BATCH
+        known, budget = len(self.design), self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
-        design = self.design.extended(min(self._batch, budget), self._parts())
+        split = Split.of(self.stages, self.choice.carriers, self.held, self.counted)
+        design = self.design.extended(min(self._batch, budget), split)
         if len(design) == known:
             return StopReason.ORDERS_USED
         xi, eta = (v[known:] for v in design.points)
-        self.made.fit(self._run(xi, eta, len(xi)))
+        self.made.fit(evaluated(self.evaluate, xi, eta, len(xi)))
         self.design = design
         self._judge()
         return None
@@ -245,7 +219,8 @@ class Adaptation:
         as well: a run at their places would add nothing. A part of the first whole batch is at rare
         values of random inputs.
         """
-        m, families, count = self.places.shape[1], self.space.families, min(BATCH, self.left)
+        m, families = self.places.shape[1], self.space.families
+        count = min(BATCH, self.remaining_runs)
         rare: RareValues | None = None
         if families and count == BATCH and not self.sloped:
             rare = RareValues.along_slopes(self.error.slopes(families), families, m)
@@ -260,7 +235,7 @@ class Adaptation:
         self.places = np.concatenate([self.places, places])
         eta = np.repeat(places, count // len(places) if families else 1, axis=0)
         xi, _ = generic_points(len(self.held.values), len(eta), m, families)
-        self.made.hold(self._run(xi, eta))
+        self.made.hold(evaluated(self.evaluate, xi, eta))
         if rare:
             self.sloped = True
             self._run_rare(rare._replace(eta=np.resize(places, rare.eta.shape)))
@@ -273,16 +248,16 @@ class Adaptation:
         It is for fits that only their growth speaks against, and the last runs of all.
         """
         doubted, m = self.choice.doubted, self.places.shape[1]
-        count = min(len(doubted.values.weight), self.rare_left, self.left - BATCH)
+        count = min(len(doubted.values.weight), self.rare_budget, self.remaining_runs - BATCH)
         if count < 1 or (met and doubted.taken):
             return False
         part = np.where(self.counted, share(m) / self.error.width, 0.0)
         grows = np.max(part * doubted.overshoot) > tolerance >= np.max(part * doubted.missed)
         enough = self.most >= self.options.min_batches_for_rare_runs * BATCH
-        unseen = enough and self.rare_left == self.options.max_rare_runs
+        unseen = enough and self.rare_budget == self.options.max_rare_runs
         if not (grows or (last and unseen)):
             return False
-        self.rare_left -= count
+        self.rare_budget -= count
         if made := self._run_rare(doubted.values.which(slice(count))):
             self._judge()
         return made
@@ -304,9 +279,6 @@ class Adaptation:
         weight = np.concatenate([self.rare.weight, weight[good]])
         self.rare = RareRuns(ResponseRuns.joined(self.rare.runs, new), weight)
         return True
-
-    def _run(self, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
-        return succeeded(ResponseRuns(xi, eta, series(self.evaluate(xi, eta))), needed)
 
     def discretization(self) -> dict[str, DiscretizationCorrection]:
         """Return what corrects each part of the discretization, with the error that is left.

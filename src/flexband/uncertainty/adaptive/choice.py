@@ -19,18 +19,13 @@ from flexband.uncertainty.surrogates.diagnostics import at_all_times, rms
 
 
 class ChoiceOptions(NamedTuple):
-    """How fits are compared.
+    """How fits are compared."""
 
-    Attributes
-    ----------
-    carrier_gain : a further carrier is used for an output if it brings the error below this part.
-    min_relative_gain : a fit of more runs is better if its error is smaller by more than this part.
-    max_times : times at which growth at rare values is evaluated.
-    """
-
+    # a further carrier is used for an output if it brings the error below this part
     carrier_gain: float = 0.8
+    # a fit of more runs is better if its error is smaller by more than this part
     min_relative_gain: float = 1e-9
-    max_times: int = 128
+    max_times: int = 128  # at which growth at rare values is evaluated
 
 
 def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
@@ -40,38 +35,22 @@ def released(fits: list[PartsFit]) -> Iterator[PartsFit]:
 
 
 class BestHeldOutFit(NamedTuple):
-    """The fit that misses least in the held-out runs.
+    """The fit that misses least in the held-out runs."""
 
-    Attributes
-    ----------
-    missed, overshoot : root mean squares, shape (outputs,); runs fitted later are missed too.
-    values : rare values at which it leaves the range of the runs by most.
-    taken : whether it is the choice for all outputs.
-    """
-
-    missed: np.ndarray
-    overshoot: np.ndarray
-    values: RareValues
-    taken: bool
+    missed: np.ndarray  # of held-out runs and of those fitted later, root mean square, (outputs,)
+    overshoot: np.ndarray  # root mean square, (outputs,)
+    values: RareValues  # at which it leaves the range of the runs by most
+    taken: bool  # whether it is the choice for all outputs
 
 
 class BestFits(NamedTuple):
-    """The best fit of every output.
+    """The best fit of every output."""
 
-    Attributes
-    ----------
-    fits : each of the outputs for which it is the best.
-    missed : what is missed of held-out runs, shape (runs, outputs, times).
-    later : what is missed of runs that were fitted after it, root mean square, (outputs, times).
-    overshoot : of the fits, shape (outputs, times).
-    doubted : what grows at rare values, though it misses least in the held-out runs.
-    """
-
-    fits: list[PartsFit]
-    missed: np.ndarray
-    later: np.ndarray
-    overshoot: np.ndarray
-    doubted: BestHeldOutFit
+    fits: list[PartsFit]  # each of the outputs for which it is the best
+    missed: np.ndarray  # what is missed of held-out runs, shape (runs, outputs, times)
+    later: np.ndarray  # and of runs that were fitted later, root mean square, (outputs, times)
+    overshoot: np.ndarray  # of the fits, shape (outputs, times)
+    doubted: BestHeldOutFit  # what grows at rare values, though it misses least
 
     @staticmethod
     def of(
@@ -111,7 +90,9 @@ class BestFits(NamedTuple):
             far, values = fit.overshoot(all_runs, places, rare, thin)
             far = at_all_times(far, thin, shape[-1])
             of_held = np.sqrt(fit.mean_square_missed(held, equal))
-            after = np.sqrt(fit.missed_later(fitted, weights))
+            runs_after = fitted.which(slice(fit.runs, None))
+            counts = np.zeros(0) if weights is None else weights(fit.runs)
+            after = np.sqrt(fit.mean_square_missed(runs_after, counts))
             alone, beyond = np.maximum(rms(of_held[None]), rms(after[None])), rms(far[None])
             error = np.hypot(alone, beyond) / options.carrier_gain ** len(fit.frequencies)
             so_far, is_known = least[fit.outputs], best[fit.outputs] < known
@@ -120,19 +101,19 @@ class BestFits(NamedTuple):
             if len(alone) == shape[1]:
                 total = float(np.sum(alone / size[fit.outputs]))
                 closest.append((total, k, (alone, beyond, values)))
-            own = fit.outputs[better]
-            least[own], best[own] = error[better], k
-            later[own], overshoot[own] = after[better], far[better]
-            kept[k] = fit
+            outputs = fit.outputs[better]
+            least[outputs], best[outputs] = error[better], k
+            later[outputs], overshoot[outputs] = after[better], far[better]
+            every = kept | {k: fit}
             kept = {
-                k: _for_outputs(best_fit, best == k) for k, best_fit in kept.items() if k in best
+                j: f.of_outputs(np.flatnonzero(best == j)) for j, f in every.items() if j in best
             }
-            del fit  # while the next one is made, only those in use are in memory
+            del fit, every  # while the next one is made, only those in use are in memory
         chosen = [kept[k] for k in sorted(kept, key=lambda k: (k < known, k))]
         missed = np.empty(shape)
         for fit in chosen:  # once more, since what all fits miss takes more memory
-            for some, own in fit.missed(held):
-                missed[some, fit.outputs] = own
+            for rows, of_rows in fit.missed(held):
+                missed[rows, fit.outputs] = of_rows
         fewest, doubted, of_all = np.inf, None, False
         for total, k, judged in sorted(closest, key=lambda judged: (judged[1] < known, judged[1])):
             if total < (1 - options.min_relative_gain) * fewest:
@@ -164,14 +145,13 @@ class BestFits(NamedTuple):
 
 
 def in_place_of_runs(
-    fits: Sequence[PartsFit], changes: Sequence[HybridExpansion | None]
+    pairs: Sequence[tuple[PartsFit, HybridExpansion | None]],
 ) -> tuple[tuple[Expansion, ...], tuple[Expansion, ...]]:
     """Return expansions of all outputs, with the changes of their parts, and these changes.
 
-    Where it can be, expansions take the memory of the runs. Neither the runs nor the fits can be
-    used afterwards. The parts of each fit have a change, or None.
+    Each fit is given with the change of its parts, or None. Where it can be, expansions take the
+    memory of the runs. Neither the runs nor the fits can be used afterwards.
     """
-    pairs = list(zip(fits, changes, strict=True))
     expansions = [
         (fit.expansion, change) for fit, change in pairs if not isinstance(fit.parts, Interpolation)
     ]
@@ -196,9 +176,3 @@ def in_place_of_runs(
         tuple(expansion.of_hybrid(expansion.hybrid + change) for expansion, change in whole),
         tuple(expansion.of_hybrid(change) for expansion, change in whole),
     )
-
-
-def _for_outputs(fit: PartsFit, mask: np.ndarray) -> PartsFit:
-    """Return a fit for some of all outputs: the same one if these are its outputs."""
-    outputs = np.flatnonzero(mask)
-    return fit if len(outputs) == len(fit.outputs) else fit.of_outputs(outputs)

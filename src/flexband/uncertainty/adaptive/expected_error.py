@@ -27,26 +27,15 @@ from flexband.uncertainty.surrogates.diagnostics import (
 
 @dataclass(frozen=True)
 class ExpectedError:
-    """What is known of the bands of a choice of fits.
-
-    Attributes
-    ----------
-    choice : the fits.
-    values : error expected of the error bar, shape (outputs, times).
-    size : root mean square of the runs, shape (outputs,); ∞ for outputs that do not vary.
-    window : half of the number of times over which errors are averaged.
-    missed : part of the variation in runs the fits have not seen that is missed, (outputs,).
-    quantities : of which vector or tensor each output is a component.
-    steps : error of counts that are alike in all runs, shape (outputs, times).
-    """
+    """What is known of the bands of a choice of fits."""
 
     choice: BestFits
-    values: np.ndarray
-    size: np.ndarray
-    window: int
-    missed: np.ndarray
-    quantities: Quantities
-    steps: np.ndarray
+    values: np.ndarray  # error expected of the error bar, shape (outputs, times)
+    size: np.ndarray  # root mean square of the runs, (outputs,); ∞ for outputs that do not vary
+    window: int  # half of the number of times over which errors are averaged
+    missed: np.ndarray  # part of the variation in runs that are not fitted, (outputs,)
+    quantities: Quantities  # of which vector or tensor each output is a component
+    steps: np.ndarray  # error of counts that are alike in all runs, shape (outputs, times)
 
     @cached_property
     def extremes(self) -> list[Extremes]:
@@ -61,9 +50,8 @@ class ExpectedError:
         n, m = len(families), self.extremes[0].places.shape[-1]
         xi = of_normals(np.concatenate([np.eye(n), -np.eye(n)]), families)
         at = xi, np.zeros((2 * n, m))
-        values = joined(
-            self.expansions, [expansion.evaluate(*at) for expansion in self.expansions], 1
-        )
+        parts = [expansion.evaluate(*at) for expansion in self.expansions]
+        values = joined(self.expansions, parts, 1)
         differences = (values[:n] - values[n:]) / 2 / self.width[:, None]
         return differences.reshape(n, -1)
 
@@ -72,9 +60,14 @@ class ExpectedError:
         if not len(eta):
             lowest = np.full(self.extremes[0].values.shape[1:], np.inf)
             return np.stack([lowest, -lowest])
-        moments = zip(*(expansion.moments(eta) for expansion in self.expansions), strict=True)
-        mean, std = (joined(self.expansions, values, 1) for values in moments)
+        mean, std = self.moments(eta)
         return np.stack([(mean - std).min(axis=0), (mean + std).max(axis=0)])
+
+    def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return μ and σ at places η at some of the times, each (places, outputs, times)."""
+        moments = [expansion.moments(eta) for expansion in self.expansions]
+        mean, std = (joined(self.expansions, values, 1) for values in zip(*moments, strict=True))
+        return mean, std
 
     @cached_property
     def expansions(self) -> list[Expansion]:
@@ -83,8 +76,13 @@ class ExpectedError:
 
     @property
     def times(self) -> np.ndarray:
-        """Some of the times, by number."""
-        return _scattered(self.values.shape[-1])
+        """Some of the times, by number, which no oscillation keeps in step with."""
+        times, most = self.values.shape[-1], 48
+        if times <= most:
+            return np.arange(times)
+        golden = (5**0.5 - 1) / 2
+        k = np.arange(most)
+        return (times * (k + golden * k % 1) / most).astype(int)
 
     @cached_property
     def width(self) -> np.ndarray:
@@ -93,10 +91,10 @@ class ExpectedError:
         That of a tensor's component is the width of the widest one; that of others is at least
         `SMALL` times that of the widest component of the same quantity.
         """
-        return self.quantities.at_least(self.own_width, tensors=1.0)
+        return self.quantities.at_least(self.component_width, tensors=1.0)
 
     @cached_property
-    def own_width(self) -> np.ndarray:
+    def component_width(self) -> np.ndarray:
         """The width without a look at other components."""
         _, lower, upper = self.extremes
         width = (upper.values[1] - lower.values[0]).mean(axis=-1)
@@ -105,13 +103,13 @@ class ExpectedError:
     @property
     def small(self) -> np.ndarray:
         """Which outputs vary, but less than the component by whose width errors are judged."""
-        return np.isfinite(self.size) & (self.own_width < self.width)
+        return np.isfinite(self.size) & (self.component_width < self.width)
 
     @property
     def unexplained(self) -> np.ndarray:
         """Which outputs vary, but have bands of no width, since no terms were found for them."""
         size = np.where(np.isfinite(self.size), self.size, -np.inf)
-        width = self.quantities.at_least(self.own_width)
+        width = self.quantities.at_least(self.component_width)
         return width <= ROUNDING * size + 1e-300
 
     def relative(self, error: np.ndarray, width: np.ndarray | None = None) -> float:
@@ -159,12 +157,3 @@ class ExpectedError:
         values = np.maximum(values, np.finfo(float).eps * size[:, None])
         size = np.where(varying(F, units), size, np.inf)
         return ExpectedError(choice, values, size, window, missed, quantities, unseen_steps(F))
-
-
-def _scattered(times: int, most: int = 48) -> np.ndarray:
-    """Return some of the times, which no oscillation keeps in step with."""
-    if times <= most:
-        return np.arange(times)
-    golden = (5**0.5 - 1) / 2
-    k = np.arange(most)
-    return (times * (k + golden * k % 1) / most).astype(int)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,42 +26,30 @@ Weights = Callable[[int], np.ndarray]
 
 def compared_times(stage: Stage, count: int = 128) -> Stage:
     """Return a stage at about so many of the times, without the memory of all of them."""
-    some = stage.at(slice(None, None, max(1, stage.base.shape[-1] // count)))
+    some = stage.part(times=slice(None, None, max(1, stage.base.shape[-1] // count)))
     return some.copy() if stage.carriers else some
 
 
 class Split(NamedTuple):
-    """All runs split into parts, with the numbers of carriers that are in use.
+    """All runs split into parts, with the numbers of carriers that are in use."""
 
-    Attributes
-    ----------
-    stages : all runs, those of the design first, at `compared_times`.
-    outputs : the outputs that each stage stands for.
-    xi, eta : of the held-out runs, which are the last.
-    """
-
-    stages: list[Stage]
-    outputs: list[np.ndarray]
-    xi: np.ndarray
-    eta: np.ndarray
+    stages: list[Stage]  # all runs, those of the design first, at `compared_times`
+    outputs: list[np.ndarray]  # that each stage stands for
+    held: ResponseRuns  # the held-out runs, which are the last
 
     @staticmethod
     def of(
-        stages: Sequence[Stage],
-        carriers: np.ndarray,
-        xi: np.ndarray,
-        eta: np.ndarray,
-        counted: np.ndarray,
+        stages: Sequence[Stage], carriers: np.ndarray, held: ResponseRuns, counted: np.ndarray
     ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
 
-        A stage with fewer carriers stands for one that has not been found. Outputs that are not
+        A stage with fewer carriers stands for one that does not exist. Outputs that are not
         `counted`, (outputs,), are left out.
         """
         carriers = np.minimum(carriers, len(stages) - 1)
         used = np.unique(carriers[counted])
         outputs = [np.flatnonzero(counted & (carriers == k)) for k in used]
-        return Split([stages[k] for k in used], outputs, xi, eta)
+        return Split([stages[k] for k in used], outputs, held)
 
     def rows(self, combined: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return combinations of runs, relative to the size of each output, (rows, parts, times).
@@ -82,12 +70,7 @@ class Split(NamedTuple):
 
 
 class Design(Protocol):
-    """Where runs are, and how their parts are fitted."""
-
-    @property
-    def points(self) -> tuple[np.ndarray, np.ndarray]:
-        """ξ and η, shapes (runs, n) and (runs, m)."""
-        ...
+    """Where runs are, which are as many as its length, and how their parts are fitted."""
 
     def __len__(self) -> int: ...
 
@@ -96,60 +79,26 @@ class Design(Protocol):
         ...
 
 
-class GrowingDesign(Design, Protocol):
-    """A design that may have further runs."""
-
-    sampled: ClassVar[bool]
-    """Whether few terms are chosen out of many, from fewer runs than there are terms."""
-
-    @property
-    def highest(self) -> np.ndarray:
-        """The highest order there may be in each variable."""
-        ...
-
-    @property
-    def few(self) -> int:
-        """A number of first runs, few, from which small series are expanded."""
-        ...
-
-    def small(self, series: np.ndarray) -> HybridExpansion:
-        """Return the expansion of small series in the first runs, shape (runs, series)."""
-        ...
-
-    def extended(self, count: int, split: Split) -> GrowingDesign:
-        """Return the design with so many further runs, or fewer."""
-        ...
-
-    def weights(self, first: int) -> np.ndarray:
-        """Return for what part of all inputs each run from number `first` on speaks."""
-        ...
-
-
 class PartsFit(NamedTuple):
-    """The expansion of the parts of some outputs, with some number of carriers.
+    """The expansion of the parts of some outputs, with some number of carriers."""
 
-    Attributes
-    ----------
-    outputs : their numbers, increasing.
-    frequencies : of the carriers, in cycles per unit of time.
-    runs : number of runs that are fitted, the first of a design.
-    """
-
-    outputs: np.ndarray
+    outputs: np.ndarray  # their numbers, increasing
     parts: HybridExpansion | Interpolation
     columns: PartColumns
-    frequencies: list[float]
-    runs: int
+    frequencies: list[float]  # of the carriers, in cycles per unit of time
+    runs: int  # number of runs that are fitted, the first of a design
 
     @staticmethod
     def of(design: Design, stage: Stage) -> PartsFit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
-        parts, columns = design.fit(stage.runs(slice(len(design)))), PartColumns.of_stage(stage)
+        parts, columns = design.fit(stage.part(slice(len(design)))), PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
         return PartsFit(np.arange(columns.outputs), parts, columns, frequencies, len(design))
 
     def of_outputs(self, outputs: np.ndarray) -> PartsFit:
         """Return the fit of some of its outputs, by number."""
+        if len(outputs) == len(self.outputs):
+            return self
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, slice(None))
         columns = PartColumns.of(len(outputs), self.columns.carriers)
@@ -185,15 +134,6 @@ class PartsFit(NamedTuple):
         for rows, missed in self.missed(runs):
             square += np.einsum("p,pot->ot", weights[rows], missed**2)
         return square
-
-    def missed_later(self, fitted: ResponseRuns, weights: Weights | None) -> np.ndarray:
-        """Return the mean square of what it misses of runs that were fitted after it.
-
-        Its shape is (outputs, times). It is zero for a fit of all runs.
-        """
-        later = fitted.which(slice(self.runs, None))
-        counts = np.zeros(0) if weights is None else weights(self.runs)
-        return self.mean_square_missed(later, counts)
 
     def overshoot(
         self, runs: ResponseRuns, places: Sequence[np.ndarray], rare: RareRuns, thin: slice

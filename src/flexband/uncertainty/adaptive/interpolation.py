@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ndtr
 
-from flexband.uncertainty.adaptive.fits import BATCH, GrowingDesign, Split
+from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
 from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
@@ -36,22 +36,14 @@ from flexband.uncertainty.phases.layout import PartColumns
 
 @dataclass(frozen=True)
 class NestedDesign:
-    """Terms and their runs, each at a point of nested sequences: a `GrowingDesign`.
+    """Terms and their runs, each at a point of nested sequences."""
 
-    Attributes
-    ----------
-    index : orders of the terms in each variable, η first, shape (terms, variables).
-    families : the polynomials of each ξ.
-    discs : as of `HybridExpansion`.
-    """
-
-    index: np.ndarray
-    families: Sequence[Family]
-    discs: tuple[int, ...] = ()
+    index: np.ndarray  # orders of the terms in each variable, η first, shape (terms, variables)
+    families: Sequence[Family]  # the polynomials of each ξ
+    discs: tuple[int, ...] = ()  # as of `HybridExpansion`
 
     sampled: ClassVar[bool] = False
-    max_interval_order: ClassVar[int] = 20
-    """The highest order in an interval variable."""
+    max_interval_order: ClassVar[int] = 20  # the highest order in an interval variable
 
     @staticmethod
     def first(
@@ -69,6 +61,7 @@ class NestedDesign:
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η, shapes (runs, n) and (runs, m)."""
         m = self.interval_dimension
         eta = interval_sequence(self.max_interval_order + 1)[self.index[:, :m]]
         random = zip(self.families, self.index[:, m:].T, strict=True)
@@ -77,6 +70,7 @@ class NestedDesign:
 
     @property
     def highest(self) -> np.ndarray:
+        """The highest order there may be in each variable, η first."""
         intervals = [self.max_interval_order] * self.interval_dimension
         return np.array([*intervals, *(family.highest for family in self.families)])
 
@@ -114,6 +108,7 @@ class NestedDesign:
         return min(len(self), 1 + self.index.shape[1])
 
     def small(self, series: np.ndarray) -> HybridExpansion:
+        """Return the expansion of small series in the first few runs, shape (runs, series)."""
         first = replace(self, index=self.index[: len(series)])
         terms = first.inverse @ series
         return HybridExpansion(tuple(self.families), first.index, terms, self.discs)
@@ -153,11 +148,12 @@ class NestedDesign:
         """
         known = set(map(tuple, self.index.tolist()))
         index = self._candidates(known)
-        predict = self._values(self.index, split.xi, split.eta) @ self.inverse
-        added = self._values(index, split.xi, split.eta)
+        at_held = split.held.xi, split.held.eta
+        predict = self._values(self.index, *at_held) @ self.inverse
+        added = self._values(index, *at_held)
         added = added - predict @ self._values(index, *self.points)
-        held = slice(len(self), None)
-        missed = split.rows(lambda runs: runs[held] - predict @ runs[: len(self)])
+        count_fitted = len(self)
+        missed = split.rows(lambda runs: runs[count_fitted:] - predict @ runs[:count_fitted])
         rest = principal(missed.reshape(len(missed), -1).round(ROUNDING_DIGITS))
         least = 1e-3 * np.sum(rest**2)  # this part of the energy need not be explained
         merit = SparseFitOptions().merit_per_order ** index.sum(axis=1)
@@ -187,9 +183,8 @@ class NestedDesign:
 
     def _values(self, index: np.ndarray, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return terms at ξ and η, shape (points, terms)."""
-        return HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0))).terms(
-            xi, eta
-        )
+        terms = HybridExpansion(tuple(self.families), index, np.zeros((len(index), 0)))
+        return terms.terms(xi, eta)
 
 
 def _nearest(points: np.ndarray, family: Family) -> np.ndarray:
@@ -213,7 +208,7 @@ def first_design(
     most: int,
     max_interpolated: int,
     discs: tuple[int, ...] = (),
-) -> GrowingDesign:
+) -> NestedDesign | SampledDesign:
     """Return the first runs in m variables η and in ξ, within a budget."""
     many = 1 + m + 2 * len(families) > min(most, max_interpolated)
     if many and most >= MIN_RUNS:

@@ -20,48 +20,33 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 
 class RareValueOptions(NamedTuple):
-    """Where rare values are, and how far an expansion may grow there.
+    """Where rare values are, and how far an expansion may grow there."""
 
-    Attributes
-    ----------
-    distances : equidistant values of |z| of one normal variable; of several, |z| are as rare.
-    sweeps : times that values of one variable are visited, at different η.
-    max_slopes, min_slope : most directions of large slopes, and the least slope of one in parts of
-        the largest.
-    slope_distance, slope_reach : a value of a normal variable along a slope, and the least value
-        for which it speaks: it is in the middle between 3.5 and the outermost of eight samples. A
-        run at 3.5 would count three times as much if all of |z| > 2.5 missed as much as it does.
-    plane_directions, joint_directions : directions between two variables, and among more.
-    margin, growth : an expansion may leave the range of the runs by this factor, times this power
-        of how much farther out it is than the runs.
-    """
-
+    # equidistant values of |z| of one normal variable; of several, |z| are as rare
     distances: tuple[float, ...] = (3.0, 3.5, 4.0, 4.5, 5.0)
-    sweeps: int = 3
-    max_slopes: int = 2
-    min_slope: float = 0.1
+    sweeps: int = 3  # times that values of one variable are visited, at different η
+    max_slopes: int = 2  # most directions of large slopes
+    min_slope: float = 0.1  # of one of them, in parts of the largest
+    # a value of a normal variable along a slope, and the least value for which it speaks: it is in
+    # the middle between 3.5 and the outermost of eight samples. A run at 3.5 would count three
+    # times as much if all of |z| > 2.5 missed as much as it does
     slope_distance: float = 3.5
     slope_reach: float = 2.5
-    plane_directions: int = 6
-    joint_directions: int = 32
+    plane_directions: int = 6  # between two variables
+    joint_directions: int = 32  # among more
+    # an expansion may leave the range of the runs by this factor, times this power of how much
+    # farther out it is than the runs
     margin: float = 1.5
     growth: int = 2
 
 
 class RareValues(NamedTuple):
-    """Rare values of random variables, and values of the interval variables there.
+    """Rare values of random variables, and values of the interval variables there."""
 
-    Attributes
-    ----------
-    xi, eta : shapes (points, n) and (points, m).
-    along : directions of ξ, shape (points, n).
-    weight : of an expectation, shape (points,).
-    """
-
-    xi: np.ndarray
-    eta: np.ndarray
-    along: np.ndarray
-    weight: np.ndarray
+    xi: np.ndarray  # (points, n)
+    eta: np.ndarray  # (points, m)
+    along: np.ndarray  # directions of ξ, (points, n)
+    weight: np.ndarray  # of an expectation, (points,)
 
     @staticmethod
     def of(

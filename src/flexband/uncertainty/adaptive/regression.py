@@ -28,22 +28,19 @@ MIN_RUNS = 2 * BATCH
 
 @dataclass(frozen=True)
 class SampledDesign:
-    """Runs at the first points of a sequence, and the terms of all orders that may be few.
+    """Runs at the first points of a sequence, and the terms of all orders that may be few."""
 
-    count : of runs. interval_dimension : m. families : the polynomials of each ξ.
-    discs : as of `HybridExpansion`.
-    """
+    count: int  # number of runs
+    interval_dimension: int  # number m of variables η
+    families: Sequence[Family]  # the polynomials of each ξ
+    discs: tuple[int, ...] = ()  # as of `HybridExpansion`
 
-    count: int
-    interval_dimension: int
-    families: Sequence[Family]
-    discs: tuple[int, ...] = ()
+    sampled: ClassVar[bool] = True  # few terms are chosen out of more than there are runs
 
     @property
     def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """ξ and η, shapes (runs, n) and (runs, m)."""
         return nested_points(self.count, self.interval_dimension, self.families, discs=self.discs)
-
-    sampled: ClassVar[bool] = True
 
     @property
     def highest(self) -> np.ndarray:
@@ -85,7 +82,7 @@ class SampledDesign:
         return BATCH
 
     def small(self, series: np.ndarray) -> HybridExpansion:
-        """Return the expansion of small series that are known in the first few runs: a constant."""
+        """Return the expansion of small series in the first few runs: a constant."""
         mean = series.mean(axis=0, keepdims=True)
         return HybridExpansion(tuple(self.families), self.index[:1], mean, self.discs)
 

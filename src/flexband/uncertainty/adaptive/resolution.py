@@ -17,7 +17,6 @@ from flexband.errors import AssemblyError, InputError, RunError
 from flexband.progress import listener
 from flexband.uncertainty.adaptive.adaptation import Adaptation
 from flexband.uncertainty.adaptive.refinement.correction import CorrectedPart
-from flexband.uncertainty.adaptive.refinement.refined_runs import in_words
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.surrogates.axes import names_of_outputs
@@ -26,44 +25,34 @@ from flexband.uncertainty.surrogates.unconverged import Cause, Unconverged, attr
 
 
 class RefinementOptions(NamedTuple):
-    """When step and elements are halved.
+    """When step and elements are halved."""
 
-    Attributes
-    ----------
-    share : part of the tolerance that is for the discretization.
-    order : order of convergence, by which several halvings at once are chosen; that of what a
-        correction leaves is twice as high.
-    resolved : below this error, in parts of the error bar's width, the order is taken for granted.
-    fall_per_halving : an error that falls by less in every one of two halvings does not converge;
-        order two gives 1/4.
-    clear : two halvings show this of an error above this part of what the expansion misses.
-    halvings_of_noise : so many show it of smaller errors, and of large ones in outputs that the
-        expansion does not explain, or that vanish: the error is larger than the width of the error
-        bar, which is halved with every halving. What it does explain may be a vibration that longer
-        steps do not follow at all.
-    max_at_once, max_halvings : halvings from one level to the next, and in all.
-    max_for_waves : halvings in all for vibrations of members that are too fast for the times of the
-        response, so that no correction and no expansion can follow them.
-    followed : phase error [rad] below which a vibration is followed from one level to the next; if
-        it is larger, it explains that the error does not fall yet.
-    least_steps : steps per period from which on the frequency of a vibration is known.
-    margin : by which the error after further halvings may be larger than it is predicted.
-    max_failed : levels that fail in a row, after one that did not, before that is taken.
-    """
-
-    share: float = 0.5
+    share: float = 0.5  # part of the tolerance that is for the discretization
+    # order of convergence, by which several halvings at once are chosen; that of what a correction
+    # leaves is twice as high
     order: int = 2
-    resolved: float = 0.3
+    resolved: float = 0.3  # error in parts of the bar's width below which this order is relied on
+    # an error that falls by less in every one of two halvings does not converge; order two gives
+    # 1/4
     fall_per_halving: float = 0.5**0.5
+    # two halvings show this of an error above this part of what the expansion misses
     clear: float = 0.25
+    # so many halvings show it of smaller errors, and of large ones in outputs that the expansion
+    # does not explain, or that vanish: the error is larger than the width of the error bar, which
+    # is halved with every halving. What it does explain may be a vibration that longer steps do not
+    # follow at all
     halvings_of_noise: int = 4
-    max_at_once: int = 3
-    max_halvings: int = 9
+    max_at_once: int = 3  # halvings from one level to the next
+    max_halvings: int = 9  # halvings in all
+    # halvings in all for vibrations of members that are too fast for the times of the response, so
+    # that no correction and no expansion can follow them
     max_for_waves: int = 7
+    # phase error [rad] below which a vibration is followed from one level to the next; if it is
+    # larger, it explains that the error does not fall yet
     followed: float = 0.3
-    least_steps: float = 5.0
-    margin: float = 2.0
-    max_failed: int = 2
+    least_steps: float = 5.0  # per period, from which on the frequency of a vibration is known
+    margin: float = 2.0  # by which an error after further halvings may exceed its prediction
+    max_failed: int = 2  # levels that fail in a row before the last that did not is taken
 
 
 def solved(
@@ -83,47 +72,45 @@ def solved(
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
     levels, finished = Levels(left_out, options.share * tolerance, options), None
-    halved, others, failed, names = 0, 0, 0, []
+    halved, coarser_runs, failed, names = 0, 0, 0, []
     while True:
         course, last = None, halved >= options.max_halvings
         try:
             course = begin(evaluate)
-            halvings = levels.wanted(course, names)
+            halvings = levels.needed_halvings(course, names)
             if last or not halvings:
                 course.counted = ~levels.waves
                 stopped = course.run((1 - options.share) * tolerance)
-                halvings = levels.wanted(course, names)
+                halvings = levels.needed_halvings(course, names)
                 if last or not halvings:
-                    details = levels.told(course) | {"stopped": stopped}
-                    return course, {**details, "runs_coarser": others, "halved": names}
+                    details = levels.unconverged(course) | {"stopped": stopped}
+                    return course, {**details, "runs_coarser": coarser_runs, "halved": names}
             finished, failed = (course, names), 0
         except (RunError, InputError, MemoryError) as error:
             failed += 1
-            of_run, at_start = isinstance(error, RunError), isinstance(error, AssemblyError)
-            cause = error.__cause__ if of_run else None
-            raised = cause is not None and not isinstance(cause, RunError)
-            of_step = of_run and not (raised or at_start)
-            if at_start and not finished:
-                raise  # no step has been taken
-            if finished and not (of_step and failed < options.max_failed and not last):
-                others += course.runs if course else 0
+            # they cannot avoid an error at the start, or one that the response raises itself
+            in_steps = isinstance(error, RunError) and not isinstance(error, AssemblyError)
+            raised = error.__cause__ is not None and not isinstance(error.__cause__, RunError)
+            shorter_steps_may_help = in_steps and not raised and not last
+            if finished and not (shorter_steps_may_help and failed < options.max_failed):
+                coarser_runs += course.runs if course else 0
                 course, names = finished
-                others -= course.runs
+                coarser_runs -= course.runs
                 why = "; ".join((str(error) or type(error).__name__).splitlines()[:2])
                 stopped = course.run((1 - options.share) * tolerance)
                 details = {"not_refined": f"a finer one fails ({why})", "stopped": stopped}
-                return course, {**details, "runs_coarser": others, "halved": names}
-            if last or raised or not of_run:
-                raise  # no shorter step avoids that a response raises another error
-            halvings = {"step" if "step" in left_out else left_out[0]: 1}  # it may be too long
+                return course, {**details, "runs_coarser": coarser_runs, "halved": names}
+            if not shorter_steps_may_help:
+                raise
+            halvings = {"step" if "step" in left_out else left_out[0]: 1}
             levels.why = "runs fail"
-        others += course.runs if course else 0
+        coarser_runs += course.runs if course else 0
         for name, times in halvings.items():
             for _ in range(times):
                 evaluate = evaluate.refinements()[name]
             names = [*names, *[name] * times]
         halved += max(halvings.values())
-        finer, details = f"finer {' and '.join(halvings)}", in_words(evaluate)
+        finer, details = f"finer {' and '.join(halvings)}", evaluate.discretization_in_words()
         listener().stage(finer)
         listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
 
@@ -133,43 +120,36 @@ def _percent(part: float) -> str:
 
 
 class OutputErrors(NamedTuple):
-    """Errors of outputs on a level, in parts of the error bar's width, (outputs,).
+    """Errors of outputs on a level."""
 
-    `corrected` tells of each whether it is what a correction leaves.
-    """
-
-    values: np.ndarray
-    corrected: np.ndarray
+    values: np.ndarray  # in parts of the error bar's width, (outputs,)
+    corrected: np.ndarray  # of which outputs they are what a correction leaves, (outputs,)
 
 
 class Levels:
-    """The errors of all discretizations so far.
-
-    Attributes
-    ----------
-    left_out : what is chosen.
-    allowed : error of the discretization, in parts of the error bar's width.
-    waves, fastest : which outputs have vibrations that no step resolves which is affordable, and
-        the frequency that is left of each after all that are, (outputs,).
-    why : why something was to be halved last, in words.
-    """
+    """The errors of all discretizations so far."""
 
     def __init__(self, left_out: list[str], allowed: float, options: RefinementOptions):
-        """Begin without levels."""
-        self.left_out, self.allowed, self.options = left_out, allowed, options
-        self.known: dict[str, dict[int, OutputErrors]] = {}
-        self.widths: dict[int, np.ndarray] = {}
-        self.stuck: dict[str, np.ndarray] = {}
-        self.waves, self.fastest = np.zeros(1, bool), np.zeros(1)
-        self.why = ""
+        """Begin without levels of what is `left_out`, and so chosen.
 
-    def wanted(self, course: Adaptation, names: list[str]) -> dict[str, int]:
+        The error that is `allowed` is in parts of the error bar's width.
+        """
+        self.left_out, self.allowed, self.options = left_out, allowed, options
+        self.known: dict[str, dict[int, OutputErrors]] = {}  # by name and number of halvings
+        self.widths: dict[int, np.ndarray] = {}  # of the error bars, by number of halvings
+        self.stuck: dict[str, np.ndarray] = {}  # outputs whose error no longer falls, by name
+        # which outputs vibrate as no affordable step resolves, and the frequency that is left of
+        # each after all affordable halvings, (outputs,)
+        self.waves, self.fastest = np.zeros(1, bool), np.zeros(1)
+        self.why = ""  # why something had to be halved last, in words
+
+    def needed_halvings(self, course: Adaptation, names: list[str]) -> dict[str, int]:
         """Return how often what was left out must be halved; nothing if that is enough.
 
         The course has the runs on a level, for which `names` have been halved.
         """
         errors, largest, corrected = {}, {}, {}
-        vanishing = self._vanishing(course.error.own_width, len(names))
+        vanishing = self._vanishing(course.error.component_width, len(names))
         corrections = course.discretization()
         for name, correction in corrections.items():
             before = self.known.setdefault(name, {})
@@ -262,7 +242,7 @@ class Levels:
         self.fastest = fastest
         return unresolved & ~waves, waves
 
-    def told(self, course: Adaptation) -> dict[str, list[Any]]:
+    def unconverged(self, course: Adaptation) -> dict[str, list[Any]]:
         """Return of which outputs the error is too large, but no longer falls, as attributes."""
         names, outputs = names_of_outputs(course.labels), []
         for part, stuck in self.stuck.items():

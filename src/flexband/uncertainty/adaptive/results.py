@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from flexband.uncertainty.adaptive.refinement.correction import (
     DiscretizationCorrection,
     corrected,
 )
+from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.evaluation import coordinates, extremes_in_words
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
@@ -39,7 +40,8 @@ def surrogate_of(course: Adaptation) -> Surrogate:
     corrections = course.discretization()
     of_mean = growth(0) if course.space.families else 1.0  # without σ, the mean is the error bar
     both = np.stack([of_mean * error.values, error.values])
-    dataset = judged(course.labels, error, both, corrections, course.evaluate, course.finer)
+    finer_runs = course.refinement.finer
+    dataset = judged(course.labels, error, both, corrections, course.evaluate, finer_runs)
     dataset = dataset.assign(orders=("variable", choice.orders))
     dataset = dataset.assign_coords(variable=_variables(course.space)).assign_attrs(
         largest_miss=_largest_miss(course),
@@ -47,17 +49,28 @@ def surrogate_of(course: Adaptation) -> Surrogate:
         runs_checked=course.checked,
         runs_generic=course.generic if course.space.interval_dimension else len(course.held.values),
     )
-    held = HeldOut(
-        course.held.xi,
-        course.held.eta,
-        choice.missed,
-        share(course.space.interval_dimension) * np.hypot(choice.overshoot, choice.later),
-        error.window,
-    )
     _warn_of_unexplained(course)
-    fits, changes = corrected(choice.fits, list(corrections.values()))
-    expansions, correction = in_place_of_runs(fits, changes)
-    return Surrogate(course.space, course.labels, expansions, dataset, held, correction)
+    known = course.space, course.labels, error, course.held
+    return corrected_surrogate(*known, dataset, list(corrections.values()))
+
+
+def corrected_surrogate(
+    space: Space,
+    labels: xr.DataArray,
+    error: ExpectedError,
+    held: ResponseRuns,
+    dataset: xr.Dataset,
+    corrections: Sequence[DiscretizationCorrection],
+) -> Surrogate:
+    """Return the surrogate of chosen fits with the corrections of their discretization.
+
+    It has the diagnostics of the `dataset`, and may take the memory of the runs.
+    """
+    choice = error.choice
+    overshoot = share(space.interval_dimension) * np.hypot(choice.overshoot, choice.later)
+    judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
+    expansions, correction = in_place_of_runs(corrected(choice.fits, corrections))
+    return Surrogate(space, labels, expansions, dataset, judges, correction)
 
 
 def judged(
@@ -98,7 +111,7 @@ def judged(
         expected_error=error.relative(total),
         runs_refined=finer_runs,
         refined=list(finer),
-        discretization=", ".join(f"{name} {n:.6g}" for name, n in numbers.items()),
+        discretization=evaluate.discretization_in_words(),
         steps_per_period=[
             1 / (frequency * numbers["step"])
             for frequency in choice.frequencies

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.errors import RunError
+from flexband.uncertainty.methods.method import Evaluate
+from flexband.uncertainty.surrogates.axes import series
 from flexband.words import number_of
 
 MIN_HELD = 2
@@ -46,6 +48,11 @@ class RareRuns(NamedTuple):
     def none(like: ResponseRuns) -> RareRuns:
         """Return no runs, of the shapes of others."""
         return RareRuns(ResponseRuns(*(array[:0].copy() for array in like)), np.zeros(0))
+
+
+def evaluated(evaluate: Evaluate, xi: np.ndarray, eta: np.ndarray, needed: int = 0) -> ResponseRuns:
+    """Return the runs at ξ and η that succeed, as `succeeded` does."""
+    return succeeded(ResponseRuns(xi, eta, series(evaluate(xi, eta))), needed)
 
 
 def succeeded(runs: ResponseRuns, needed: int) -> ResponseRuns:

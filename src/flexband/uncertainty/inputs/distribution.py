@@ -151,10 +151,10 @@ class Distribution(Input):
 
     def at_normal(self, z: np.ndarray) -> np.ndarray:
         """Return the increasing function of a standard normal z that is distributed so, (n,)."""
-        frozen = self._frozen
+        frozen, below, above = self._frozen, np.minimum(z, 0.0), np.maximum(z, 0.0)
         with warnings.catch_warnings():  # of SciPy's, about quantiles of rare values
             warnings.simplefilter("ignore")
-            low, high = frozen.ppf(ndtr(np.minimum(z, 0.0))), frozen.isf(ndtr(-np.maximum(z, 0.0)))
+            low, high = frozen.ppf(ndtr(below)), frozen.isf(ndtr(-above))
         return np.where(z < 0, low, high)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
@@ -174,13 +174,9 @@ class Distribution(Input):
         terms = self.hermite_coefficients(HERMITE.highest, rule)
         return float(1 - np.sum(terms[1:] ** 2) / self._frozen.var())
 
-    @property
+    @cached_property
     def light(self) -> bool:
         """Whether both tails decrease exponentially or faster, as far as numbers go."""
-        return self._light
-
-    @cached_property
-    def _light(self) -> bool:
         near, far = -np.log(ndtr(-NEAR)), -np.log(ndtr(-FAR))
         x = np.abs(self.at_normal(np.array([-FAR, -NEAR, NEAR, FAR])) - self.at_normal(np.zeros(1)))
         least = (far / near) ** (1 / LIGHT)
@@ -305,14 +301,14 @@ def _scattering(name: str, parameter: str, spread: Numbers) -> None:
 class Moments(Distribution):
     """A distribution that is given by two parameters of its own, or by mean and spread.
 
-    A subclass names its own parameters in `own`, and finds them in `of_moments`.
+    A subclass names its own parameters in `parameter_names`, and finds them in `of_moments`.
     """
 
     mean: float | None = field(default=None, kw_only=True)
     std: float | None = field(default=None, kw_only=True)
     cv: float | None = field(default=None, kw_only=True)
 
-    own: ClassVar[tuple[str, str]]
+    parameter_names: ClassVar[tuple[str, str]]
     usual_cv: ClassVar[float] = np.inf
 
     @abstractmethod
@@ -327,7 +323,7 @@ class Moments(Distribution):
     def parameters(self) -> tuple[Numbers, Numbers]:
         """Its own parameters, numbers or of shape (n,)."""
         if self.mean is None:
-            first, second = (getattr(self, name) for name in self.own)
+            first, second = (getattr(self, name) for name in self.parameter_names)
             return first, second
         return self.of_moments(self.mean, _spread(self.mean, self.std, self.cv))
 
@@ -336,21 +332,21 @@ class Moments(Distribution):
         name = type(self).__name__
         moments = {k: getattr(self, k) for k in ("mean", "std", "cv")}
         of_moments = any(value is not None for value in moments.values())
-        parameters = [getattr(self, k) for k in self.own]
-        given_own = sum(value is not None for value in parameters)
-        if given_own != (0 if of_moments else 2):
-            given = dict(zip(self.own, parameters, strict=True)) | moments
+        parameters = [getattr(self, k) for k in self.parameter_names]
+        count = sum(value is not None for value in parameters)
+        if count != (0 if of_moments else 2):
+            given = dict(zip(self.parameter_names, parameters, strict=True)) | moments
             text = ", ".join(f"{k}={v!r}" for k, v in given.items() if v is not None)
             raise InputError(
-                f"{name} must have either {' and '.join(self.own)}, or mean and one of std and cv; "
-                f"got {text or 'none'}"
+                f"{name} must have either {' and '.join(self.parameter_names)}, or mean and one of "
+                f"std and cv; got {text or 'none'}"
             )
         if of_moments:
             mean = float(check_numbers(f"{name} mean", self.mean))  # pyright: ignore[reportArgumentType]
             std = checked_std(self, mean)
             self.check_moments(mean, std)
             parameters = map(float, self.of_moments(mean, std))
-        for k, value in zip(self.own, parameters, strict=True):
+        for k, value in zip(self.parameter_names, parameters, strict=True):
             object.__setattr__(
                 self, k, float(check_positive(f"{name} {k}", check_numbers(f"{name} {k}", value)))
             )

@@ -98,20 +98,15 @@ def probes(space: Space, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
 
 def _variables(space: Space) -> dict[str, np.ndarray]:
     """Return which of the variables, ξ before η, are those of each input."""
-    owners = [
-        name
-        for random in (True, False)
-        for name, input_ in space.of_kind(random=random).items()
-        for _ in range(input_.dimension)
-    ]
-    return {name: np.array([owner == name for owner in owners]) for name in space.inputs}
+    owners = np.array(space.owners(random=True) + space.owners(random=False), dtype=str)
+    return {name: owners == name for name in space.inputs}
 
 
 @dataclass(frozen=True)
 class _Runs:
     """Runs, of which equal values of a variable have equal codes."""
 
-    codes: np.ndarray  # number of the value of every variable, ξ before η, shape (variables, runs)
+    codes: np.ndarray  # number of the value of every variable, ξ before η, (variables, runs)
     keys: np.ndarray  # the codes times random numbers, whose sums tell combinations of values apart
     random: np.ndarray  # which variables are ξ
     values: np.ndarray  # shape (runs, …)

@@ -66,8 +66,8 @@ def extremes_in_words(values: Mapping[str, np.ndarray], run: int, digits: int) -
     count = len(names) if len(names) <= max_inputs else few_inputs
     which = np.sort(np.argsort(-np.array(out), kind="stable")[:count])
     words = [f"{names[k]} = {float(values[names[k]][run]):.{digits}g}" for k in which]
-    others = len(names) - count
-    return ", ".join(words) + (f" and {number_of(others, 'other input')}" if others else "")
+    unnamed = len(names) - count
+    return ", ".join(words) + (f" and {number_of(unnamed, 'other input')}" if unnamed else "")
 
 
 def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:

@@ -39,8 +39,7 @@ class NarrowedInputs:
     """Inputs within others, and how their standard variables follow from each other."""
 
     space: Space  # the narrower inputs
-    # of the old variables that change, by number, η first
-    substitutions: Mapping[int, Substitution]
+    substitutions: Mapping[int, Substitution]  # of old variables that change, by number, η first
     # where the narrower inputs are in the old variables, three standard deviations to both sides of
     # a mean, shape (m + n,); the radius is ∞ for what does not change
     center: np.ndarray

@@ -19,19 +19,13 @@ class FreePair(Input):
     """A pair of numbers anywhere in a set around 0, which grows in proportion to a size.
 
     The response gets the pair as an array of shape (2, n).
-
-    Attributes
-    ----------
-    size_name, parts : names of the size among the fields, and of both numbers in results.
-    in_disc : whether the set is a disc of the variables η, and not their square.
-    constant : whether the pair stays where it is in a motion.
     """
 
     random = False
-    size_name: ClassVar[str]
-    parts: ClassVar[tuple[str, str]]
-    in_disc: ClassVar[bool] = False
-    constant: bool
+    size_name: ClassVar[str]  # name of the size among the fields
+    parts: ClassVar[tuple[str, str]]  # names of both numbers in results
+    in_disc: ClassVar[bool] = False  # whether the set is a disc of η, and not their square
+    constant: bool  # whether the pair stays where it is in a motion
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -30,20 +30,13 @@ class Space:
     """Named inputs and their standard variables, in the order of the names.
 
     Results therefore do not depend on the order in which the inputs are given.
-
-    Attributes
-    ----------
-    given : inputs as a user gives them: also numbers, correlated inputs, and distributions with
-        intervals as parameters.
-    inputs : inputs with variables of their own: correlated ones one by one, an interval that is a
-        parameter as ``input.parameter``, numbers as constants.
     """
 
-    given: GivenInputs
+    given: GivenInputs  # as of a user: also numbers, correlated inputs, and parametric p-boxes
 
     @cached_property
     def inputs(self) -> dict[str, Input]:
-        """Every input that has variables of its own, or is a constant, by name."""
+        """Inputs that have variables of their own, by name, as of `unfolded`; and constants."""
         return unfolded(self.given)
 
     @cached_property
@@ -87,26 +80,28 @@ class Space:
 
     def of_kind(self, *, random: bool) -> dict[str, Input]:
         """Return the random or the interval inputs."""
-        inputs = self.inputs.items()
-        return {
-            name: input_ for name, input_ in inputs if input_.random == random and input_.dimension
-        }
+        uncertain = {name: i for name, i in self.inputs.items() if i.dimension}
+        return {name: i for name, i in uncertain.items() if i.random == random}
+
+    def owners(self, *, random: bool) -> list[str]:
+        """Return the name of the input of each variable ξ or η."""
+        inputs = self.of_kind(random=random).items()
+        return [name for name, input_ in inputs for _ in range(input_.dimension)]
 
     def columns(self, *, random: bool) -> dict[str, int]:
         """Return the number of the first variable ξ or η of each random or interval input."""
-        inputs = self.of_kind(random=random)
-        ends = np.cumsum([input_.dimension for input_ in inputs.values()]).tolist()
-        return dict(zip(inputs, [0, *ends], strict=False))
+        owners = self.owners(random=random)
+        return {name: owners.index(name) for name in dict.fromkeys(owners)}
 
     @property
     def random_dimension(self) -> int:
         """Number n of variables ξ."""
-        return sum(input_.dimension for input_ in self.of_kind(random=True).values())
+        return len(self.owners(random=True))
 
     @property
     def interval_dimension(self) -> int:
         """Number m of variables η."""
-        return sum(input_.dimension for input_ in self.of_kind(random=False).values())
+        return len(self.owners(random=False))
 
     @property
     def plays(self) -> dict[str, FreePair]:
@@ -122,8 +117,7 @@ class Space:
     @property
     def families(self) -> tuple[Family, ...]:
         """The polynomials of each variable ξ."""
-        random = self.of_kind(random=True).values()
-        return tuple(input_.family for input_ in random for _ in range(input_.dimension))
+        return tuple(self.inputs[name].family for name in self.owners(random=True))
 
     @property
     def advice_on_fields(self) -> str:
@@ -142,8 +136,7 @@ class Space:
         """L of z = L ξ for correlated inputs, and 1 for the others; None if there are none."""
         if not self.groups:
             return None
-        random = self.of_kind(random=True).items()
-        owners = [name for name, input_ in random for _ in range(input_.dimension)]
+        owners = self.owners(random=True)
         factor = np.eye(len(owners))
         for group in self.groups.values():
             indices = [owners.index(name) for name in group.members]
@@ -156,10 +149,8 @@ class Space:
 
     def values(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray | FunctionOfPosition]:
         """Return the inputs' values for ξ of shape (runs, n) and η of shape (runs, m)."""
-        return {
-            name: input_.value(standard)
-            for name, (input_, standard) in self._placed(xi, eta).items()
-        }
+        placed = self._placed(xi, eta).items()
+        return {name: input_.value(standard) for name, (input_, standard) in placed}
 
     def _placed(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, tuple[Input, np.ndarray]]:
         """Return the inputs at values of their parameters, and their variables, by name."""
@@ -168,13 +159,11 @@ class Space:
         remaining = {True: scores, False: eta}
         columns = {}
         for name, input_ in self.inputs.items():
-            width = [input_.dimension]
+            variables = remaining[input_.random]
             columns[name], remaining[input_.random] = np.split(
-                remaining[input_.random], width, axis=1
+                variables, [input_.dimension], axis=1
             )
-        numbers = {
-            name: interval.value(columns[name]) for name, interval in self.parameters.items()
-        }
+        numbers = {k: interval.value(columns[k]) for k, interval in self.parameters.items()}
         return {
             name: (input_.at(_parameters(name, input_, numbers)), columns[name])
             for name, input_ in self.inputs.items()

@@ -47,6 +47,10 @@ class Evaluate(ABC):
         """Return the numbers of the discretization, such as the step, by name."""
         return {}
 
+    def discretization_in_words(self) -> str:
+        """Return the numbers of the discretization as text."""
+        return ", ".join(f"{name} {n:.6g}" for name, n in self.discretization().items())
+
     def quantities(self) -> list[str]:
         """Return of which vector or tensor each output is a component, by name."""
         return []

@@ -17,7 +17,7 @@ import numpy as np
 
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.runs import ResponseRuns
-from flexband.uncertainty.expansions.expansion import SIGMAS, joined
+from flexband.uncertainty.expansions.expansion import SIGMAS
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_points
 from flexband.uncertainty.phases.decomposition import Stage
@@ -27,27 +27,17 @@ from flexband.uncertainty.surrogates.sigmas import growth
 
 
 class BandErrorOptions(NamedTuple):
-    """How the error between the nodes is judged by held-out runs.
+    """How the error between the nodes is judged by held-out runs."""
 
-    Attributes
-    ----------
-    random_shares : least and largest error of μ and σ as a part of what is missed in a random
-        variable, where this is small: only polynomials above the first that is missed are not
-        orthogonal at the nodes.
-    at_nodes : least size of w at the place of a bound, since products of variables are missed as
-        well.
-    min_share, steps : least mean square of a variable's a in parts of the mean of all, since few
-        runs tell them apart, and steps towards the likeliest ones.
-    min_variance : variance in parts of the mean one that is as good as none.
-    max_places : at which it is checked whether a bound could rest on them.
-    """
-
+    # least and largest error of μ and σ as a part of what is missed in a random variable, where
+    # this is small: only polynomials above the first that is missed are not orthogonal at the nodes
     random_shares: tuple[float, float] = (0.1, 0.3)
-    at_nodes: float = 0.03
+    at_nodes: float = 0.03  # least w at the place of a bound: products of variables are missed, too
+    # least mean square of a variable's a in parts of the mean of all: few runs tell them apart
     min_share: float = 0.1
-    steps: int = 10
-    min_variance: float = 1e-9
-    max_places: int = 256
+    steps: int = 10  # towards the likeliest a
+    min_variance: float = 1e-9  # in parts of the mean one, that is as good as none
+    max_places: int = 256  # at which it is checked whether a bound could rest on them
 
 
 @dataclass(frozen=True)
@@ -77,9 +67,8 @@ class TensorDesign:
 
     def of_intervals(self, eta: np.ndarray) -> np.ndarray:
         """Return w² at η, shape (…, m)."""
-        values = [
-            _of_nodes(x, at) for x, at in zip(self.nodes, np.moveaxis(eta, -1, 0), strict=True)
-        ]
+        columns = np.moveaxis(eta, -1, 0)
+        values = [_of_nodes(nodes, x) for nodes, x in zip(self.nodes, columns, strict=True)]
         return np.stack(values, axis=-1) if values else np.zeros(eta.shape)
 
     def of_random(self, xi: np.ndarray) -> np.ndarray:
@@ -140,7 +129,7 @@ def error_of_bands(
     in_time = running(np.sqrt(np.mean(missed**2, axis=0)), error.window)
     in_time /= np.maximum(in_time.mean(axis=-1, keepdims=True), 1e-300)
     eta = design.places(options.max_places)
-    mean, std = _moments(error, eta)
+    mean, std = error.moments(eta)
     parts = np.zeros((2, len(square)))
     if intervals:
         of_intervals, some = square[:, :intervals], in_time[:, error.times]
@@ -173,13 +162,6 @@ def largest_error(error: ExpectedError, m: int) -> np.ndarray:
     """
     worst = np.abs(error.choice.missed).max(axis=0)
     return share(m) * running(np.hypot(worst, error.choice.overshoot), error.window)
-
-
-def _moments(error: ExpectedError, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return μ and σ at η at some of the times, each of shape (places, outputs, times)."""
-    moments = [expansion.moments(eta) for expansion in error.expansions]
-    mean, std = (joined(error.expansions, values, 1) for values in zip(*moments, strict=True))
-    return mean, std
 
 
 def _of_random(a: np.ndarray, std: np.ndarray, options: BandErrorOptions) -> np.ndarray:

@@ -12,17 +12,14 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import warn
-from flexband.uncertainty.adaptive.choice import in_place_of_runs
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
-from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection, corrected
+from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
-from flexband.uncertainty.adaptive.results import judged
+from flexband.uncertainty.adaptive.results import corrected_surrogate, judged
 from flexband.uncertainty.adaptive.runs import ResponseRuns
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate
 from flexband.uncertainty.phase_resolved.linear_design import LinearDesign
-from flexband.uncertainty.surrogates.diagnostics import share
-from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -75,13 +72,9 @@ def of_choice(
     corrections: Sequence[DiscretizationCorrection] = (),
 ) -> Surrogate:
     """Return the surrogate of the chosen fits; parameters are those of `corrected_choice`."""
-    choice, (fitted, held) = error.choice, runs
-    fits, changes = corrected(choice.fits, corrections)
-    expansions, correction = in_place_of_runs(fits, changes)
-    overshoot = share(space.interval_dimension) * choice.overshoot
-    judges = HeldOut(held.xi, held.eta, choice.missed, overshoot, error.window)
+    fitted, held = runs
     count = len(held.values)
     dataset = dataset.assign_attrs(
         runs_fitted=len(fitted.values), runs_checked=count, runs_generic=count
     )
-    return Surrogate(space, labels, expansions, dataset, judges, correction)
+    return corrected_surrogate(space, labels, error, held, dataset, corrections)

@@ -11,13 +11,13 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
-from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, succeeded
+from flexband.uncertainty.adaptive.runs import MIN_HELD, RareRuns, ResponseRuns, evaluated
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.methods.method import HELD, Evaluate, quantities
 from flexband.uncertainty.phase_resolved.bands_error import TensorDesign, error_of_bands
 from flexband.uncertainty.phase_resolved.correction import corrected_choice
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.surrogates.axes import series, units_of
+from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.diagnostics import least_error
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -36,8 +36,7 @@ def corrected_expansion(
     space, labels, fitted = surrogate.space, surrogate.labels, ResponseRuns(*runs)
     m, families = space.interval_dimension, space.families
     check_no_play(space, "correct=True")
-    points = generic_points(0, HELD, m, families)
-    held = succeeded(ResponseRuns(*points, series(evaluate(*points))), 0)
+    held = evaluated(evaluate, *generic_points(0, HELD, m, families))
     if len(held.values) < MIN_HELD:
         raise RunError("most of the runs that are held out of the correction failed", {})
     (expansion,) = surrogate.expansions
@@ -46,8 +45,8 @@ def corrected_expansion(
     fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
     choice = BestFits.of([fit], fitted, held, len(held.values), RareRuns.none(held))
     F, units = np.concatenate([fitted.values, held.values]), units_of(labels)
-    of_one = quantities(evaluate, count)
-    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, of_one)
+    components = quantities(evaluate, count)
+    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, components)
     diagnostics, bands = surrogate.diagnostics, ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:
         both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])

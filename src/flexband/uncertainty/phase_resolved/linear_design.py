@@ -15,20 +15,12 @@ from flexband.uncertainty.expansions.index_sets import first_terms
 
 @dataclass(frozen=True)
 class LinearDesign:
-    """The runs of a design that tell a linear function of its variables.
+    """The runs of a design that tell a linear function of its variables."""
 
-    Attributes
-    ----------
-    families : the polynomials of each ξ.
-    index : the terms, (terms, variables): 1, and one of order 1 in each variable that varies.
-    rows : numbers of the runs.
-    matrix : the terms in these runs, (runs, terms).
-    """
-
-    families: tuple[Family, ...]
-    index: np.ndarray
-    rows: np.ndarray
-    matrix: np.ndarray
+    families: tuple[Family, ...]  # the polynomials of each ξ
+    index: np.ndarray  # the terms 1, and x of each variable that varies, (terms, variables)
+    rows: np.ndarray  # numbers of the runs
+    matrix: np.ndarray  # the terms in these runs, (runs, terms)
 
     @staticmethod
     def of(runs: ResponseRuns, families: Sequence[Family]) -> LinearDesign:

@@ -93,9 +93,9 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         fits = map(partial(PartsFit.of, design), decompose(runs.values, dt))  # one by one
         fitted, held = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
         choice = BestFits.of(fits, fitted, held, HELD, RareRuns.none(held))
-        of_one = quantities(evaluate, runs.values.shape[1])
+        components = quantities(evaluate, runs.values.shape[1])
         units = units_of(values)
-        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, of_one)
+        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, components)
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(design, held, error), least)
         dataset = xr.Dataset()

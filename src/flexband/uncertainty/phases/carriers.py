@@ -10,7 +10,6 @@ with an estimate ψ of the phase. z₀ is the envelope at t; the rotation of the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,82 +20,45 @@ from flexband.uncertainty.expansions.polynomials import cubic_spline
 
 
 class CarrierOptions(NamedTuple):
-    """How carriers are looked for, and how the runs are split.
+    """How carriers are looked for, and how the runs are split."""
 
-    Attributes
-    ----------
-    max_carriers : most carriers of a response.
-    max_peaks : peaks of the spectrum that are tried for each further carrier.
-    min_times : fewest times of runs in which carriers are looked for.
-    min_cycles : fewest periods of a carrier in the record.
-    max_frequency : of a carrier, in periods per step of the times.
-    min_energy : least energy of a carrier, as a fraction of that of the variation between the runs.
-    band_ratio : ratio of the ends of a frequency band to its middle.
-    harmonic_tolerance : relative distance from a multiple of the first carrier within which a lost
-        carrier is tried as its harmonic.
-    passes : corrections of the phase of a new carrier.
-    window_periods : periods to each side over which the parts of a run are approximated.
-    degree : of the polynomials in τ, of the slow part and of the envelope.
-    averaging_periods : periods to each side over which the rotation of envelopes is averaged.
-    silent_energy : fraction of the largest energy below which a run continues with its mean
-        frequency.
-    windows_at_once : windows, of all runs, in which envelopes are computed at once.
-    """
-
-    max_carriers: int = 3
-    max_peaks: int = 2
-    min_times: int = 32
-    max_frequency: float = 0.4
-    min_cycles: float = 6.0
+    max_carriers: int = 3  # most carriers of a response
+    max_peaks: int = 2  # peaks of the spectrum that are tried for each further carrier
+    min_times: int = 32  # fewest times of runs in which carriers are looked for
+    max_frequency: float = 0.4  # of a carrier, in periods per step of the times
+    min_cycles: float = 6.0  # fewest periods of a carrier in the record
+    # least energy of a carrier, as a fraction of that of the variation between the runs
     min_energy: float = 1e-5
-    band_ratio: float = 1.15
+    band_ratio: float = 1.15  # ratio of the ends of a frequency band to its middle
+    # relative distance from a multiple of the first carrier within which a lost carrier is tried as
+    # its harmonic
     harmonic_tolerance: float = 0.03
-    passes: int = 3
-    window_periods: float = 2.5
-    degree: int = 2
-    averaging_periods: float = 2.0
+    passes: int = 3  # corrections of the phase of a new carrier
+    window_periods: float = 2.5  # to each side, over which the parts of a run are approximated
+    degree: int = 2  # of the polynomials in τ, of the slow part and of the envelope
+    averaging_periods: float = 2.0  # to each side, over which the rotation of envelopes is averaged
+    # fraction of the largest energy below which a run continues with its mean frequency
     silent_energy: float = 1e-4
-    windows_at_once: int = 4096
+    windows_at_once: int = 4096  # windows, of all runs, in which envelopes are computed at once
 
 
 @dataclass(frozen=True)
 class Carrier:
-    """A carrier in every run.
+    """A carrier in every run."""
 
-    Attributes
-    ----------
-    phase : φ [rad], shape (runs, times).
-    envelope : Z, complex, shape (runs, outputs, times).
-    frequency : approximate frequency, in cycles per unit of time.
-    """
-
-    phase: np.ndarray
-    envelope: np.ndarray
-    frequency: float
-
-    @property
-    def signal(self) -> np.ndarray:
-        """Re[Z e^{iφ}]."""
-        signals = _by_output(self.envelope.shape, float)
-        for of_output, signal in zip(np.moveaxis(signals, 1, 0), self.of_outputs(), strict=True):
-            of_output[:] = signal
-        return signals
-
-    def of_outputs(self) -> Iterator[np.ndarray]:
-        """Yield Re[Z e^{iφ}] of one output after the other, each of shape (runs, times)."""
-        turn = np.exp(1j * self.phase)
-        yield from (np.real(envelope * turn) for envelope in np.moveaxis(self.envelope, 1, 0))
+    phase: np.ndarray  # φ [rad], shape (runs, times)
+    envelope: np.ndarray  # Z, complex, shape (runs, outputs, times)
+    frequency: float  # approximate frequency, in cycles per unit of time
 
     def add_to(self, values: np.ndarray, factor: float = 1.0) -> None:
-        """Add so many times the signal to values of shape (runs, outputs, times), in place."""
-        for of_output, signal in zip(np.moveaxis(values, 1, 0), self.of_outputs(), strict=True):
-            of_output[:] += factor * signal
+        """Add so many times its signal Re[Z e^{iφ}] to values, one output after the other."""
+        turn = np.exp(1j * self.phase)
+        for output in range(values.shape[1]):
+            values[:, output] += factor * np.real(self.envelope[:, output] * turn)
 
-    def runs(self, which: slice) -> Carrier:
-        return Carrier(self.phase[which], self.envelope[which], self.frequency)
-
-    def at(self, times: slice) -> Carrier:
-        return Carrier(self.phase[..., times], self.envelope[..., times], self.frequency)
+    def part(self, runs: slice, outputs: slice | np.ndarray, times: slice) -> Carrier:
+        envelope = self.envelope[runs, outputs, times]
+        return Carrier(self.phase[runs, times], envelope, self.frequency)
 
 
 def track(
@@ -138,8 +100,10 @@ def track(
     overlap = np.sum(z * z[len(z) // 2].conj() / scale[:, None] ** 2, axis=(1, 2))
     shift = 0.5 * np.angle(overlap**2) if passes and align else np.zeros(len(F))
     z = z * np.exp(-1j * shift)[:, None, None]
-    envelope = _by_output(F.shape, complex)
-    for o in range(F.shape[1]):
+    # times are the slowest axis in memory, as those of a spline
+    runs, outputs, _ = F.shape
+    envelope = np.moveaxis(np.empty((times, runs, outputs), complex), 0, -1)
+    for o in range(outputs):
         envelope[:, o] = cubic_spline(at, z[:, o], np.arange(times))
     return Carrier(psi + shift[:, None], envelope, frequency)
 
@@ -183,15 +147,6 @@ def _split(
     cosine, sine = (np.moveaxis(solution[:, :, k * len(powers)], 2, 1) for k in (1, 2))
     energy = (cosine**2 + sine**2) / 2 * weights
     return cosine - 1j * sine, energy / np.maximum(energy + np.maximum(rest, 0.0), 1e-300)
-
-
-def _by_output(shape: tuple[int, ...], kind: type) -> np.ndarray:
-    """Return memory for (runs, outputs, times) that is filled one output after the other.
-
-    Times are the slowest axis in it, as those of a spline.
-    """
-    runs, outputs, times = shape
-    return np.moveaxis(np.empty((times, runs, outputs), kind), 0, -1)
 
 
 def window_moments(half: int, at: np.ndarray, times: int, degree: int) -> list[csr_array]:

@@ -11,28 +11,28 @@ from flexband.uncertainty.phases.carriers import Carrier, CarrierOptions, track
 
 
 class Stage(NamedTuple):
-    """Runs split into base and carriers, F = base + Σ Re[Z e^{iφ}] in every run.
-
-    base : shape (runs, outputs, times).
-    """
+    """Runs split into base and carriers, F = base + Σ Re[Z e^{iφ}] in every run."""
 
     carriers: list[Carrier]
-    base: np.ndarray
+    base: np.ndarray  # shape (runs, outputs, times)
 
     @property
     def signal(self) -> np.ndarray:
         """F, the sum of base and carriers."""
-        return sum((c.signal for c in self.carriers), self.base)
+        signal = np.copy(self.base) if self.carriers else self.base
+        for carrier in self.carriers:
+            carrier.add_to(signal)
+        return signal
 
-    def runs(self, which: slice) -> Stage:
-        return Stage([c.runs(which) for c in self.carriers], self.base[which])
-
-    def at(self, times: slice) -> Stage:
-        return Stage([c.at(times) for c in self.carriers], self.base[..., times])
-
-    def of(self, outputs: np.ndarray) -> Stage:
-        carriers = [Carrier(c.phase, c.envelope[:, outputs], c.frequency) for c in self.carriers]
-        return Stage(carriers, self.base[:, outputs])
+    def part(
+        self,
+        runs: slice = slice(None),
+        outputs: slice | np.ndarray = slice(None),
+        times: slice = slice(None),
+    ) -> Stage:
+        """Return some of the runs, outputs and times."""
+        carriers = [carrier.part(runs, outputs, times) for carrier in self.carriers]
+        return Stage(carriers, self.base[runs, outputs, times])
 
     def copy(self) -> Stage:
         """Return a copy, which keeps no other runs or times in memory."""
@@ -52,25 +52,17 @@ def decompose(
     The runs F have the shape (runs, outputs, times), at steps of dt. A stage takes 1 + 2c times the
     memory of the runs with c carriers. Those that are released by the caller are not kept.
     """
-    carriers: list[Carrier] = []
-    rest = F
-    yield Stage([], rest)
-    scale, least = _scale(F), 0.0
-    multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
-    while F.shape[-1] >= options.min_times and len(carriers) < options.max_carriers:
-        energy, varying = spectra(rest, scale)
-        least = least if carriers else options.min_energy * varying.sum()
-        peaks = detect(energy, varying, F.shape[-1], dt, least, options=options)[
-            : options.max_peaks
-        ]
-        new, multiple = _next_carrier(rest, dt, carriers, scale, peaks, options)
-        if new is None:
+    yield Stage([], F)
+    separation, least = Separation(F, dt, options), 0.0
+    while F.shape[-1] >= options.min_times and len(separation.carriers) < options.max_carriers:
+        energy, varying = spectra(separation.rest, separation.scale)
+        least = least if separation.carriers else options.min_energy * varying.sum()
+        peaks = detect(energy, varying, F.shape[-1], dt, least, options=options)
+        carrier, multiple = separation.next_carrier(peaks[: options.max_peaks])
+        if carrier is None:
             break
-        carriers, rest = [*carriers, new], np.copy(rest)  # earlier stages keep theirs
-        new.add_to(rest, -1.0)
-        multiples.append(multiple)
-        _track_again(rest, dt, carriers, multiples, scale, options)
-        yield Stage(carriers, rest)
+        separation.separate(carrier, multiple)
+        yield Stage(separation.carriers, separation.rest)
 
 
 def follow(
@@ -87,78 +79,65 @@ def follow(
     `frequencies` are those of the known carriers. Phases start at the known ones, so that those of
     runs which differ little, as on another discretization, differ little, too.
     """
-    scale, rest = _scale(F), np.copy(F)
-    carriers: list[Carrier] = []
-    multiples: list[int] = []
+    separation = Separation(F, dt, options, align=False)
     for psi, frequency in zip(phases, frequencies, strict=True):
         multiple = round(frequency / frequencies[0])
-        harmonic = multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9)
-        multiples.append(multiple if harmonic else 0)
-        phase = multiple * carriers[0].phase if harmonic else psi
-        passes = 0 if harmonic else options.passes
-        new = track(rest, dt, frequency, phase, scale, passes, align=False, options=options)
-        if new is None:
+        if multiple > 1 and np.allclose(psi, multiple * phases[0], rtol=1e-9):
+            carrier = separation.harmonic(frequency, multiple)
+        else:
+            carrier, multiple = separation.tracked(frequency, psi, options.passes), 0
+        if carrier is None:
             return None
-        carriers.append(new)
-        new.add_to(rest, -1.0)
-        _track_again(rest, dt, carriers, multiples, scale, options, align=False)
-    return Stage(carriers, rest)
+        separation.separate(carrier, multiple)
+    return Stage(separation.carriers, separation.rest)
 
 
-def _scale(F: np.ndarray) -> np.ndarray:
-    """Return the size of each output of runs, (outputs,)."""
-    scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
-    return np.where(scale > 0, scale, 1.0)
+class Separation:
+    """Runs from which carriers are separated one after the other; `align` is as of `track`."""
 
+    def __init__(self, F: np.ndarray, dt: float, options: CarrierOptions, *, align: bool = True):
+        self.rest, self.dt, self.options, self.align = F, dt, options, align
+        scale = np.sqrt([np.mean(series.var(axis=-1)) for series in np.moveaxis(F, 1, 0)])
+        self.scale = np.where(scale > 0, scale, 1.0)  # the size of each output, (outputs,)
+        self.carriers: list[Carrier] = []
+        self.multiples: list[int] = []  # of the first carrier's phase; 0: not a harmonic
 
-def _track_again(
-    rest: np.ndarray,
-    dt: float,
-    carriers: list[Carrier],
-    multiples: list[int],
-    scale: np.ndarray,
-    options: CarrierOptions,
-    *,
-    align: bool = True,
-) -> None:
-    """Track each of several carriers once more, in the rest of the runs without all others.
+    def tracked(self, frequency: float, psi: np.ndarray, passes: int) -> Carrier | None:
+        """Return the carrier near a phase ψ, (runs, times), in the rest; None if it is lost."""
+        known = self.rest, self.dt, frequency, psi, self.scale, passes
+        return track(*known, align=self.align, options=self.options)
 
-    The rest, (runs, outputs, times), and the carriers are changed in place. Harmonics have
-    multiples of the first carrier's phase, other carriers 0.
-    """
-    for j in range(len(carriers) if len(carriers) > 1 else 0):
-        old, h = carriers[j], multiples[j]
-        old.add_to(rest)
-        psi = h * carriers[0].phase if h else old.phase
-        passes = 0 if h else 1
-        again = track(rest, dt, old.frequency, psi, scale, passes, align=align, options=options)
-        carriers[j] = old if again is None else again
-        carriers[j].add_to(rest, -1.0)
+    def harmonic(self, frequency: float, multiple: int) -> Carrier | None:
+        """Return the carrier whose phase is a multiple of the first carrier's."""
+        return self.tracked(frequency, multiple * self.carriers[0].phase, 0)
 
+    def next_carrier(self, peaks: list[np.ndarray]) -> tuple[Carrier | None, int]:
+        """Return the carrier of the first peak that can be tracked, and its multiple, or 0."""
+        ramp = 2 * np.pi * self.dt * np.arange(self.rest.shape[-1])
+        for frequencies in peaks:
+            middle = float(frequencies.mean())
+            carrier = self.tracked(middle, frequencies[:, None] * ramp, self.options.passes)
+            if carrier is not None:
+                return carrier, 0
+            ratio = middle / self.carriers[0].frequency if self.carriers else 0.0
+            multiple = round(ratio)
+            if multiple > 1 and abs(ratio / multiple - 1) < self.options.harmonic_tolerance:
+                return self.harmonic(middle, multiple), multiple
+        return None, 0
 
-def _next_carrier(
-    rest: np.ndarray,
-    dt: float,
-    carriers: list[Carrier],
-    scale: np.ndarray,
-    peaks: list[np.ndarray],
-    options: CarrierOptions,
-) -> tuple[Carrier | None, int]:
-    """Return the first carrier that can be tracked, and its multiple of the first found, or 0."""
-    ramp = 2 * np.pi * dt * np.arange(rest.shape[-1])
-    for frequencies in peaks:
-        middle = float(frequencies.mean())
-        psi = frequencies[:, None] * ramp
-        carrier = track(rest, dt, middle, psi, scale, options.passes, options=options)
-        if carrier is not None:
-            return carrier, 0
-        ratio = middle / carriers[0].frequency if carriers else 0.0
-        multiple = round(ratio)
-        if multiple > 1 and abs(ratio / multiple - 1) < options.harmonic_tolerance:
-            psi = multiple * carriers[0].phase
-            carrier = track(rest, dt, middle, psi, scale, 0, options=options)
-            return carrier, multiple
-    return None, 0
+    def separate(self, carrier: Carrier, multiple: int) -> None:
+        """Take a carrier out of the rest; track each of several again without all others."""
+        # earlier stages keep theirs
+        self.carriers, self.rest = [*self.carriers, carrier], np.copy(self.rest)
+        self.multiples.append(multiple)
+        carrier.add_to(self.rest, -1.0)
+        for k, h in enumerate(self.multiples if len(self.multiples) > 1 else []):
+            old = self.carriers[k]
+            old.add_to(self.rest)
+            frequency = old.frequency
+            again = self.harmonic(frequency, h) if h else self.tracked(frequency, old.phase, 1)
+            self.carriers[k] = old if again is None else again
+            self.carriers[k].add_to(self.rest, -1.0)
 
 
 def detect(

@@ -34,18 +34,11 @@ from flexband.uncertainty.phases.terms import PartTerms
 
 @dataclass(frozen=True)
 class PhaseExpansion:
-    """The `Expansion` of outputs that share one or more carriers.
+    """The `Expansion` of outputs that share one or more carriers."""
 
-    Attributes
-    ----------
-    outputs : numbers of the response's outputs.
-    parts : the expansion of the parts.
-    columns : where the parts are among its series.
-    """
-
-    outputs: np.ndarray
-    parts: HybridExpansion
-    columns: PartColumns
+    outputs: np.ndarray  # numbers of the response's outputs
+    parts: HybridExpansion  # of base, phases and envelopes
+    columns: PartColumns  # where the parts are among its series
 
     @property
     def carriers(self) -> int:

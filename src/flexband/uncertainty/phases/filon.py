@@ -31,22 +31,13 @@ from flexband.uncertainty.phases.rules import rule
 
 
 class Grid(NamedTuple):
-    """Points, and what the weights of the rules consist of.
+    """Points, and what the weights of the rules consist of."""
 
-    Attributes
-    ----------
-    fine : P_j at the points of a fine rule in each variable, shape (n, count, orders).
-    lagrange : ℓ_k there times the weights of that rule, of an axis and then of one in a plane.
-    nodes : P_j at the points of an axis, shape (n, points, orders).
-    where : number of the node in each variable of every point, shape (points, n).
-    products : rows (v, k, u, l, point): the node k of the axis v, and l of u, or −1 for none.
-    """
-
-    fine: np.ndarray
-    lagrange: np.ndarray
-    nodes: np.ndarray
-    where: np.ndarray
-    products: np.ndarray
+    fine: np.ndarray  # P_j at the points of a fine rule in each variable, (n, count, orders)
+    lagrange: np.ndarray  # ℓ_k there times its weights, of an axis and then of one in a plane
+    nodes: np.ndarray  # P_j at the points of an axis, (n, points, orders)
+    where: np.ndarray  # number of the node in each variable of every point, (points, n)
+    products: np.ndarray  # rows (v, k, u, l, point): node k of the axis v, and l of u; −1 for none
 
     @staticmethod
     def of(families: Sequence[Family], orders: np.ndarray, reach: np.ndarray) -> Grid:

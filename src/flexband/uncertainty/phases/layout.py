@@ -22,20 +22,16 @@ class PartColumns(NamedTuple):
 
     A block has φ, Re Z of every output and Im Z of every output. The series of the parts are these
     columns with all times of one after the other.
-
-    Attributes
-    ----------
-    phase, real, imag : columns of φ and, for the first output, of Re Z and Im Z of the first
-        carrier; those of carrier c are c blocks further.
-    block : number of columns of a carrier.
     """
 
     outputs: int
     carriers: int
+    # columns of φ and, for the first output, of Re Z and Im Z of the first carrier; those of
+    # carrier c are c blocks further
     phase: int
     real: int
     imag: int
-    block: int
+    block: int  # number of columns of a carrier
 
     @staticmethod
     def of(outputs: int, carriers: int) -> PartColumns:
@@ -123,27 +119,19 @@ class MomentColumns(NamedTuple):
 
     An output has the smooth part of μ, E b; the smooth part of σ²; and the complex factors of what
     turns with the phases: E u_c in μ, and one factor per row of `turning_parts` in σ².
-
-    Attributes
-    ----------
-    turns : number of turning parts of σ².
-    mean, variance : columns of the smooth parts of μ and σ² of an output.
-    mean_real, mean_imag, turn_real, turn_imag : first columns of the factors of an output.
-    block : number of columns of an output.
-    phase : first column of φ̄.
     """
 
     outputs: int
     carriers: int
-    turns: int
-    mean: int
-    variance: int
-    mean_real: int
+    turns: int  # number of turning parts of σ²
+    mean: int  # column of the smooth part of μ of an output
+    variance: int  # of σ²
+    mean_real: int  # first columns of the factors of an output
     mean_imag: int
     turn_real: int
     turn_imag: int
-    block: int
-    phase: int
+    block: int  # number of columns of an output
+    phase: int  # first column of φ̄
 
     @staticmethod
     def of(outputs: int, carriers: int) -> MomentColumns:

@@ -90,8 +90,8 @@ def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
 
     The third has the terms that also have η; without turning parts it is empty, and so is the last.
     """
-    index, columns = terms.index[:, : terms.interval_dimension], terms.columns
-    random = np.any(terms.index[:, terms.interval_dimension :] > 0, axis=1)
+    index, columns = terms.expansion.index[:, : terms.interval_dimension], terms.columns
+    random = np.any(terms.random_orders > 0, axis=1)
     rms = np.abs(terms.coefficients) * np.sqrt(terms.expansion.norms)[terms.expansion.j, None]
     phase = random * rms[:, :, columns.phases].max(axis=(0, 2), initial=0.0)
     blocks = rms[:, :, columns.phase :].reshape(*rms.shape[:2], columns.carriers, columns.block)

@@ -42,19 +42,12 @@ def mean_and_std(table: np.ndarray, columns: MomentColumns) -> tuple[np.ndarray,
 
 
 class Sections(NamedTuple):
-    """What an expansion of parts is at some times and η.
+    """What an expansion of parts is at some times and η."""
 
-    Attributes
-    ----------
-    coefficients : shape (times, terms, parts).
-    interval_term, random_term : which Φ_i and Ψ_j each term has.
-    phi : Φ at the η, (points, M).
-    """
-
-    coefficients: np.ndarray
-    interval_term: np.ndarray
-    random_term: np.ndarray
-    phi: np.ndarray
+    coefficients: np.ndarray  # (times, terms, parts)
+    interval_term: np.ndarray  # which Φ_i each term has
+    random_term: np.ndarray  # which Ψ_j
+    phi: np.ndarray  # Φ at the η, (points, M)
 
 
 @compiled

@@ -6,85 +6,57 @@ from typing import NamedTuple
 
 
 class MomentOptions(NamedTuple):
-    """The numbers of the rules for smooth moments; compiled loops take them as constants.
+    """The numbers of the rules for smooth moments; compiled loops take them as constants."""
 
-    Attributes
-    ----------
-    max_blocks, min_block_times : blocks of times, and times per block. Early blocks, whose phases
-        have moved little, need fewer points than late ones.
-    max_rule_points : points of a rule for ξ that resolves the phase.
-    small_reach : phase change [rad] below which Gauss points of the density suffice.
-    trapezoidal_end : standard deviations up to which the trapezoidal rule extends: 6e-7 of all
-        values are beyond. Rules of the what-if panel, whose steps are others, agree with those of
-        Python to better than this.
-    trapezoidal_band : frequency [1/σ] beyond that of the phase that the trapezoidal rule resolves.
-        What it takes for another one is e^{−15} of the whole.
-    far_end : as `trapezoidal_end`, of a normal variable of which ξ is another function without
-        bounds.
-    tail_slope : the slope of this function at 5 over its value there divided by 5: about two for an
-        exponential tail.
-    axis_points, plane_points : points of an axis, and of an axis in a plane, of Filon's quadrature:
-        the first of a nested sequence.
-    max_paired_axes : up to so many variables, all pairs are integrated along saddles: 800 points.
-    saturated : slope [rad per standard deviation] at which the average of e^{iφ} vanishes: e^{−18}.
-    slope_range : standard deviations over which the slope must be large.
-    newton_steps : towards a saddle.
-    max_integrand : largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is
-        quadratic.
-    max_spread : how far the integrand without P, constant if ψ is quadratic, may differ from its
-        mean over a contour: the mean over the points, absolute values of weights. Beyond, the rule
-        is not exact enough.
-    samples : points ξ for phases without a saddle.
-    negligible_term : size below which a coefficient of a smooth moment is left out, as a part of
-        the variation of the mean, or of σ².
-    max_terms : polynomials for smooth moments; those of the parts themselves are always there.
-    max_powers : powers of φ̃ in the series of e^{iφ̃}.
-    """
-
+    # blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
+    # points than late ones
     max_blocks: int = 12
     min_block_times: int = 128
-    max_rule_points: int = 700
-    small_reach: float = 0.2
+    max_rule_points: int = 700  # of a rule for ξ that resolves the phase
+    small_reach: float = 0.2  # phase change [rad] below which Gauss points of the density suffice
+    # standard deviations up to which the trapezoidal rule extends: 6e-7 of all values are beyond.
+    # Rules of the what-if panel, whose steps are others, agree with those of Python to better than
+    # this
     trapezoidal_end: float = 5.0
+    # frequency [1/σ] beyond that of the phase that the trapezoidal rule resolves. What it takes for
+    # another one is e^{−15} of the whole
     trapezoidal_band: float = 5.5
+    # as `trapezoidal_end`, of a normal variable of which ξ is another function without bounds
     far_end: float = 6.0
+    # the slope of this function at 5 over its value there divided by 5: about two for an
+    # exponential tail
     tail_slope: float = 2.0
-    axis_points: int = 5
-    plane_points: int = 3
-    max_paired_axes: int = 20
-    saturated: float = 6.0
-    slope_range: float = 3.0
-    newton_steps: int = 4
+    axis_points: int = 5  # of an axis, in Filon's quadrature: the first of a nested sequence
+    plane_points: int = 3  # of an axis in a plane
+    max_paired_axes: int = 20  # up to so many, all pairs are integrated along saddles: 800 points
+    saturated: float = 6.0  # slope [rad/σ] at which the average of e^{iφ} vanishes: e^{−18}
+    slope_range: float = 3.0  # standard deviations over which the slope must be large
+    newton_steps: int = 4  # towards a saddle
+    # largest size of the integrand on a contour, which is |E e^{iψ}| ≤ 1 if ψ is quadratic
     max_integrand: float = 10.0
+    # how far the integrand without P, constant if ψ is quadratic, may differ from its mean over a
+    # contour: the mean over the points, absolute values of weights. Beyond, the rule is not exact
+    # enough
     max_spread: float = 0.1
-    samples: int = 8192
+    samples: int = 8192  # points ξ for phases without a saddle
+    # size below which a coefficient of a smooth moment is left out, as a part of the variation of
+    # the mean, or of σ²
     negligible_term: float = 1e-6
-    max_terms: int = 160
-    max_powers: int = 40
+    max_terms: int = 160  # polynomials for smooth moments, besides those of the parts themselves
+    max_powers: int = 40  # of φ̃ in the series of e^{iφ̃}
 
 
 class PhaseSearchOptions(NamedTuple):
-    """The numbers of the search for bounds; compiled loops take them as constants.
+    """The numbers of the search for bounds; compiled loops take them as constants."""
 
-    Attributes
-    ----------
-    max_scan_points : of a grid in η.
-    scanned_reach : phase change [rad] above which a scan has to resolve the waves.
-    negligible_coefficient : fraction of the largest coefficient below which a coefficient of a
-        smooth moment is dropped.
-    descents : points of the scan from which an extreme is searched.
-    max_steps : of a descent.
-    first_step : length of its first step in η.
-    min_relative_gain : it ends when a step is expected to gain less than this fraction of the
-        value.
-    """
-
-    max_scan_points: int = 2048
-    scanned_reach: float = 0.3
+    max_scan_points: int = 2048  # of a grid in η
+    scanned_reach: float = 0.3  # phase change [rad] above which a scan has to resolve the waves
+    # fraction of the largest coefficient below which that of a smooth moment is dropped
     negligible_coefficient: float = 1e-9
-    descents: int = 3
-    max_steps: int = 40
-    first_step: float = 0.05
+    descents: int = 3  # points of the scan from which an extreme is searched
+    max_steps: int = 40  # of a descent
+    first_step: float = 0.05  # length of its first step in η
+    # a descent ends when a step is expected to gain less than this fraction of the value
     min_relative_gain: float = 1e-9
 
 

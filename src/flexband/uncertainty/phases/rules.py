@@ -63,10 +63,10 @@ def axis_rule(
         points = np.append(_with_exact_zero(x), 0.0)
         return points[:, None] * (np.arange(n) == v), np.append(w, -1.0)
 
-    others = [v for v in range(n) if v != first and orders[v] > 0]
+    further = [v for v in range(n) if v != first and orders[v] > 0]
     rules = [(np.zeros((1, n)), np.ones(1))]
-    rules += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in others]
-    for v, u in combinations(others, 2):
+    rules += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in further]
+    for v, u in combinations(further, 2):
         (x, a), (y, b) = (beyond(k, *families[k].gauss(in_pairs)) for k in (v, u))
         rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
     points, which = np.unique(np.concatenate([x for x, _ in rules]), axis=0, return_inverse=True)

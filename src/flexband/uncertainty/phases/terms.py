@@ -20,18 +20,11 @@ from flexband.uncertainty.phases.saddles import by_saddles
 
 @dataclass(frozen=True)
 class PartTerms:
-    """The terms of the parts, time by time.
+    """The terms of the parts, time by time."""
 
-    Attributes
-    ----------
-    expansion : that of the parts.
-    columns : those of the parts.
-    coefficients : shape (times, terms, parts).
-    """
-
-    expansion: HybridExpansion
-    columns: PartColumns
-    coefficients: np.ndarray
+    expansion: HybridExpansion  # of the parts
+    columns: PartColumns  # of the parts
+    coefficients: np.ndarray  # shape (times, terms, parts)
 
     @staticmethod
     def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
@@ -45,9 +38,9 @@ class PartTerms:
         return self.expansion.interval_dimension
 
     @property
-    def index(self) -> np.ndarray:
-        """Orders of the terms, η first, shape (terms, variables)."""
-        return self.expansion.index
+    def random_orders(self) -> np.ndarray:
+        """Orders of the terms in each ξ, shape (terms, n)."""
+        return self.expansion.index[:, self.interval_dimension :]
 
     @property
     def normal(self) -> np.ndarray:
@@ -67,7 +60,7 @@ class PartTerms:
     @property
     def orders(self) -> np.ndarray:
         """The highest order in each variable, η first."""
-        return self.index.max(axis=0)
+        return self.expansion.index.max(axis=0)
 
     @property
     def moments(self) -> MomentColumns:
@@ -87,8 +80,9 @@ class PartTerms:
 
         By default these are the terms of each variable.
         """
-        which, size = self.index.T > 0 if which is None else which, np.abs(self.phases)
-        return np.einsum("vk,tkc->vtc", which.astype(float), size).max(axis=(1, 2), initial=0.0)
+        which = self.expansion.index.T > 0 if which is None else which
+        moved = np.einsum("vk,tkc->vtc", which.astype(float), np.abs(self.phases))
+        return moved.max(axis=(1, 2), initial=0.0)
 
     def turns(self) -> np.ndarray:
         """Return how far each ξ moves a phase at most [rad], for `resolving_rule`, shape (n,).
@@ -96,15 +90,13 @@ class PartTerms:
         Where ξ is not normal, P_j counts j times, since it bends more the higher its order, and
         products with normal variables where these are `slope_range`.
         """
-        random = self.index[:, self.interval_dimension :]
-        beyond = MOMENTS.slope_range ** random[:, self.normal].sum(axis=1)
+        beyond = MOMENTS.slope_range ** self.random_orders[:, self.normal].sum(axis=1)
         reach = self.reach()[self.interval_dimension :]
-        return np.where(self.normal, reach, self.reach(random.T * beyond))
+        return np.where(self.normal, reach, self.reach(self.random_orders.T * beyond))
 
     def slope(self) -> np.ndarray:
         """Return ∂φ/∂ξ at ξ = η = 0, shape (times, carriers, n)."""
-        random = self.index[:, self.interval_dimension :]
-        first = (self.index.sum(axis=1) == 1)[:, None] * random
+        first = (self.expansion.index.sum(axis=1) == 1)[:, None] * self.random_orders
         return np.einsum("kv,tkc->tcv", first, self.phases)
 
     @cached_property
@@ -114,10 +106,9 @@ class PartTerms:
         Those over normal variables do if the phase changes fast enough with them, whatever the
         values of the others. Those over uniform variables decrease too slowly.
         """
-        random = self.index[:, self.interval_dimension :][:, self.normal]
-        others = self.index.sum(axis=1) > 1
-        far = MOMENTS.slope_range ** np.maximum(random.sum(axis=1) - 1, 0)
-        weight = others * random.sum(axis=1) * far
+        order = self.random_orders[:, self.normal].sum(axis=1)
+        nonlinear = self.expansion.index.sum(axis=1) > 1
+        weight = nonlinear * order * MOMENTS.slope_range ** np.maximum(order - 1, 0)
         bend = np.einsum("k,tkc->tc", weight, np.abs(self.phases))
         slope = self.slope()[:, :, self.normal]
         for c, d, s in self.turning:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, warn, without_warnings
+from flexband.errors import InputError, RunError, warn
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
@@ -38,10 +38,10 @@ def between_times(
     """
     space, labels = runs.space, runs.labels
     assert labels is not None
-    response, nominal = runs.response, space.arguments_at(*space.nominal())
+    level = runs.start
     for name in diagnostics.attrs.get("halved", []):
-        response = response.refinements(**nominal)[name]
-    response = response.at_more_times(**nominal)
+        level = level.refinements()[name]
+    response = level.of_nominal(level.response.at_more_times)
     if response is None:
         return xr.Dataset()
     rng = np.random.default_rng(seed)
@@ -49,27 +49,20 @@ def between_times(
     normals = latin_hypercube_normals(count, space.random_dimension, seed)
     xi = of_normals(np.broadcast_to(normals, (count, space.random_dimension)), space.families)
     xi[0], eta[0] = 0.0, 0.0
-    evaluate, failures = runs.evaluations, runs.evaluations.failures
     try:
-        with without_warnings():
-            made = evaluate(response, space, "", (xi, eta), None, lambda *_: None, recorded=False)
-        assert made.values is not None
-        good = np.setdiff1d(np.arange(count), list(made.failed))
-        above, below = _beyond(made.values[good], labels)
+        good_runs = runs.at_other_times(response, xi, eta)
+        above, below = _beyond(good_runs, labels)
     except (RunError, InputError, MemoryError) as error:
         why = (str(error) or type(error).__name__).splitlines()[0]
         warn(f"what outputs do between their times is not known: {why}")
         return xr.Dataset()
-    finally:
-        evaluate.failures = failures
     variables = {
         "above_between": above.max(axis=0), "above_between_least": above.min(axis=0),
         "below_between": below.max(axis=0), "below_between_least": below.min(axis=0),
     }  # fmt: skip
     dims = labels.dims[1:]
-    return xr.Dataset(
-        {k: (dims, v) for k, v in variables.items()}, attrs={"runs_between": len(good)}
-    )
+    data = {k: (dims, v) for k, v in variables.items()}
+    return xr.Dataset(data, attrs={"runs_between": len(good_runs)})
 
 
 def parts_between(values: xr.DataArray, labels: xr.DataArray) -> int:

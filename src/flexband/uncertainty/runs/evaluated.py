@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,8 @@ import xarray as xr
 
 from flexband.errors import InputError, RunError
 from flexband.execution.calls import Outcome
+from flexband.execution.journal import Finished
+from flexband.execution.record import RunRecorder
 from flexband.response import Response
 from flexband.rounding import largest_of
 from flexband.uncertainty.inputs.evaluation import (
@@ -25,17 +29,12 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import names_of_outputs, series, units_of
 from flexband.words import number_of
 
+Judgement = tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]
+"""Numbers of good runs, their values, the reasons of failed runs by number, and their error."""
+
 
 class Evaluated:
-    """The values of a response at some points, as far as they are known.
-
-    Attributes
-    ----------
-    values : DataArray, dims (sample, …), NaN where runs failed; None before the first success.
-    failed : number of each run that failed -> reason.
-    stored : numbers of the runs that were recorded before.
-    probed : whether the response has been called to tell whether it takes one sample only.
-    """
+    """The values of a response at some points, as far as they are known."""
 
     def __init__(
         self,
@@ -44,23 +43,26 @@ class Evaluated:
         setting: str,
         points: tuple[np.ndarray, np.ndarray],
         labels: xr.DataArray | None,
+        record: RunRecorder | None,
         *,
-        probed: bool = False,
+        probed: bool,
     ):
-        self.response, self.space, self.setting, self.points = response, space, setting, points
-        self.labels, self.probed = labels, probed
-        self.values: xr.DataArray | None = None
-        self.failed: dict[int, str] = {}
-        self.stored = np.zeros(0, int)
-        self._known = np.zeros(len(points[0]), bool)
-        self._numbers: np.ndarray | None = None
+        """Begin without values, which are written to the `record`, if there is one.
 
-    @property
+        `probed` is whether the response has been called to tell whether it takes one sample only.
+        """
+        self.response, self.space, self.setting, self.points = response, space, setting, points
+        self.labels, self.record, self.probed = labels, record, probed
+        # dims (sample, …), NaN where runs failed; None before the first success
+        self.values: xr.DataArray | None = None
+        self.failed: dict[int, str] = {}  # number of each run that failed -> reason
+        self.stored = np.zeros(0, int)  # numbers of the runs that were recorded before
+        self._known = np.zeros(len(points[0]), bool)
+
+    @cached_property
     def numbers(self) -> np.ndarray:
         """The numbers that a run is recorded with, shape (runs, inputs)."""
-        if self._numbers is None:
-            self._numbers = np.stack(list(self.space.recorded_at(*self.points).values()), axis=1)
-        return self._numbers
+        return np.stack(list(self.space.recorded_at(*self.points).values()), axis=1)
 
     @property
     def missing(self) -> np.ndarray:
@@ -73,13 +75,12 @@ class Evaluated:
         return self.space.arguments_at(xi[runs], eta[runs])
 
     def take(self, runs: np.ndarray, values: np.ndarray) -> None:
-        assert self.labels is not None
+        labels = self.labels
+        assert labels is not None
         if self.values is None:
-            empty = np.full((len(self._known), *self.labels.shape[1:]), np.nan)
-            labels = self.labels
-            self.values = xr.DataArray(
-                empty, coordinates(labels), labels.dims, labels.name, labels.attrs
-            )
+            empty = np.full((len(self._known), *labels.shape[1:]), np.nan)
+            coords = coordinates(labels)
+            self.values = xr.DataArray(empty, coords, labels.dims, labels.name, labels.attrs)
         self.values.values[runs] = values
         self._known[runs] = True
 
@@ -88,13 +89,26 @@ class Evaluated:
         self.failed |= failed
         self._known[list(failed)] = True
 
-    def judged(
-        self, runs: np.ndarray, outcome: Outcome
-    ) -> tuple[np.ndarray, np.ndarray | None, dict[int, str], Exception | None]:
+    def write(
+        self, runs: np.ndarray, values: np.ndarray | None, reason: str, seconds: float
+    ) -> None:
+        """Record runs with their values, or None for failed ones, in so many seconds each."""
+        if self.record is None:
+            return
+        if self.labels is not None:
+            self.record.begin(self.labels)
+        fields = self.setting, self.numbers[runs], values, reason, seconds
+        self.record.add(Finished(*fields, time.time()))
+
+    def judged(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
         """Return which runs of a call are good and their values, and which failed and why.
 
         No run is named where an error does not tell which of several failed.
         """
+
+        def without_values(reason: str, error: Exception) -> Judgement:
+            return runs[:0], None, {int(runs[0]): reason} if len(runs) == 1 else {}, error
+
         points = tuple(v[runs] for v in self.points)
         error, value, bad = outcome.error, outcome.value, {}
         if isinstance(error, RunError) and error.results is not None:
@@ -105,15 +119,12 @@ class Evaluated:
             if self.labels is None:
                 scalar = self._of_one_sample(runs, error)
             reason = _in_words(scalar or error)
-            error = scalar or explained(error, self.space, *points)
-            alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): reason} if alone else {}, error
+            return without_values(reason, scalar or explained(error, self.space, *points))
         try:
             values = self._checked(value, len(runs)).values
         except InputError as wrong:
             error = self._of_one_sample(runs, wrong) or wrong
-            alone = len(runs) == 1
-            return runs[:0], None, {int(runs[0]): str(error)} if alone else {}, error
+            return without_values(str(error), error)
         reason, text, wrong = not_finite(values, self.space, *points)
         if bad:
             assert error is not None
@@ -123,7 +134,7 @@ class Evaluated:
             error = InputError(text)
         if not bad:
             return runs, values, {}, error
-        good = np.array([k for k, run in enumerate(runs) if int(run) not in bad], dtype=int)
+        good = ~np.isin(runs, list(bad))
         return runs[good], values[good], bad, error
 
     def _of_one_sample(self, runs: np.ndarray, error: Exception) -> InputError | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -24,7 +23,6 @@ from flexband.errors import (
 )
 from flexband.execution.calls import Performing, in_process
 from flexband.execution.executors import ExecutorLike, performing
-from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store, StoreLike, as_store
 from flexband.progress import Advance, Progress, RunListener, listener, listening
@@ -46,26 +44,15 @@ POLICIES = ("stop", "half step", "skip")
 
 @dataclass(frozen=True)
 class EvaluationOptions:
-    """How the runs of a study are made; errors are those of `propagate`.
+    """How the runs of a study are made; errors are those of `propagate`."""
 
-    Attributes
-    ----------
-    batch : most runs in one call.
-    store : folder, or `Store`, in which runs are recorded; None without one.
-    executor : where runs are made, as in `propagate`.
-    failed : one of `POLICIES`.
-    most_runs : a method that takes more is refused.
-    check : called with the outputs after the first runs.
-    progress : called as ``progress(done, total)``.
-    """
-
-    batch: int = BATCH
-    store: StoreLike = None
-    executor: ExecutorLike = None
-    failed: str = "stop"
-    most_runs: int = MAX_RUNS
-    check: OutputCheck | None = None
-    progress: Progress | None = None
+    batch: int = BATCH  # most runs in one call
+    store: StoreLike = None  # folder, or `Store`, in which runs are recorded; None without one
+    executor: ExecutorLike = None  # where runs are made, as in `propagate`
+    failed: str = "stop"  # one of `POLICIES`
+    most_runs: int = MAX_RUNS  # a method that takes more is refused
+    check: OutputCheck | None = None  # called with the outputs after the first runs
+    progress: Progress | None = None  # called as ``progress(done, total)``
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "batch", check_integer("batch", self.batch, 1))
@@ -90,28 +77,16 @@ def checked_policy(failed: str) -> str:
 
 @dataclass
 class Evaluations:
-    """Makes the runs of one study.
+    """Makes the runs of one study."""
 
-    Attributes
-    ----------
-    perform : performs calls of the response, in this process or in others.
-    record : the open store; None without one.
-    failed : one of `POLICIES`.
-    batch : most runs in one call.
-    failures : number of failed runs that were left out.
-    probed : whether a response that failed has been tried with one sample.
-    halvings : how often the step is halved for a run that fails.
-    failures_before_stop : number of runs without a success after which all are taken to fail.
-    """
-
-    perform: Performing = in_process
-    record: RunRecorder | None = None
-    failed: str = "stop"
-    batch: int = BATCH
-    failures: int = 0
-    probed: bool = False
-    halvings: int = 3
-    failures_before_stop: int = 8
+    perform: Performing = in_process  # performs calls of the response, here or in other processes
+    record: RunRecorder | None = None  # the open store; None without one
+    failed: str = "stop"  # one of `POLICIES`
+    batch: int = BATCH  # most runs in one call
+    failures: int = 0  # number of failed runs that were left out
+    probed: bool = False  # whether a response that failed has been tried with one sample
+    halvings: int = 3  # how often the step is halved for a run that fails
+    failures_before_stop: int = 8  # without a success, after which all runs are taken to fail
 
     def __call__(
         self,
@@ -146,14 +121,15 @@ class Evaluations:
         record, response = self.record if recorded else None, as_response(function)
         if record is not None and labels is None:
             labels = record.labels
-        evaluation = Evaluated(response, space, setting, points, labels, probed=self.probed)
+        arguments = response, space, setting, points, labels, record
+        evaluation = Evaluated(*arguments, probed=self.probed)
         if record is not None:
             self._look_up(evaluation, record, advance)
         if response.elsewhere and len(evaluation.missing):
             names = space.recorded_at(*space.nominal())
             raise RunsNeeded(evaluation.numbers[evaluation.missing], names, setting)
         most = 1 if response.one_by_one else self.batch
-        self._make(evaluation, evaluation.missing, most, record, advance)
+        self._make(evaluation, evaluation.missing, most, advance)
         if evaluation.values is None:
             reason = next(iter(evaluation.failed.values()))
             raise RunError(f"{all_of(len(points[0]), 'run')} failed; the first: {reason}", {})
@@ -176,14 +152,7 @@ class Evaluations:
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
         advance(len(rows) - len(evaluation.missing))
 
-    def _make(
-        self,
-        evaluation: Evaluated,
-        runs: np.ndarray,
-        most: int,
-        record: RunRecorder | None,
-        advance: Advance,
-    ) -> None:
+    def _make(self, evaluation: Evaluated, runs: np.ndarray, most: int, advance: Advance) -> None:
         """Make runs, at most so many in one call."""
         parts = [runs[k : k + most] for k in range(0, len(runs), most)]
         tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
@@ -196,8 +165,9 @@ class Evaluations:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
                 good, values, bad, error = evaluation.judged(part, outcome)
-                self._keep(record, evaluation, good, values, "", seconds)
-                if len(good):
+                if values is not None and len(good):
+                    evaluation.take(good, values)
+                    evaluation.write(good, values, "", seconds)
                     advance(len(good))
                 if error is not None and not bad and self.failed == "stop":
                     raise error
@@ -206,27 +176,26 @@ class Evaluations:
                 for run, reason in bad.items():
                     failed[run] = reason, error, seconds
                 if failed and self.failed != "half step":
-                    self._fail(evaluation, failed, record, advance)
+                    self._fail(evaluation, failed, advance)
                     failed = {}
         for run in list(failed):
-            if self._with_shorter_steps(evaluation, np.array([run]), record):
+            if self._with_shorter_steps(evaluation, np.array([run])):
                 del failed[run]
                 advance(1)
         if failed:
-            self._fail(evaluation, failed, record, advance)
+            self._fail(evaluation, failed, advance)
         for part in unclear:
-            self._make(evaluation, part, -(-len(part) // 2), record, advance)
+            self._make(evaluation, part, -(-len(part) // 2), advance)
 
     def _fail(
         self,
         evaluation: Evaluated,
         failed: Mapping[int, tuple[str, Exception | None, float]],
-        record: RunRecorder | None,
         advance: Advance,
     ) -> None:
         """Record failed runs, and raise the error of one unless they are left out."""
         for run, (reason, _, seconds) in failed.items():
-            self._keep(record, evaluation, np.array([run]), None, reason, seconds)
+            evaluation.write(np.array([run]), None, reason, seconds)
         evaluation.leave_out({run: reason for run, (reason, _, _) in failed.items()})
         for reason, raised, _ in failed.values():
             error = InputError(reason) if raised is None else raised
@@ -241,9 +210,7 @@ class Evaluations:
                 ) from error
         advance(len(failed))
 
-    def _with_shorter_steps(
-        self, evaluation: Evaluated, run: np.ndarray, record: RunRecorder | None
-    ) -> bool:
+    def _with_shorter_steps(self, evaluation: Evaluated, run: np.ndarray) -> bool:
         """Make a run with half the step, a quarter, …; return whether that succeeds."""
         response = evaluation.response
         for part in range(1, self.halvings + 1):
@@ -257,33 +224,14 @@ class Evaluations:
             tasks = [lambda: evaluation.arguments(run)]
             outcome = next(iter(self.perform(response.original, tasks)))[1]
             good, values, _, _ = evaluation.judged(run, outcome)
-            if len(good):
+            if values is not None and len(good):
                 labelled = isinstance(outcome.value, xr.DataArray)
                 again = labelled and "halved_step" in outcome.value.attrs  # by the response
                 text = f"completed with 1/{2 ** (part + again)} of the step"
-                self._keep(record, evaluation, good, values, text, outcome.seconds)
+                evaluation.take(good, values)
+                evaluation.write(good, values, text, outcome.seconds)
                 return True
         return False
-
-    def _keep(
-        self,
-        record: RunRecorder | None,
-        evaluation: Evaluated,
-        runs: np.ndarray,
-        values: np.ndarray | None,
-        reason: str,
-        seconds: float,
-    ) -> None:
-        """Take the values of runs, or None for failed ones, and record them."""
-        if not len(runs):
-            return
-        if values is not None:
-            evaluation.take(runs, values)
-        if record is not None:
-            if evaluation.labels is not None:
-                record.begin(evaluation.labels)
-            fields = evaluation.setting, evaluation.numbers[runs], values, reason, seconds
-            record.add(Finished(*fields, time.time()))
 
 
 def setting(case: str, finer: Iterable[str]) -> str:

@@ -21,16 +21,10 @@ from flexband.uncertainty.surrogates.diagnostics import variation
 
 
 class DifferenceLimits(NamedTuple):
-    """How far a run may differ from the same run, as parts of the variation over all runs.
+    """How far a run may differ from the same run, as parts of the variation over all runs."""
 
-    Attributes
-    ----------
-    rounding : differences up to it are rounding.
-    wrong : differences above it make results wrong.
-    """
-
-    rounding: float = 1e-6
-    wrong: float = 0.01
+    rounding: float = 1e-6  # differences up to it are rounding
+    wrong: float = 0.01  # differences above it make results wrong
 
 
 def middle(values: np.ndarray) -> int:

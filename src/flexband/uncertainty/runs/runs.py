@@ -123,8 +123,7 @@ class CountedRuns:
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
-        self.calls: list[tuple[Response, list[Call]]] = []
-        self.effective: set[int] = set()  # of which all inputs have effects, by id
+        self.levels: list[Level] = []  # discretizations with runs
         self.repeated = 0
 
     def check_left_out(self) -> None:
@@ -191,26 +190,36 @@ class CountedRuns:
         self.labels = evaluation.values[:0].copy()  # a view would keep all values
         if first and self.check is not None:
             self.check(self.labels)
-        if recorded and not self.calls:
+        if recorded and not self.levels:
             evaluation.check_size()
         return evaluation.values
 
-    def keep(self, response: Response, call: Call) -> None:
+    def at_other_times(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
+        """Return runs of a response at other times that succeed; they are not counted."""
+        failures = self.evaluations.failures
+        try:
+            with without_warnings():
+                evaluation = self.evaluations(
+                    response, self.space, "", (xi, eta), None, lambda *_: None, recorded=False
+                )
+        finally:
+            self.evaluations.failures = failures
+        assert evaluation.values is not None
+        return evaluation.values[np.setdiff1d(np.arange(len(xi)), list(evaluation.failed))]
+
+    def keep(self, level: Level, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
-        if not self.calls:
-            self._repeat(response, *call)
+        if not self.levels:
+            self._repeat(level.response, *call)
         good = _succeeded(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
-        calls_of_response = [calls for kept, calls in self.calls if kept is response]
-        if not calls_of_response:
-            calls_of_response = [[]]
-            self.calls.append((response, calls_of_response[0]))
-            if all_have_effects(self.space, call[:2], call[2]):
-                self.effective.add(id(response))
-        if id(response) in self.effective:  # values, which may be large, are needed no more
+        if not level.calls:
+            self.levels.append(level)
+            level.all_have_effects = all_have_effects(self.space, call[:2], call[2])
+        if level.all_have_effects:  # values, which may be large, are needed no more
             call = *call[:2], np.zeros(0)
-        calls_of_response[0].append(call)
+        level.calls.append(call)
 
     def _repeat(
         self, response: Response, xi: np.ndarray, eta: np.ndarray, values: np.ndarray
@@ -278,13 +287,10 @@ class CountedRuns:
         self._check_inputs()
         if self.budget > self.done or isinstance(self.budget, Budget):
             self.progress(self.done, self.done)
-        xi = np.concatenate([call[0] for _, calls in self.calls for call in calls])
+        xi = np.concatenate([call[0] for level in self.levels for call in level.calls])
         counts = {"runs": self.done + self.explored, "runs_repeated": self.repeated}
-        texts = {
-            "method": repr(self.method),
-            "inputs": in_words(self.space.given),
-            "versions": versions(),
-        }
+        inputs = in_words(self.space.given)
+        texts = {"method": repr(self.method), "inputs": inputs, "versions": versions()}
         failed = self.evaluations.failures
         if self.reused:
             counts["runs_reused"] = self.reused
@@ -308,20 +314,22 @@ class CountedRuns:
         if names is None or self.labels is None or "output" not in self.labels.coords:
             return {}
         every = self.labels["output"].values.astype(str).tolist()
-        others = [name for name in every if name not in names]
+        varying = [name for name in every if name not in names]
         stated = int(all(pair.constant for pair in plays.values()))
-        return {"constant_offsets": others, "offsets_stated": stated} if others else {}
+        return {"constant_offsets": varying, "offsets_stated": stated} if varying else {}
 
     def _check_inputs(self) -> None:
         """Warn of inputs that change no output; the budget may pay for runs that prove it."""
         unread = never_read(self.response.original, self.space.inputs)
-        response, calls = max(self.calls, key=lambda entry: sum(len(call[0]) for call in entry[1]))
-        idle, likely = ({}, []) if id(response) in self.effective else self._without_effect(calls)
+        level = max(self.levels, key=lambda level: sum(len(call[0]) for call in level.calls))
+        idle, likely = {}, []
+        if not level.all_have_effects:
+            idle, likely = self._without_effect(level.calls)
         likely = [name for name in likely if name not in unread]
         further = probes(self.space, likely)
         if likely and self.done + len(further[0]) <= self.total:
             with suppress(Exception), without_warnings(ResolutionWarning):  # failures prove nothing
-                values = self(response, (), *further).values
+                values = self(level.response, (), *further).values
                 still = self._without_effect([(*further, values)])[1]
                 idle |= {name: len(further[0]) for name in likely if name in still}
         for name in self.space.uncertain:
@@ -347,11 +355,13 @@ class Level(Evaluate):
     def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
         super().__init__()
         self.runs, self.response, self.finer = runs, response, finer
+        self.calls: list[Call] = []
+        self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         with without_warnings(ResolutionWarning, when=bool(self.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
-        self.runs.keep(self.response, (xi, eta, values.values))
+        self.runs.keep(self, (xi, eta, values.values))
         return values
 
     def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -367,20 +377,14 @@ class Level(Evaluate):
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return runs at the times of all steps, which are not counted; None if one fails."""
-        runs, response = self.runs, self.of_nominal(self.response.at_more_times)
+        response = self.of_nominal(self.response.at_more_times)
         if response is None:
             return None
-        failures = runs.evaluations.failures
         try:
-            with without_warnings():
-                made = runs.evaluations(
-                    response, runs.space, "", (xi, eta), None, lambda *_: None, recorded=False
-                )
+            good_runs = self.runs.at_other_times(response, xi, eta)
         except (RunError, InputError, MemoryError):
             return None
-        finally:
-            runs.evaluations.failures = failures
-        return None if made.failed else made.values
+        return good_runs if len(good_runs) == len(xi) else None
 
     def corrected(
         self,

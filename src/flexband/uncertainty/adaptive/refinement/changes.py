@@ -30,21 +30,13 @@ MAX_ORDER = 4
 
 
 class RunChanges(NamedTuple):
-    """The parts of runs, and how they change on finer discretizations.
+    """The parts of runs, and how they change on finer discretizations."""
 
-    Attributes
-    ----------
-    columns : of the parts.
-    parts, change : of the coarse runs, and from these to the fine ones, shapes (runs, series).
-    further : from the fine to the finest runs, (finest, series).
-    fitted : number of runs that are not held out, the first ones.
-    """
-
-    columns: PartColumns
-    parts: np.ndarray
-    change: np.ndarray
-    further: np.ndarray
-    fitted: int
+    columns: PartColumns  # of the parts
+    parts: np.ndarray  # of the coarse runs, (runs, series)
+    change: np.ndarray  # from these to the fine ones, (runs, series)
+    further: np.ndarray  # from the fine to the finest runs, (finest, series)
+    fitted: int  # number of runs that are not held out, the first ones
 
     @staticmethod
     def of_values(fit: PartsFit, runs: RefinedRuns) -> RunChanges:
@@ -63,7 +55,7 @@ class RunChanges(NamedTuple):
         stages = []
         for rows, values in zip((..., ..., runs.third_level), runs.levels, strict=True):
             if not len(values):
-                stages.append(stages[0].runs(slice(0)))
+                stages.append(stages[0].part(slice(0)))
             elif stage := follow(values, dt, [phase[rows] for phase in phases], fit.frequencies):
                 stages.append(stage)
             else:
@@ -73,7 +65,7 @@ class RunChanges(NamedTuple):
     @staticmethod
     def _of(stages: list[Stage], fit: PartsFit, runs: RefinedRuns) -> RunChanges:
         """Return how a fit's outputs change, of all outputs on three levels."""
-        of_fit = [stage.of(fit.outputs) for stage in stages]
+        of_fit = [stage.part(outputs=fit.outputs) for stage in stages]
         columns = PartColumns.of_stage(of_fit[0])
         coarse, fine, finest = map(columns.pack, of_fit)
         further = finest - fine[runs.third_level]
@@ -105,14 +97,10 @@ class RunChanges(NamedTuple):
             return np.full(self.change.shape[1], SECOND_ORDER)
         before, after = self.change[self.third_level].reshape(shape), self.further.reshape(shape)
         products = np.einsum("rst,rst->s", before, after), np.einsum("rst,rst->s", before, before)
-        outputs = self.columns.outputs
         for sums in products:  # an envelope is one complex number
             for first in range(self.columns.real, self.columns.width, self.columns.block):
-                real, imag = (
-                    slice(first, first + outputs),
-                    slice(first + outputs, first + 2 * outputs),
-                )
-                sums[real] = sums[imag] = sums[real] + sums[imag]
+                envelope = sums[first : first + 2 * self.columns.outputs].reshape(2, -1)
+                envelope[:] = envelope.sum(axis=0)
         ratio = products[0] / np.maximum(products[1], 1e-300)
         converging = (ratio > 0.5 ** (MAX_ORDER + 0.5)) & (ratio < 0.5**0.5)
         order = np.round(-np.log2(np.where(converging, ratio, 0.25)))
@@ -121,28 +109,18 @@ class RunChanges(NamedTuple):
 
 
 class Extrapolation(NamedTuple):
-    """The correction of some outputs, and what it misses of runs that are held out of it.
+    """The correction of some outputs, and what it misses of runs that are held out of it."""
 
-    Attributes
-    ----------
-    changes : of runs.
-    expansion : the change of their parts.
-    factors : the error as a multiple of the change, (series,).
-    shift : what the third level adds to the corrected parts, mean over runs, (series,).
-    missed : of the held-out runs, since the correction is linear in the inputs, (held, outputs,
-        times).
-    missed_order : of the runs on three levels, since the order is not exact, (finest, outputs,
-        times).
-    levels : the runs on three levels, coarse first, (3, finest, outputs, times).
-    """
-
-    changes: RunChanges
-    expansion: HybridExpansion
-    factors: np.ndarray
-    shift: np.ndarray
+    changes: RunChanges  # of runs
+    expansion: HybridExpansion  # the change of their parts
+    factors: np.ndarray  # the error as a multiple of the change, (series,)
+    shift: np.ndarray  # what the third level adds to the corrected parts, mean over runs, (series,)
+    # what is missed of the held-out runs, since the correction is linear in the inputs, shape
+    # (held, outputs, times)
     missed: np.ndarray
+    # and of the runs on three levels, since the order is not exact, (finest, outputs, times)
     missed_order: np.ndarray
-    levels: np.ndarray
+    levels: np.ndarray  # the runs on three levels, coarse first, (3, finest, outputs, times)
 
     @staticmethod
     def of(changes: RunChanges, expand: SmallExpansion, runs: RefinedRuns) -> Extrapolation:
@@ -166,6 +144,11 @@ class Extrapolation(NamedTuple):
             order - single[: len(shift)],
             np.stack(list(map(join, levels))),
         )
+
+    @property
+    def correction(self) -> HybridExpansion:
+        """The correction of the parts."""
+        return self.expansion * self.factors
 
     @property
     def before(self) -> np.ndarray:

@@ -33,24 +33,16 @@ from flexband.uncertainty.surrogates.diagnostics import apart, at_all_times, rms
 
 
 class ExtrapolationOptions(NamedTuple):
-    """When the error of step and mesh is corrected.
+    """When the error of step and mesh is corrected."""
 
-    Attributes
-    ----------
-    held : runs that are held out of the correction.
-    finest : how many of them are made on a third level.
-    least : errors below this part of the tolerance are not corrected.
-    most_left : an output is corrected if less than this part of its error is left in the runs that
-        were held out: a correction that leaves more is worth less than the same time spent on a
-        finer discretization.
-    max_times : times at which bands are compared.
-    """
-
-    held: int = 2
-    finest: int = 1
-    least: float = 0.1
+    held: int = 2  # runs that are held out of the correction
+    finest: int = 1  # how many of them are made on a third level
+    least: float = 0.1  # errors below this part of the tolerance are not corrected
+    # an output is corrected if less than this part of its error is left in the runs that were held
+    # out: a correction that leaves more is worth less than the same time spent on a finer
+    # discretization
     most_left: float = 0.25
-    max_times: int = 600
+    max_times: int = 600  # at which bands are compared
 
 
 class CorrectedPart(StrEnum):
@@ -62,17 +54,11 @@ class CorrectedPart(StrEnum):
 
 
 class FitCorrection(NamedTuple):
-    """The correction of the outputs of a fit.
+    """The correction of the outputs of a fit."""
 
-    Attributes
-    ----------
-    fit : of coarse runs.
-    kinds : of each output.
-    extrapolations : by kind; that of phases only if the fit has carriers, and they can be followed.
-    """
-
-    fit: PartsFit
-    kinds: np.ndarray
+    fit: PartsFit  # of coarse runs
+    kinds: np.ndarray  # what of each output is corrected
+    # by kind; that of phases only if the fit has carriers, and they can be followed
     extrapolations: Mapping[CorrectedPart, Extrapolation]
 
     @staticmethod
@@ -122,31 +108,17 @@ class FitCorrection(NamedTuple):
             after = np.where(mask, extrapolation.after, after)
         return after
 
-    def change(
-        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
+    def placed(
+        self,
+        kind: CorrectedPart,
+        expansion: HybridExpansion,
+        outputs: np.ndarray,
+        times: slice = slice(None),
     ) -> HybridExpansion:
-        """Return how the parts of some outputs, by place, change on the finer discretization."""
-        extrapolation = self.extrapolations[kind]
-        return self._placed(kind, extrapolation.expansion, outputs, times)
+        """Return an expansion of a kind's parts of some outputs, by place, in the fit's columns.
 
-    def correction(
-        self, kind: CorrectedPart, outputs: np.ndarray, times: slice = slice(None)
-    ) -> HybridExpansion:
-        """Return the correction of the parts of some outputs, by place."""
-        extrapolation = self.extrapolations[kind]
-        corrected = extrapolation.expansion * extrapolation.factors
-        return self._placed(kind, corrected, outputs, times)
-
-    def further(self, kind: CorrectedPart, outputs: np.ndarray, times: slice) -> HybridExpansion:
-        """Return what the third level adds to the correction."""
-        extrapolation = self.extrapolations[kind]
-        shift = extrapolation.expansion.constant(extrapolation.shift)
-        return self._placed(kind, shift, outputs, times)
-
-    def _placed(
-        self, kind: CorrectedPart, expansion: HybridExpansion, outputs: np.ndarray, times: slice
-    ) -> HybridExpansion:
-        """Return an expansion of parts in the columns of the fit; values are bases."""
+        Values are bases.
+        """
         columns = self.extrapolations[kind].changes.columns
         some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
         placed = PartColumns.of(len(outputs), self.fit.columns.carriers)
@@ -163,15 +135,14 @@ class FitCorrection(NamedTuple):
             fit = self.fit.of_outputs(self.fit.outputs[outputs]).at(thin)
             first = fit.formed
             if kind == CorrectedPart.NOTHING:
-                shown = (
-                    CorrectedPart.PHASES
-                    if CorrectedPart.PHASES in self.extrapolations
-                    else CorrectedPart.VALUES
-                )
-                second, factor = first + self.change(shown, outputs, thin), SECOND_ORDER
+                shown = list(self.extrapolations)[-1]  # phases, if they can be followed
+                change, factor = self.extrapolations[shown].expansion, SECOND_ORDER
+                second = first + self.placed(shown, change, outputs, thin)
             else:
-                first += self.correction(kind, outputs, thin)
-                second, factor = first + self.further(kind, outputs, thin), 1.0
+                extrapolation, factor = self.extrapolations[kind], 1.0
+                further = extrapolation.expansion.constant(extrapolation.shift)
+                first += self.placed(kind, extrapolation.correction, outputs, thin)
+                second = first + self.placed(kind, further, outputs, thin)
             bounds = (
                 stacked(extremes_of([expansion_of(fit.outputs, parts, fit.columns)]))
                 for parts in (first, second)
@@ -185,13 +156,10 @@ class FitCorrection(NamedTuple):
 
 
 class DiscretizationCorrection(NamedTuple):
-    """The correction of all outputs by what is finer, of each fit, and the error that is left.
+    """The correction of all outputs by what is finer, and the error that is left."""
 
-    It is expected of mean and error bar, (2, outputs, times).
-    """
-
-    fits: list[FitCorrection]
-    error: np.ndarray
+    fits: list[FitCorrection]  # of each fit
+    error: np.ndarray  # expected of mean and error bar, (2, outputs, times)
 
     @staticmethod
     def none(choice: BestFits, error: np.ndarray) -> DiscretizationCorrection:
@@ -288,24 +256,23 @@ def _decided(
 
 def corrected(
     fits: Sequence[PartsFit], corrections: Sequence[DiscretizationCorrection]
-) -> tuple[list[PartsFit], list[HybridExpansion | None]]:
-    """Return fits, divided so that each is corrected as a whole, and how their parts change.
+) -> list[tuple[PartsFit, HybridExpansion | None]]:
+    """Return fits, divided so that each is corrected as a whole, each with how its parts change.
 
     There is a correction for each part of the discretization. None stands for no change. Outputs of
     a fit share phases, which are corrected of all or none.
     """
     if not corrections:
-        return list(fits), [None] * len(fits)
-    divided, changes = [], []
+        return [(fit, None) for fit in fits]
+    divided = []
     for k, fit in enumerate(fits):
         by_name = [correction.fits[k] for correction in corrections]
         kinds = np.array([correction.kinds for correction in by_name]).reshape(-1, len(fit.outputs))
         patterns, group = np.unique(kinds == CorrectedPart.PHASES, axis=1, return_inverse=True)
         for number in range(patterns.shape[1]):
             outputs = np.flatnonzero(group.ravel() == number)
-            divided.append(fit.of_outputs(fit.outputs[outputs]))
-            changes.append(_change(by_name, outputs))
-    return divided, changes
+            divided.append((fit.of_outputs(fit.outputs[outputs]), _change(by_name, outputs)))
+    return divided
 
 
 def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> HybridExpansion | None:
@@ -316,7 +283,7 @@ def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> Hybrid
         if np.all(kinds == CorrectedPart.NOTHING):
             continue
         kind = CorrectedPart.PHASES if CorrectedPart.PHASES in kinds else CorrectedPart.VALUES
-        change = correction.correction(kind, outputs)
+        change = correction.placed(kind, correction.extrapolations[kind].correction, outputs)
         if kind == CorrectedPart.VALUES:
             columns = PartColumns.of(len(outputs), correction.fit.columns.carriers)
             mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))

@@ -9,27 +9,18 @@ import numpy as np
 
 from flexband.errors import RunError, warn
 from flexband.progress import listener
-from flexband.uncertainty.adaptive.runs import ResponseRuns, succeeded
+from flexband.uncertainty.adaptive.runs import ResponseRuns, evaluated
 from flexband.uncertainty.methods.method import Evaluate
-from flexband.uncertainty.surrogates.axes import series
 from flexband.words import number_of
 
 
 class RefinedRuns(NamedTuple):
-    """Runs on a discretization, and again where something of it is finer.
+    """Runs on a discretization, and again where something of it is finer."""
 
-    Attributes
-    ----------
-    coarse : the first ones at points of the design, the others held out.
-    fine : on the discretization twice as fine, shape (runs, outputs, times).
-    finest : the first held-out runs where it is twice as fine again, (≤ held, outputs, times).
-    fitted : number of runs at points of the design.
-    """
-
-    coarse: ResponseRuns
-    fine: np.ndarray
-    finest: np.ndarray
-    fitted: int
+    coarse: ResponseRuns  # the first ones at points of the design, the others held out
+    fine: np.ndarray  # on the discretization twice as fine, shape (runs, outputs, times)
+    finest: np.ndarray  # first held-out runs, twice as fine again, (≤ held, outputs, times)
+    fitted: int  # number of runs at points of the design
 
     @property
     def finer(self) -> int:
@@ -78,11 +69,6 @@ class RefinedRuns(NamedTuple):
             return self
 
 
-def in_words(evaluate: Evaluate) -> str:
-    """Return the step and the elements of a response, or what it tells of its discretization."""
-    return ", ".join(f"{name} {n:.6g}" for name, n in evaluate.discretization().items())
-
-
 def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[str, RefinedRuns]:
     """Return runs again on finer discretizations, by the name of what is finer.
 
@@ -117,5 +103,6 @@ def refined_together(
 def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
-    listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({in_words(response)})")
-    return succeeded(ResponseRuns(xi, eta, series(response(xi, eta))), len(xi)).values
+    discretization = response.discretization_in_words()
+    listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({discretization})")
+    return evaluated(response, xi, eta, len(xi)).values

@@ -27,29 +27,15 @@ from flexband.uncertainty.surrogates.diagnostics import running
 
 
 class CoarseRuns(NamedTuple):
-    """Runs on the discretization whose error is corrected.
+    """Runs on the discretization whose error is corrected."""
 
-    Attributes
-    ----------
-    few : at points of the design, from which `expand` expands small series.
-    held : held out, at generic points.
-    expand : makes the expansion of small series in the few runs, (runs, series).
-    """
-
-    few: ResponseRuns
-    held: ResponseRuns
+    few: ResponseRuns  # at points of the design, from which `expand` expands small series
+    held: ResponseRuns  # held out, at generic points
     expand: SmallExpansion
 
 
 class Refinement:
-    """The runs on finer discretizations.
-
-    Attributes
-    ----------
-    runs : by the name of what is finer; None until they are made.
-    together : the first held-out run where all of this is finer at once; None until it is made.
-    spectra : what `spectrum` returned.
-    """
+    """The runs on finer discretizations."""
 
     def __init__(
         self,
@@ -64,9 +50,11 @@ class Refinement:
         """
         self.evaluate, self.above, self.options = evaluate, above, options
         self.corrects = bool(np.isfinite(above))
+        # by the name of what is finer; None until they are made
         self.runs: dict[str, RefinedRuns] | None = None
+        # the first held-out run where all of this is finer at once; None until it is made
         self.together: np.ndarray | None = None
-        self.spectra: dict[str, ErrorSpectrum] = {}
+        self.spectra: dict[str, ErrorSpectrum] = {}  # by name, once they are known
 
     @property
     def finer(self) -> int:

@@ -13,18 +13,11 @@ import numpy as np
 
 
 class ErrorSpectrum(NamedTuple):
-    """How the change of a run from a step to half of it is distributed over frequencies.
+    """How the change of a run from a step to half of it is distributed over frequencies."""
 
-    Attributes
-    ----------
-    frequency : per unit of time, shape (frequencies,).
-    energy : of each output, (outputs, frequencies), with a sum of one.
-    resolved : whether the run is known at all of its steps.
-    """
-
-    frequency: np.ndarray
-    energy: np.ndarray
-    resolved: bool
+    frequency: np.ndarray  # per unit of time, shape (frequencies,)
+    energy: np.ndarray  # of each output, (outputs, frequencies), with a sum of one
+    resolved: bool  # whether the run is known at all of its steps
 
     @staticmethod
     def of(change: np.ndarray, dt: float, *, resolved: bool) -> ErrorSpectrum:

@@ -122,7 +122,7 @@ class Beta(Moments):
     lower: float = 0.0
     upper: float = 1.0
 
-    own = ("alpha", "beta")
+    parameter_names = ("alpha", "beta")
 
     @property
     def frozen(self) -> FrozenDistribution:
@@ -156,7 +156,7 @@ class Beta(Moments):
         """Raise `InputError` if a shape is too small, or there is nothing between the bounds."""
         super().check()
         _check_bounds(self, self.lower, self.upper)
-        for name, shape in zip(self.own, self.parameters, strict=True):
+        for name, shape in zip(self.parameter_names, self.parameters, strict=True):
             if shape < MIN_SHAPE:
                 raise InputError(f"Beta {name} must be {MIN_SHAPE:g} or more; got {shape:g}")
 

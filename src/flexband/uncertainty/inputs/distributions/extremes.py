@@ -38,7 +38,7 @@ class Weibull(Moments):
     shape: float | None = None
     location: float = 0.0
 
-    own = ("scale", "shape")
+    parameter_names = ("scale", "shape")
 
     @property
     def frozen(self) -> FrozenDistribution:

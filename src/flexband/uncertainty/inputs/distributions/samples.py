@@ -88,7 +88,7 @@ class Samples(Distribution):
         """None: SciPy has no such distribution."""
         return None
 
-    @property
+    @cached_property
     def light(self) -> bool:
         """Whether tails are light: those of kernels are normal."""
         return True

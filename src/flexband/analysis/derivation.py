@@ -39,30 +39,18 @@ BANDS = ("mean", "error_bar", "range")
 
 @dataclass(frozen=True)
 class DerivationOptions:
-    """How the bounds of a quantity over the interval inputs are searched.
+    """How the bounds of a quantity over the interval inputs are searched."""
 
-    Attributes
-    ----------
-    min_samples, max_values : least samples of ξ, and values of the surrogate, about.
-    max_points : points of a scan.
-    values_at_once : values of the surrogate that are computed at once.
-    lattice : places of bounds are multiples of 1/lattice in η, so that many share their samples.
-    fine_lattice, few_numbers : the same where the quantity is so few numbers at most.
-    patterns : patterns of signs in which outputs are shifted by their expected errors.
-    tolerance : gains of the search that count as none, as a part of the range of the scan.
-    search : the steps from the places of the scan.
-    """
-
-    min_samples: int = 128
-    max_values: float = 1e8
-    max_points: int = 256
-    values_at_once: int = 2**22
-    lattice: int = 64
-    fine_lattice: int = 4096
+    min_samples: int = 128  # of ξ
+    max_values: float = 1e8  # of the surrogate, about
+    max_points: int = 256  # of a scan
+    values_at_once: int = 2**22  # values of the surrogate that are computed together
+    lattice: int = 64  # bounds are at multiples of 1/lattice in η, so that many share samples
+    fine_lattice: int = 4096  # the same where the quantity is few numbers
     few_numbers: int = 12
-    patterns: int = 6
-    tolerance: float = 1e-4
-    search: SearchOptions = field(default_factory=SearchOptions)
+    patterns: int = 6  # of signs in which outputs are shifted by their expected errors
+    tolerance: float = 1e-4  # gains that count as none, as a part of the range of the scan
+    search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan
 
 
 def derived(

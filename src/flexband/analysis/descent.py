@@ -16,27 +16,16 @@ Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How the lowest values over the interval inputs are searched.
+    """How the lowest values over the interval inputs are searched."""
 
-    Attributes
-    ----------
-    first_step, near_step, last_step : steps of η: the first, that near the place of a neighbour,
-        and the smallest.
-    step_divisor : what a step is divided by where it finds nothing.
-    max_sweeps : most sweeps over all variables.
-    neighbour_rounds : rounds in which the places of neighbours are tried.
-    max_scanned : points times times of a scan at most.
-    starts : points of a scan from which each function is searched.
-    """
-
-    first_step: float = 0.3
-    near_step: float = 0.1
-    last_step: float = 0.01
-    step_divisor: float = 4.0
-    max_sweeps: int = 24
-    neighbour_rounds: int = 3
-    max_scanned: int = 20_000
-    starts: int = 2
+    first_step: float = 0.3  # of η
+    near_step: float = 0.1  # near the place of a neighbour
+    last_step: float = 0.01  # the smallest
+    step_divisor: float = 4.0  # what a step is divided by where it finds nothing
+    max_sweeps: int = 24  # over all variables
+    neighbour_rounds: int = 3  # in which the places of neighbours are tried
+    max_scanned: int = 20_000  # points times times of a scan
+    starts: int = 2  # points of a scan from which each function is searched
 
 
 def descend(

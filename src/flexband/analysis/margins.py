@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,25 +20,12 @@ from flexband.analysis.requirements.corridors import (
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
-from flexband.analysis.results import ERRORS, Variables, check_free
-from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
+from flexband.analysis.results import Variables, check_free, described, error_of
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
 from flexband.uncertainty.inputs.space import Space, check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
-
-
-def error_of(
-    diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
-) -> tuple[str, np.ndarray]:
-    """Return which variable tells the error of bands, and its values, (outputs …, times).
-
-    Without one of these names the name is "" and the values are zero.
-    """
-    for name in names:
-        if name in diagnostics:
-            return name, diagnostics[name].transpose(*labels.dims[1:]).values
-    return "", np.zeros(labels.shape[1:])
 
 
 def check_limits(
@@ -92,7 +79,6 @@ def check_limits(
     >>> result["verdict"].values.tolist()
     ['kept']
     """
-    check_surrogate(surrogate)
     labels = labels_of(surrogate)
     for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
         check_free(name, labels)
@@ -120,10 +106,11 @@ def check_limits(
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     if len(set(deviations.values())) == 1:
         attrs["sigmas"] = next(iter(deviations.values()))
-    kept = {LimitVerdict(verdict) for verdict in result["verdict"].values.tolist()}
-    worst = next(verdict for verdict in WORST_FIRST if verdict in kept)
+    worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
     attrs |= {"kept": worst.value, "inputs": inputs}
-    return _described(result.assign_attrs(attrs))
+    k = {None: "k", 1.0: ""}.get(attrs.get("sigmas"), f"{attrs.get('sigmas', 0.0):g}")
+    long_names = {name: words.format(k=k) for name, words in LONG_NAMES.items()}
+    return described(result.assign_attrs(attrs), long_names, UNITLESS)
 
 
 def _sigmas_of(requirement: Requirement) -> float:
@@ -227,7 +214,7 @@ def _bands(
         return bands
     check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
-    expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
+    expansions, numbers, bounds = limited(case, corridor)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
@@ -374,20 +361,7 @@ LONG_NAMES = {
 }
 
 
-UNITLESS = "worst_inputs", "at_most", "deviations", "stated_scale"
-
-
-def _described(result: xr.Dataset) -> xr.Dataset:
-    """Give every variable a `long_name`, and `units` where all limits have the same."""
-    sigmas = result.attrs.get("sigmas", "k")
-    k = "" if sigmas == 1 else f"{sigmas:g}" if isinstance(sigmas, float) else sigmas
-    units = set(np.ravel(result["unit"].values).tolist()) if "unit" in result.coords else set()
-    for name, words in LONG_NAMES.items():
-        if name in result:
-            result[name].attrs["long_name"] = words.format(k=k)
-            if len(units) == 1 and result[name].dtype.kind == "f" and name not in UNITLESS:
-                result[name].attrs["units"] = str(next(iter(units)))
-    for name in ("least_margin_at", "margin_between_after"):
-        if name in result:
-            result[name].attrs.pop("units", None)
-    return result
+UNITLESS = (
+    "worst_inputs", "at_most", "deviations", "stated_scale", "least_margin_at",
+    "margin_between_after",
+)  # fmt: skip

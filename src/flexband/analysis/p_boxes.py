@@ -97,22 +97,14 @@ def p_box(
 
 @dataclass(frozen=True)
 class _Envelope:
-    """The lowest and the highest quantiles of one number, and where they are.
-
-    Attributes
-    ----------
-    series, psi : the number, and the polynomials of the samples.
-    eta : places of the quantiles, shape (2, levels, m).
-    quantiles : their values, shape (2, levels).
-    seed : of the samples.
-    """
+    """The lowest and the highest quantiles of one number, and where they are."""
 
     surrogate: Surrogate
-    series: SampledSeries
-    psi: np.ndarray
-    eta: np.ndarray
-    quantiles: np.ndarray
-    seed: int
+    series: SampledSeries  # the number
+    psi: np.ndarray  # polynomials of the samples
+    eta: np.ndarray  # places of the quantiles, (2, levels, m)
+    quantiles: np.ndarray  # (2, levels)
+    seed: int  # of the samples
 
     @staticmethod
     def of(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:

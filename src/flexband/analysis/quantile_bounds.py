@@ -28,7 +28,7 @@ from flexband.analysis.sampled import (
     samples_of,
     sampling_error,
 )
-from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
+from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -40,31 +40,18 @@ MAX_SAMPLES = 2**22
 
 @dataclass(frozen=True)
 class QuantileOptions:
-    """How the bounds of quantiles over the interval inputs are searched.
+    """How the bounds of quantiles over the interval inputs are searched."""
 
-    Attributes
-    ----------
-    min_samples, min_beyond : least samples of ξ of the search, and least beyond a quantile.
-    tried_places, max_values : places that are tried for each bound, about, and values of the
-        surrogate there.
-    final_factor : times as many samples with which a search ends.
-    max_scanned, max_scanned_times : most values of a scan, and most times; if there are more, it
-        takes fewer times.
-    tolerance : gains of a search that count as none, as a part of the range of a scan.
-    values_at_once : samples of series in one part of the work of a thread.
-    search : the steps from the places of the scan.
-    """
-
-    min_samples: int = 128
-    min_beyond: int = 4
-    tried_places: int = 25
-    max_values: float = 8e6
-    final_factor: int = 4
-    max_scanned: float = 2e7
+    min_samples: int = 128  # of ξ in the search
+    min_beyond: int = 4  # of them beyond a quantile
+    tried_places: int = 25  # for each bound, about
+    max_values: float = 8e6  # of the surrogate at these places
+    final_factor: int = 4  # times as many samples with which a search ends
+    max_scanned: float = 2e7  # values of a scan, which takes fewer times if there are more
     max_scanned_times: int = 150
-    tolerance: float = 1e-4
-    values_at_once: int = 2**18
-    search: SearchOptions = field(default_factory=SearchOptions)
+    tolerance: float = 1e-4  # gains that count as none, as a part of the range of a scan
+    values_at_once: int = 2**18  # samples of series in one part of the work of a thread
+    search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan
 
 
 def quantiles(
@@ -121,7 +108,6 @@ def quantiles(
     array([[0.88],
            [1.28]])
     """
-    check_surrogate(surrogate)
     p = checked_probabilities(probabilities)
     samples = check_integer("samples", samples, 2, MAX_SAMPLES)
     seed = check_integer("seed", seed, 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Container, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,19 +46,30 @@ def check_free(name: str, labels: xr.DataArray) -> None:
         raise InputError(f"the response must have no dimension or coordinate {name!r}")
 
 
+def error_of(
+    diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
+) -> tuple[str, np.ndarray]:
+    """Return which variable tells the error of bands, and its values, (outputs …, times).
+
+    Without one of these names the name is "" and the values are zero.
+    """
+    for name in names:
+        if name in diagnostics:
+            return name, diagnostics[name].transpose(*labels.dims[1:]).values
+    return "", np.zeros(labels.shape[1:])
+
+
 def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     """Return the error expected of μ ± kσ of every output and time, None if there is no estimate.
 
     It is that at any values of the inputs, not where bounds rest. The diagnostics have that of
     μ ± σ, or an indicator of the truncation error.
     """
-    diagnostics, factor = surrogate.diagnostics, growth(sigmas)
-    for name in POINTWISE_ERRORS:
-        if name in diagnostics:
-            error = diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            finer = "error_bar_discretization_error" in diagnostics  # of bands: if σ alone moves
-            return error * (max(factor, sigmas) if finer else factor)
-    return None
+    name, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
+    if not name:
+        return None
+    finer = "error_bar_discretization_error" in surrogate.diagnostics  # of bands: if σ alone moves
+    return error * (max(growth(sigmas), sigmas) if finer else growth(sigmas))
 
 
 def places(
@@ -115,6 +126,7 @@ def answer(
     attrs: Mapping[str, Any],
     long_names: Mapping[str, str],
     labels: xr.DataArray | None = None,
+    unitless: Container[str] = (),
 ) -> xr.Dataset:
     """Return the dataset of an answer, with the coordinates of the response, units and names.
 
@@ -126,12 +138,7 @@ def answer(
     result = result.assign_coords({**used, "bound": BOUNDS, **coords})
     if "input" in result.data_vars:
         result = result.set_coords("input")
-    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
-    for name, words in long_names.items():
-        if name in result.variables:
-            result[name].attrs["long_name"] = words
-            if len(units) == 1 and name in result.data_vars and not name.endswith(WITHOUT_UNITS):
-                result[name].attrs["units"] = str(next(iter(units)))
+    result = described(result, long_names, unitless)
     diagnostic_attrs = surrogate.diagnostics.attrs
     carried = {f"surrogate_{k}": diagnostic_attrs[k] for k in CARRIED if k in diagnostic_attrs}
     if doubts := doubts_of(surrogate):
@@ -139,3 +146,18 @@ def answer(
     if not any(name in surrogate.diagnostics for name in ERRORS):
         carried["surrogate_expected_error"] = "the method of the surrogate gives none"
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried})
+
+
+def described(
+    result: xr.Dataset, long_names: Mapping[str, str], unitless: Container[str] = ()
+) -> xr.Dataset:
+    """Give variables a `long_name`, and numbers `units` where all outputs have the same."""
+    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
+    for name, words in long_names.items():
+        if name in result.variables:
+            result[name].attrs["long_name"] = words
+            of_output = name in result.data_vars and result[name].dtype.kind == "f"
+            of_output &= name not in unitless and not name.endswith(WITHOUT_UNITS)
+            if len(units) == 1 and of_output:
+                result[name].attrs["units"] = str(next(iter(units)))
+    return result

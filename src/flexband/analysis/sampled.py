@@ -62,22 +62,13 @@ def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SampledSeries:
-    """The times of one output as functions of η, at fixed samples of ξ.
+    """The times of one output as functions of η, at fixed samples of ξ."""
 
-    Attributes
-    ----------
-    output : number of the output.
-    expansion : that of the output alone.
-    hybrid : the expansion of the series themselves, or of their parts.
-    columns : where the parts of phases are; None if the series are polynomials.
-    scan : η among which bounds are searched first, and the numbers of the points next to each.
-    """
-
-    output: int
-    expansion: Expansion
-    hybrid: HybridExpansion
-    columns: PartColumns | None
-    scan: tuple[np.ndarray, np.ndarray]
+    output: int  # its number
+    expansion: Expansion  # that of the output alone
+    hybrid: HybridExpansion  # of the series themselves, or of their parts
+    columns: PartColumns | None  # where the parts of phases are; None of polynomials
+    scan: tuple[np.ndarray, np.ndarray]  # η that are tried first, and the numbers of neighbours
 
     @property
     def scanned(self) -> tuple[np.ndarray, np.ndarray]:

@@ -22,16 +22,10 @@ from flexband.errors import InputError
 
 @dataclass(frozen=True)
 class GradeOptions:
-    """How the cheapest grades are searched.
+    """How the cheapest grades are searched."""
 
-    Attributes
-    ----------
-    max_rounds : most choices of grades that are tried.
-    negative : part of the scale below which a margin is negative.
-    """
-
-    max_rounds: int = 2000
-    negative: float = -1e-9
+    max_rounds: int = 2000  # choices of grades that are tried
+    negative: float = -1e-9  # part of the scale below which a margin is negative
 
 
 def cheapest_grades(

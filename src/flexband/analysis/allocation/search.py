@@ -24,54 +24,29 @@ from flexband.errors import InputError
 
 @dataclass(frozen=True)
 class AllocationOptions:
-    """How the cheapest tolerances are searched.
+    """How the cheapest tolerances are searched."""
 
-    Attributes
-    ----------
-    max_rounds : most exchanges.
-    slack : part of the scale by which limits are tightened in the search, so that they are kept.
-    watched_share : part of the least margin of the least tolerances below which margins are
-        watched.
-    random_starts, retries : random starts of a search, besides the best tolerances so far, and
-        times that they are tried.
-    min_saving : part of the cost that is worth going on for.
-    tried_ratios : ratios that are tried to make tolerances tighter.
-    binding : margins below this part of their scale are binding.
-    """
-
-    max_rounds: int = 60
-    slack: float = 1e-7
-    watched_share: float = 0.05
-    random_starts: int = 4
-    retries: int = 2
-    min_saving: float = 1e-6
-    tried_ratios: int = 33
-    binding: float = 1e-4
+    max_rounds: int = 60  # exchanges
+    slack: float = 1e-7  # part of the scale by which limits are tightened, so that they are kept
+    watched_share: float = 0.05  # of the least tolerances' least margin: those below are watched
+    random_starts: int = 4  # of a search, besides the best tolerances so far
+    retries: int = 2  # times that random starts are tried
+    min_saving: float = 1e-6  # part of the cost that is worth going on for
+    tried_ratios: int = 33  # that make tolerances tighter
+    binding: float = 1e-4  # part of the scale below which margins bind
 
 
 @dataclass(frozen=True, eq=False)
 class Allocated:
-    """Tolerances, and where they are limited.
+    """Tolerances, and where they are limited."""
 
-    Attributes
-    ----------
-    x : the search's variables, (names,).
-    margins : least margins in the box, (2, series).
-    points : the binding ones; those of the least margins if none is.
-    gradients : derivatives of the margins at these by x, (points, names).
-    multipliers : by how much cost falls per unit of each of these margins, (points,); NaN for
-        grades.
-    watched : all points of the search, for another one that is similar.
-    binding : whether any margin binds.
-    """
-
-    x: np.ndarray
-    margins: np.ndarray
-    points: WatchedPlaces
-    gradients: np.ndarray
-    multipliers: np.ndarray
-    watched: WatchedPlaces
-    binding: bool
+    x: np.ndarray  # the search's variables, (names,)
+    margins: np.ndarray  # least margins in the box, (2, series)
+    points: WatchedPlaces  # the binding ones; those of the least margins if none is
+    gradients: np.ndarray  # derivatives of the margins at these by x, (points, names)
+    multipliers: np.ndarray  # fall of cost per unit of these margins, (points,); NaN for grades
+    watched: WatchedPlaces  # all points of the search, for another one that is similar
+    binding: bool  # whether any margin binds
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,23 +33,15 @@ LONG_NAMES = {
 
 @dataclass(frozen=True)
 class SamplingOptions:
-    """What samples of parts are to tell.
-
-    Attributes
-    ----------
-    probabilities, confidence, accuracy, samples : as in `sample_parts`.
-    max_samples : most samples, if their number is not given.
-    at_first : samples with which quantities and requirements are checked before more are made.
-    max_values : values of outputs that are kept at a time.
-    """
+    """What samples of parts are to tell, as in `sample_parts`."""
 
     probabilities: tuple[float, ...] = (0.05, 0.5, 0.95)
     confidence: float = 0.95
     accuracy: float = 0.5
     samples: int | None = None
-    max_samples: int = 10_000
-    at_first: int = 8
-    max_values: int = 2**24
+    max_samples: int = 10_000  # if their number is not given
+    at_first: int = 8  # samples that check quantities and requirements before more are made
+    max_values: int = 2**24  # values of outputs that are kept at a time
 
     def __post_init__(self) -> None:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()

@@ -46,24 +46,14 @@ LONG_NAMES = {
 
 @dataclass(frozen=True)
 class HorizonOptions:
-    """What counts as predictable.
+    """What counts as predictable."""
 
-    Attributes
-    ----------
-    points : number of points of the inputs.
-    change : of each input, in parts of its range.
-    limit : change in parts of the band's width at which a motion is no longer predictable.
-    least_width : least width of a band, in parts of the largest one of the whole run.
-    deviations : half of the range of a random input, in standard deviations of a normal variable.
-    tail : part of the points beyond each end of the scatter.
-    """
-
-    points: int = 16
-    change: float = 1e-4
-    limit: float = 0.1
-    least_width: float = 0.01
-    deviations: float = 3.0
-    tail: float = 0.1
+    points: int = 16  # of the inputs
+    change: float = 1e-4  # of each input, in parts of its range
+    limit: float = 0.1  # change, in parts of the band's width, at which motions are unpredictable
+    least_width: float = 0.01  # of a band, in parts of the largest one of the whole run
+    deviations: float = 3.0  # half of the range of a random input, in standard deviations
+    tail: float = 0.1  # part of the points beyond each end of the scatter
 
     def runs(self, space: Space) -> int:
         """Return the number of runs: of the points, and of them with each input changed."""

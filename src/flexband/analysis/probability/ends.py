@@ -28,44 +28,25 @@ from flexband.uncertainty.inputs.sampling import sobol
 
 @dataclass(frozen=True)
 class EndOptions:
-    """How the least and the largest probability over the interval inputs are searched.
+    """How the least and the largest probability over the interval inputs are searched."""
 
-    Attributes
-    ----------
-    samples, compared_samples : common samples of the search, and those with which its best places
-        are compared.
-    smoothing, scatter_samples : s, in standard deviations of a margin, and samples that give these.
-    max_vertices, inside_points : most vertices of the box, and other points, from which the search
-        starts.
-    slack : margins up to this part of the standard deviation of the least margin decide as well.
-    rough_points : points that are the best by the means and scatters of margins, which are looked
-        at as well.
-    omitted_share : part of the probability at some η, by the means and scatters of margins, of a
-        time left out.
-    starts : points that are improved, for each end.
-    steps, fine_steps : steps in η of the pattern search, and of that from the best place.
-    importance : how probabilities are estimated, and rare samples searched.
-    """
-
-    samples: int = 512
-    compared_samples: int = 4000
-    smoothing: float = 0.05
-    scatter_samples: int = 32
-    max_vertices: int = 128
-    inside_points: int = 32
-    slack: float = 0.3
-    rough_points: int = 2
-    omitted_share: float = 0.01
-    starts: int = 3
-    steps: tuple[float, ...] = (0.5, 0.25, 0.1, 0.04)
-    fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)
+    samples: int = 512  # common samples of the search
+    compared_samples: int = 4000  # with which its best places are compared
+    smoothing: float = 0.05  # s, in standard deviations of a margin
+    scatter_samples: int = 32  # that give these
+    max_vertices: int = 128  # of the box, from which the search starts
+    inside_points: int = 32  # other points from which it starts
+    slack: float = 0.3  # in standard deviations of the least margin: those below decide as well
+    rough_points: int = 2  # the best by means and scatters of margins, which are compared as well
+    omitted_share: float = 0.01  # part of the probability by these, at a time that is left out
+    starts: int = 3  # points that are improved, for each end
+    steps: tuple[float, ...] = (0.5, 0.25, 0.1, 0.04)  # of the pattern search, in η
+    fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)  # of that from the best place
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 
-def places(m: int, rng: np.random.Generator, options: EndOptions) -> np.ndarray:
+def starts(m: int, rng: np.random.Generator, options: EndOptions) -> np.ndarray:
     """Return η from which ends are searched, shape (points, m): vertices and points inside."""
-    if m == 0:
-        return np.zeros((1, 0))
     if 2**m <= options.max_vertices:
         corners = np.array(list(product((-1.0, 1.0), repeat=m)))
     else:
@@ -83,29 +64,23 @@ def ends(
     thin: bool = True,
     options: EndOptions = EndOptions(),
 ) -> tuple[np.ndarray, list[Rare], np.ndarray, LimitState]:
-    """Return η of the least and of the largest probability, and rare samples at both.
+    """Return η of the least and of the largest probability, (2, m), and rare samples at both.
 
-    Parameters
-    ----------
-    n, m : numbers of variables u and η.
-    thin : whether only times are searched that decide about some rare samples.
-
-    Returns
-    -------
-    η, shape (2, m); rare samples at each; the noise of the search, as a logarithm of the
-    probability, (2,); the state at the times that decide in the search.
+    Then the noise of the search, as a logarithm of the probability, (2,), and the state at the
+    times that decide in the search: those that decide about some rare samples, if it is `thin`.
+    There are n variables u, and m of η.
     """
     subset, count = options.importance.subset, options.samples
     if m == 0:
-        alone = rare(lambda u: state.least(u, np.zeros(0)), n, rng, options=subset)
-        return np.zeros((2, 0)), [alone, alone], np.zeros(2), state
+        known = _rare_at(state, np.zeros(0), n, rng, options)
+        return np.zeros((2, 0)), [known, known], np.zeros(2), state
 
     def least(z: np.ndarray) -> np.ndarray:
         return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
     joint = rare(least, n + m, rng, options=subset)
     near = joint.u if len(joint.u) else rng.standard_normal((count, n + m))
-    points = np.concatenate([places(m, rng, options), erf(near[:8, n:] / np.sqrt(2))])
+    points = np.concatenate([starts(m, rng, options), erf(near[:8, n:] / np.sqrt(2))])
     scatter = state.scatter(ndtri(sobol(options.scatter_samples, n)), points)
     chances = [ndtr(-mean / std) for mean, std in scatter]
     rough = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
@@ -129,8 +104,10 @@ def ends(
     eta, noise = np.empty((2, m)), np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, rough)]
-        improved = _improved(size, points, sign * sizes, sign, options)
-        tried = [improved[None], *(points[k] for k in likely)]
+        order = np.argsort(-sign * sizes, kind="stable")
+        climbed = (_climbed(size, points[k], sign, options.steps) for k in order[: options.starts])
+        highest, _ = max(climbed, key=lambda pair: pair[1])
+        tried = [highest[None], *(points[k] for k in likely)]
         places_tried = np.unique(np.concatenate(tried), axis=0)
         eta[end], noise[end] = _best(deciding_state, alike, places_tried, n, sign, rng, options)
     known = [_rare_at(deciding_state, place, n, rng, options) for place in eta]
@@ -159,13 +136,9 @@ def _best(
 ) -> tuple[np.ndarray, float]:
     """Return the η with the largest probability, or the least if the sign is −1, and the noise.
 
-    The common samples are around rare samples at all of the places: those of a few may hardly see
-    what leaves the limits at another.
-
-    Parameters
-    ----------
-    alike : the state with margins in parts of their scatter, for the search near the best place.
-    several : the places that are compared, shape (places, m).
+    The common samples are around rare samples at all of the `several` places, (places, m), that are
+    compared: those of a few may hardly see what leaves the limits at another. For the search near
+    the best place, the state `alike` has margins in parts of their scatter.
     """
     importance, count = options.importance, options.compared_samples
     known = [_rare_at(state, eta, n, rng, options, options.samples) for eta in several]
@@ -225,19 +198,6 @@ def _sizes(
     return size
 
 
-def _improved(
-    size: Callable[[np.ndarray], float],
-    points: np.ndarray,
-    heights: np.ndarray,
-    sign: float,
-    options: EndOptions,
-) -> np.ndarray:
-    """Return the best η that a pattern search finds from the best points; heights = sign size."""
-    starts = points[np.argsort(-heights, kind="stable")[: options.starts]]
-    climbed = (_climbed(size, at, sign, options.steps) for at in starts)
-    return max(climbed, key=lambda pair: pair[1])[0]
-
-
 def _climbed(
     size: Callable[[np.ndarray], float], at: np.ndarray, sign: float, steps: Sequence[float]
 ) -> tuple[np.ndarray, float]:
@@ -248,8 +208,8 @@ def _climbed(
         while moved:
             moved = False
             for v, change in product(range(len(at)), (step, -step)):
-                other = at.copy()
-                other[v] = np.clip(at[v] + change, -1, 1)
-                if other[v] != at[v] and (other_height := sign * size(other)) > height + 1e-12:
-                    at, height, moved = other, other_height, True
+                trial = at.copy()
+                trial[v] = np.clip(at[v] + change, -1, 1)
+                if trial[v] != at[v] and (trial_height := sign * size(trial)) > height + 1e-12:
+                    at, height, moved = trial, trial_height, True
     return at, height

@@ -24,20 +24,12 @@ MIN_RUNS, MAX_RUNS = 16, 100_000
 
 @dataclass(frozen=True)
 class ResponseModel:
-    """A response, of which runs can be made.
-
-    Attributes
-    ----------
-    space : its inputs.
-    runs : how many runs a probability may take.
-    evaluate : makes runs at (ξ, η).
-    tolerances : how they scatter, if they do.
-    """
+    """A response, of which runs can be made."""
 
     space: Space
-    runs: int
+    runs: int  # how many a probability may take
     evaluate: Runs
-    tolerances: ScatteringTolerances | None = None
+    tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
 
     def __call__(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response at u of shape (points, n) and one η, shape (points, …).
@@ -48,9 +40,9 @@ class ResponseModel:
         places = np.broadcast_to(eta, (len(u), len(eta)))
         if self.tolerances is not None:
             places = self.tolerances.eta(u[:, n:])
-        made = self.evaluate((of_normals(u[:, :n], self.space.families), places))
-        assert made.values is not None
-        return made.values.values
+        evaluated = self.evaluate((of_normals(u[:, :n], self.space.families), places))
+        assert evaluated.values is not None
+        return evaluated.values.values
 
 
 @contextmanager
@@ -64,19 +56,16 @@ def models(
 ) -> Iterator[dict[str, ResponseModel | None]]:
     """Give the model of every combination of options, None without a response.
 
-    Parameters
-    ----------
-    runs : of a probability, of which there are so many for every combination.
-    options : store and executor.
+    It makes so many `runs` for each of the `probabilities`; `options` are store and executor.
     """
     if response is None:
         yield dict.fromkeys(surrogates)
         return
     check_function("response", response)
     runs = check_integer("runs", runs, MIN_RUNS, MAX_RUNS)
-    given = next(iter(surrogates.values())).space.given
+    inputs = next(iter(surrogates.values())).space.given
     advance = counted(progress, runs * probabilities * len(surrogates))
-    with runs_as_expanded(response, given, **options) as runs_of:
+    with runs_as_expanded(response, inputs, **options) as runs_of:
         yield {
             label: ResponseModel(surrogate.space, runs, runs_of(surrogate, label, advance))
             for label, surrogate in surrogates.items()

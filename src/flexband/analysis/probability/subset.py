@@ -20,54 +20,38 @@ from scipy.special import chdtri
 
 from flexband.analysis.probability.importance import Mixture, MixtureOptions
 
+Margins = Callable[[np.ndarray], np.ndarray]
+"""Standard normal variables u, shape (points, n) -> least margins, (points,)."""
+
 
 @dataclass(frozen=True)
 class SubsetOptions:
-    """How rare samples are searched.
-
-    Attributes
-    ----------
-    level_samples, level_share : samples of a level, and which part of them is below the next.
-    min_probability : smaller probabilities are not looked for.
-    accepted_share : the part of the steps of a chain that are accepted.
-    scouts, scout_scales : scouts of each scale, in standard deviations of the inputs.
-    beyond_scouts : probability of larger radii than those of scouts.
-    scout_chains, scout_renewals : chains that scouts start, and how often each makes ten steps.
-    unlike_factor, new_region_share : weight of samples that a mixture around others hardly sees, in
-        parts of those of the others, and part of them from which on they are another region.
-    mixture : the mixtures that compare both.
-    """
+    """How rare samples are searched."""
 
     level_samples: int = 1000
-    level_share: float = 0.1
-    min_probability: float = 1e-10
-    accepted_share: float = 0.44
-    scouts: int = 600
-    scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)
-    beyond_scouts: float = 1e-12
-    scout_chains: int = 200
-    scout_renewals: int = 3
-    unlike_factor: float = 10.0
-    new_region_share: float = 0.02
-    mixture: MixtureOptions = field(default_factory=MixtureOptions)
+    level_share: float = 0.1  # of these that are below the next level
+    min_probability: float = 1e-10  # smaller ones are not looked for
+    accepted_share: float = 0.44  # of the steps of a chain
+    scouts: int = 600  # of each scale
+    scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)  # in standard deviations of the inputs
+    beyond_scouts: float = 1e-12  # probability of larger radii than those of scouts
+    scout_chains: int = 200  # that scouts start
+    scout_renewals: int = 3  # times that each of these makes ten steps
+    unlike_factor: float = 10.0  # of the weight of samples that another mixture hardly sees
+    new_region_share: float = 0.02  # of such samples, from which on they are another region
+    mixture: MixtureOptions = field(default_factory=MixtureOptions)  # which compares both
 
 
 @dataclass(frozen=True)
 class Rare:
-    """Samples with negative margins.
+    """Samples with negative margins."""
 
-    Attributes
-    ----------
-    u : the samples, (count, n); none if no margin is negative.
-    probability : of a negative margin, a rough estimate; an upper bound if there is no sample.
-    """
-
-    u: np.ndarray
-    probability: float
+    u: np.ndarray  # (count, n); none if no margin is negative
+    probability: float  # of a negative margin, about; an upper bound if there is no sample
 
 
 def rare(
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     dimension: int,
     rng: np.random.Generator,
     count: int | None = None,
@@ -75,14 +59,7 @@ def rare(
     scouts: bool = True,
     options: SubsetOptions = SubsetOptions(),
 ) -> Rare:
-    """Return samples of standard normal variables with negative margins.
-
-    Parameters
-    ----------
-    least : returns margins, shape (points,), of samples of shape (points, dimension).
-    count : samples of a level; those of the options unless given.
-    scouts : whether scouts are sent, too.
-    """
+    """Return samples with negative margins; `count` is that of a level, by default the options'."""
     u = rng.standard_normal((count or options.level_samples, dimension))
     margin, probability, step, share = least(u), 1.0, 0.6, options.level_share
     few = round(len(u) * share)
@@ -105,7 +82,7 @@ def rare(
 
 def _with_scouts(
     known: Rare,
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     n: int,
     rng: np.random.Generator,
     options: SubsetOptions,
@@ -140,7 +117,7 @@ def _with_scouts(
 
 
 def _chains(
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     u: np.ndarray,
     margin: np.ndarray,
     step: float,
@@ -151,11 +128,12 @@ def _chains(
     level, places, margins = margin.max(), [], []
     for _ in range(round(1 / options.level_share)):
         z = rng.standard_normal(u.shape)
-        other = math.sqrt(1 - step**2) * u + step * z
-        other_margin = least(other)
-        better = other_margin <= level
-        u, margin = np.where(better[:, None], other, u), np.where(better, other_margin, margin)
-        step = min(0.99, step * math.exp(float(better.mean()) - options.accepted_share))
+        proposed = math.sqrt(1 - step**2) * u + step * z
+        proposed_margin = least(proposed)
+        accepted = proposed_margin <= level
+        u = np.where(accepted[:, None], proposed, u)
+        margin = np.where(accepted, proposed_margin, margin)
+        step = min(0.99, step * math.exp(float(accepted.mean()) - options.accepted_share))
         places.append(u)
         margins.append(margin)
     return np.concatenate(places), np.concatenate(margins), step

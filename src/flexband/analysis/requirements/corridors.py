@@ -22,19 +22,12 @@ FOR_CONSTANT_OFFSETS = "for constant offsets of pins and guides"
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Where a response must be.
+    """Where a response must be."""
 
-    Attributes
-    ----------
-    output : name of the output; "" if the response has one only, or for several outputs.
-    lower, upper : shape of the response without its runs; ∓∞ where nothing is required.
-    where : index of the output in these arrays.
-    """
-
-    output: str
-    lower: np.ndarray
-    upper: np.ndarray
-    where: tuple[int | slice | EllipsisType, ...]
+    output: str  # its name; "" if the response has one output only, or for several
+    lower: np.ndarray  # shape of the response without its runs; −∞ where nothing is required
+    upper: np.ndarray  # the same; ∞ where nothing is required
+    where: tuple[int | slice | EllipsisType, ...]  # index of the output in these arrays
 
     def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""

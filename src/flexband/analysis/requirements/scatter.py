@@ -76,17 +76,11 @@ Scatter = Mapping[str, Distribution | Capability | Correlated]
 
 @dataclass(frozen=True)
 class ScatteringTolerances:
-    """The interval variables η of a surrogate as functions of standard normal variables.
+    """The interval variables η of a surrogate as functions of standard normal variables."""
 
-    Attributes
-    ----------
-    space : of the distributions, by the names of the tolerances.
-    intervals, plays : of the surrogate; the latter scatter by themselves.
-    """
-
-    space: Space
-    intervals: Mapping[str, Interval]
-    plays: Mapping[str, FreePair]
+    space: Space  # of the distributions, by the names of the tolerances
+    intervals: Mapping[str, Interval]  # of the surrogate
+    plays: Mapping[str, FreePair]  # of the surrogate; they scatter by themselves
 
     @staticmethod
     def of(scatter: Scatter, space: Space) -> ScatteringTolerances:

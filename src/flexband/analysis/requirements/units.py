@@ -14,16 +14,10 @@ from flexband.errors import InputError, shown
 
 
 class Unit(NamedTuple):
-    """A unit in words of the SI.
+    """A unit in words of the SI."""
 
-    Attributes
-    ----------
-    scale : how many SI units one of it is.
-    powers : of metre, kilogram, second, radian, ampere, kelvin.
-    """
-
-    scale: float
-    powers: tuple[int, ...]
+    scale: float  # how many SI units one of it is
+    powers: tuple[int, ...]  # of metre, kilogram, second, radian, ampere, kelvin
 
 
 def _powers(m: int = 0, kg: int = 0, s: int = 0, rad: int = 0, A: int = 0, K: int = 0) -> tuple:

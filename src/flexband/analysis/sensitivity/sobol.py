@@ -148,9 +148,8 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     if errors.any():
         attrs["sampling"] = _sampling(each, std)
     result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
-    for name in ("first_order", "total", "defined", "sampling_error", "expected_error"):
-        if name in result:
-            result[name].attrs["units"] = "1"
+    for name in {"first_order", "total", "defined", "sampling_error", "expected_error"} & {*data}:
+        result[name].attrs["units"] = "1"
     return result
 
 
@@ -167,18 +166,11 @@ def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class _Indices:
-    """First-order and total indices of one output, numbered by bound, index, and time.
-
-    Attributes
-    ----------
-    variances : of the output.
-    times : number of times.
-    least : variances up to this are due to rounding.
-    """
+    """First-order and total indices of one output, numbered by bound, index, and time."""
 
     variances: Variances
     times: int
-    least: float
+    least: float  # variances up to this are due to rounding
 
     def shares(self, eta: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all indices, NaN without variance, and the variance.
@@ -219,12 +211,10 @@ class _Indices:
         flat = eta.reshape(math.prod(shape), eta.shape[-1])
         shares, variance = self.shares(flat, time)
         shares = shares[index, np.arange(len(flat))]
-        error = np.zeros(len(flat))
-        if shares.shape[1] > 1:
-            error = sampling_error(shares, axis=1)
-        return (
-            shares.mean(axis=1).reshape(shape), error.reshape(shape), variance.reshape(shape)
-        )  # fmt: skip
+        exact = shares.shape[1] == 1
+        error = np.zeros(len(flat)) if exact else sampling_error(shares, axis=1)
+        mean = shares.mean(axis=1)
+        return mean.reshape(shape), error.reshape(shape), variance.reshape(shape)
 
 
 LONG_NAMES = {

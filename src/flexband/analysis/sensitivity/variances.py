@@ -23,17 +23,11 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 @dataclass(frozen=True)
 class VarianceOptions:
-    """How variances are computed.
+    """How variances are computed."""
 
-    Attributes
-    ----------
-    samples, searched_samples : of each set if there are phases, and those of a search.
-    values_at_once : numbers that are computed together.
-    """
-
-    samples: int = 2048
-    searched_samples: int = 128
-    values_at_once: int = 2**17
+    samples: int = 2048  # of each set if there are phases
+    searched_samples: int = 128  # those of a search
+    values_at_once: int = 2**17  # numbers that are computed together
 
 
 class Variances(Protocol):
@@ -101,16 +95,13 @@ class Exact:
 class Sampled:
     """Variances by samples of pairs that share the values of some groups.
 
-    Attributes
-    ----------
-    psi : polynomials of two independent sets of samples, and of the first with the values of each
-        group from the second, shape (sets × replicates × samples, N).
-    sets : their number.
+    There are two independent sets of samples, and one for each group: the first with the values of
+    this group from the second.
     """
 
     series: SampledSeries
-    psi: np.ndarray
-    sets: int
+    psi: np.ndarray  # polynomials of the samples, (sets × replicates × samples, N)
+    sets: int  # their number
     options: VarianceOptions
 
     @staticmethod

@@ -58,49 +58,27 @@ TINY = 1e-140
 
 @dataclass(frozen=True)
 class VerificationOptions:
-    """Where verification runs are, and how they judge.
+    """Where verification runs are, and how they judge."""
 
-    Attributes
-    ----------
-    anywhere : one of so many runs is a sample of the space, the others are at bounds, farther out.
-    farthest : standard deviations up to which the others are spread along a direction of ξ.
-    times : number of times at which bounds are computed.
-    round_off : errors below this part of an output are none.
-    min_pairs : pairs of runs per interval that is left out from which their effects are computed
-        one by one.
-    betting_factors : values of λ.
-    min_part, halvings : of the search for what is missed at least: its lowest value, in parts of
-        the mean, and steps.
-    """
-
-    anywhere: int = 4
-    farthest: float = 3.0
-    times: int = 48
-    round_off: float = 1e-12
-    min_pairs: int = 2
-    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
-    min_part: float = 1e-6
-    halvings: int = 60
+    anywhere: int = 4  # one of so many runs is a sample of the space, the others are at bounds
+    farthest: float = 3.0  # standard deviations to which the others spread along a direction of ξ
+    times: int = 48  # at which bounds are computed
+    round_off: float = 1e-12  # errors below this part of an output are none
+    min_pairs: int = 2  # per interval that is left out, from which effects are told one by one
+    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))  # λ
+    min_part: float = 1e-6  # lowest value of what is missed at least, in parts of the mean
+    halvings: int = 60  # of the search for it
 
 
 class VerificationPoints(NamedTuple):
-    """Where verification runs are.
+    """Where verification runs are."""
 
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    weight : ratio of the density of samples to that of the run, shape (runs,).
-    sampled : which runs are samples of the whole space, shape (runs,).
-    place : of every run, in words.
-    pairs : numbers of runs that differ in the intervals that are left out alone, shape (pairs, 2).
-    """
-
-    xi: np.ndarray
-    eta: np.ndarray
-    weight: np.ndarray
-    sampled: np.ndarray
-    place: list[str]
-    pairs: np.ndarray
+    xi: np.ndarray  # (runs, n)
+    eta: np.ndarray  # (runs, m)
+    weight: np.ndarray  # ratio of the density of samples to that of the run, (runs,)
+    sampled: np.ndarray  # which runs are samples of the whole space, (runs,)
+    place: list[str]  # of every run, in words
+    pairs: np.ndarray  # runs that differ in the intervals that are left out alone, (pairs, 2)
 
 
 def verify(

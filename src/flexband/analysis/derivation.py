@@ -26,7 +26,7 @@ from flexband.analysis.sampled import (
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
+from flexband.errors import InputError, check_fraction, check_function, check_integer, shown
 from flexband.uncertainty.expansions.bounds.scan import scattered
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -110,13 +110,9 @@ def derived(
     check_function("quantity", quantity, ", such as Peak(), of a response")
     sigmas, seed = checked_sigmas(sigmas), check_integer("seed", seed, 0)
     samples = check_integer("samples", samples, REPLICATES, MAX_SAMPLES)
-    part = float(check_numbers("probability", probability))
-    if not 0 < part < 1:
-        raise InputError(f"probability must be above 0 and below 1; got {part:g}")
+    part = check_fraction("probability", probability)
     least = math.ceil(2 * MIN_BEYOND / (1 - part))
-    if samples < least and any(
-        case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
-    ):
+    if samples < least and any(case.space.random_dimension for case in surrogates.values()):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
     return over_intervals(
         lambda case: _Derivation(case, quantity, sigmas, part).bands(samples, seed), surrogate
@@ -139,8 +135,7 @@ class _Derivation:
         self.sigmas, self.part = sigmas, part
         space = surrogate.space
         self.frame = self.labelled(surrogate.standard(*space.nominal()))
-        for name in ("bound", "input"):
-            check_free(name, self.frame)
+        check_free(self.frame, "bound", "input")
         self.size = math.prod(self.frame.shape[1:])
         few = self.size <= options.few_numbers
         self.lattice = options.fine_lattice if few else options.lattice
@@ -170,14 +165,9 @@ class _Derivation:
         """Return what `derived` does."""
         space, size = self.surrogate.space, self.size
         xi, m = samples_of(space.families, samples, seed), space.interval_dimension
-        eta = np.zeros((6, size, m))
-        searched = len(xi)
-        if m:
-            eta, searched = self.places(xi, seed)
-        flat, which = np.zeros((1, 0)), np.zeros((6, size), dtype=int)
-        if m:
-            flat, which = np.unique(eta.reshape(-1, m), axis=0, return_inverse=True)
-            which = which.reshape(6, size)
+        eta, searched = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
+        flat, which = np.unique(eta.reshape(6 * size, m), axis=0, return_inverse=True)
+        which = which.reshape(6, size)
         statistics, error, moved = (np.empty((6, size)) for _ in range(3))
         shifts = self.shifts(seed)
         for k, place in enumerate(flat):

@@ -41,19 +41,11 @@ def descend(
     """Return values and places of local minima near given places.
 
     Each variable is tried on both sides of a place; where both are higher, the vertex of the
-    parabola is tried as well; after a sweep over all variables, its whole change once more.
-
-    Parameters
-    ----------
-    which : the number of the function of each row, shape (rows,).
-    eta : where the searches start, shape (rows, m).
-    values : the functions there, shape (rows,).
-    tolerance : gains that count as none, shape (rows,).
-    first_step : that of the options unless given.
+    parabola is tried as well; after a sweep over all variables, its whole change once more. The
+    functions `which`, (rows,), have the `values`, (rows,), at the starts `eta`, (rows, m); gains up
+    to `tolerance`, (rows,), count as none.
     """
-    best = eta.copy()
-    lowest = values.copy()
-    m = eta.shape[1]
+    best, lowest, m = eta.copy(), values.copy(), eta.shape[1]
     step = np.full(len(best), first_step or options.first_step)
     rows = np.arange(len(best)) if m else np.zeros(0, dtype=int)
 
@@ -128,18 +120,10 @@ def lowest_over_times(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the places of the lowest values at all times, (kinds, times, m), and a scan.
 
-    If the points of the scan are many, it takes only some of the times.
-
-    Parameters
-    ----------
-    scanned : returns functions of all kinds, (kinds, rows), at η (rows, m) and times (rows,).
-    function : the same functions, numbered by kind and time, the last one fastest.
-    scan : points η, and the numbers of the points next to each.
-    tolerance : gains that count as none.
-
-    Returns
-    -------
-    Places, and the values of the scan, shape (kinds, points, times), each time's nearest one.
+    `scanned` returns functions of all kinds, (kinds, rows), at η (rows, m) and times (rows,);
+    `function` has the same functions, numbered by kind and time, the last one fastest. The `scan`
+    has points η, and the numbers of the points next to each; if they are many, it takes only some
+    of the times. Its values, (kinds, points, times), are each time's nearest ones.
     """
     points, beside = scan
     m, stride = points.shape[1], max(1, len(points) * times // options.max_scanned)

@@ -80,8 +80,8 @@ def check_limits(
     ['kept']
     """
     labels = labels_of(surrogate)
-    for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
-        check_free(name, labels)
+    names = "limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"
+    check_free(labels, *names)
     requirements = by_name(limits)
     deviations = {
         name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)

@@ -110,7 +110,7 @@ class _Envelope:
     def of(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:
         """Return them for a surrogate of one number."""
         space, labels = surrogate.space, surrogate.labels
-        check_free("value", labels)
+        check_free(labels, "value")
         if int(np.prod(labels.shape[1:])) != 1:
             dimensions = ", ".join(f"{dim} ({labels.sizes[dim]})" for dim in labels.dims[1:])
             raise InputError(

@@ -109,8 +109,7 @@ def _supports(
 ) -> xr.Dataset:
     """Return the support function and the path, for one combination of options."""
     labels, space = surrogate.labels, surrogate.space
-    for name in (*LONG_NAMES, "vertex", "input"):
-        check_free(name, labels)
+    check_free(labels, *LONG_NAMES, "vertex", "input")
     pair = [chosen(labels, name) for name in outputs]
     if labels.dims[1:-1] != ("output",):
         raise InputError(

@@ -136,7 +136,7 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
 
 def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> xr.Dataset:
     space, labels = surrogate.space, surrogate.labels
-    check_free("probability", labels)
+    check_free(labels, "probability")
     check_samples(space, p, samples)
     xi = samples_of(space.families, samples, seed)
     m, times = space.interval_dimension, surrogate.times

@@ -199,13 +199,7 @@ class Spectrum(_OverTime):
 
 
 def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
-    """Return a quantity of every sample, dims ("sample", …).
-
-    Raises
-    ------
-    InputError
-        If it is not as many finite numbers, or arrays, as there are samples.
-    """
+    """Return a quantity of every sample, dims ("sample", …); raise `InputError` if it is none."""
     values = quantity(response)
     if not isinstance(values, xr.DataArray):
         values = xr.DataArray(np.asarray(values))
@@ -222,6 +216,7 @@ def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
+    """Return one output of a response; raise `InputError` if it has none of this name."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
     if not names:
         raise InputError(

@@ -40,10 +40,11 @@ Variables = dict[str, tuple[Dims, ArrayLike] | xr.Variable | ArrayLike]
 """Name of a variable -> its dims and values."""
 
 
-def check_free(name: str, labels: xr.DataArray) -> None:
+def check_free(labels: xr.DataArray, *names: str) -> None:
     """Raise `InputError` if a response has a dimension or coordinate that an answer adds."""
-    if name in labels.dims or name in labels.coords:
-        raise InputError(f"the response must have no dimension or coordinate {name!r}")
+    for name in names:
+        if name in labels.dims or name in labels.coords:
+            raise InputError(f"the response must have no dimension or coordinate {name!r}")
 
 
 def error_of(

@@ -18,7 +18,7 @@ from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
-from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
+from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
 from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -49,10 +49,8 @@ class SamplingOptions:
             raise InputError(
                 f"probabilities must increase between 0 and 1; got {shown(self.probabilities)}"
             )
-        for name in ("confidence", "accuracy"):
-            value = float(check_numbers(name, getattr(self, name)))
-            if not 0 < value < 1:
-                raise InputError(f"{name} must be between 0 and 1; got {value:g}")
+        check_fraction("confidence", self.confidence)
+        check_fraction("accuracy", self.accuracy)
         if self.samples is not None:
             check_integer("samples", self.samples, 2)
 

@@ -134,8 +134,7 @@ def failure_probability(
         )
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
-    for name in ("limit", "probability", "probability_at", "samples"):
-        check_free(name, labels)
+    check_free(labels, "limit", "probability", "probability_at", "samples")
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)

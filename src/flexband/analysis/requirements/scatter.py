@@ -86,11 +86,8 @@ class ScatteringTolerances:
     def of(scatter: Scatter, space: Space) -> ScatteringTolerances:
         """Return how all tolerances of a space scatter.
 
-        Raises
-        ------
-        InputError
-            If a name is no tolerance, a tolerance has no distribution, or a distribution goes
-            beyond the interval of the runs.
+        Raise `InputError` if a name is no tolerance, a tolerance has no distribution, or a
+        distribution goes beyond the interval of the runs.
         """
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
         tolerances: dict[str, Interval] = {}
@@ -102,13 +99,9 @@ class ScatteringTolerances:
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
             tolerances[name] = interval
         groups = {name: _within(name, group, tolerances) for name, group in scatter.items()}
-        distributions = {
-            member: distribution
-            for name, group in groups.items()
-            for member, distribution in (
-                group.inputs.items() if isinstance(group, Correlated) else [(name, group)]
-            )
-        }
+        distributions: dict[str, object] = {}
+        for name, group in groups.items():
+            distributions |= group.inputs if isinstance(group, Correlated) else {name: group}
         for name, distribution in distributions.items():
             check_option("a name in scatter", name, tolerances)
             _check_support(name, distribution, tolerances[name])

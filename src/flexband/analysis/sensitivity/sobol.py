@@ -93,8 +93,7 @@ def sobol_indices(
 def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     """Return what `sobol_indices` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    for name in ("name", "bound", "input", "total", "first_order", "defined"):
-        check_free(name, labels)
+    check_free(labels, "name", "bound", "input", "total", "first_order", "defined")
     random = space.of_kind(random=True)
     ends = np.cumsum([0, *(input_.dimension for input_ in random.values())])
     variables = dict(zip(random, (range(*pair) for pair in pairwise(ends)), strict=True))

@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.analysis.allocation.tolerances import with_tolerance
 from flexband.analysis.results import answer, check_free
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_numbers, shown, without_warnings
+from flexband.errors import InputError, check_fraction, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
@@ -66,12 +66,10 @@ def tolerance_for(
     if len(several) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
     (plain_surrogate,) = several.values()
-    share = float(check_numbers("share", share))
-    if not 0 < share < 1:
-        raise InputError(f"share must be above 0 and below 1; got {share:g}")
+    share = check_fraction("share", share)
     tolerance, input_ = _tolerance(plain_surrogate, name)
     labels = plain_surrogate.labels
-    check_free("bound", labels)
+    check_free(labels, "bound")
     dims, shape, time, _ = axes_of(labels)
 
     def ends(part: Surrogate) -> tuple[np.ndarray, np.ndarray]:

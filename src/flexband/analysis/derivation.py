@@ -18,10 +18,10 @@ from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import Quantity, made_of
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
-    CONFIDENCE,
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
+    samples_in_words,
     samples_of,
     sampling_error,
 )
@@ -192,16 +192,10 @@ class _Derivation:
             if shifts:
                 data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
             data |= places(f"{name}_at", space, eta[both], dims, shape)
-        attrs = {
-            "sigmas": self.sigmas,
-            "probability": self.part,
-            "samples": len(xi),
-            "seed": seed,
-            "confidence": CONFIDENCE,
-            "quantity": shown(self.quantity),
-            "made": f"{len(xi)} quasi-random samples of the surrogate; bounds by a search on "
-            f"{searched}, to the nearest 1/{self.lattice} in η",
-        }
+        attrs = {"sigmas": self.sigmas, "probability": self.part, "quantity": shown(self.quantity)}
+        attrs |= samples_in_words(
+            len(xi), seed, f" on {searched}, to the nearest 1/{self.lattice} in η"
+        )
         return answer(self.surrogate, data, {}, attrs, LONG_NAMES, self.frame)
 
     def sampling_error(self, values: np.ndarray) -> np.ndarray:
@@ -253,11 +247,8 @@ class _Derivation:
             rounded = np.round(eta * self.lattice) / self.lattice + 0.0
             learn(rounded)
             target, positions = np.divmod(which, size)
-            values = [
-                known[place.tobytes()][k, s]
-                for place, k, s in zip(rounded, target, positions, strict=True)
-            ]
-            return sign[target] * np.array(values)
+            statistics = np.array([known[place.tobytes()] for place in rounded])
+            return sign[target] * statistics[np.arange(len(rounded)), target, positions]
 
         points = points + 0.0
         learn(points)

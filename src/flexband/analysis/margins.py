@@ -20,10 +20,16 @@ from flexband.analysis.requirements.corridors import (
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
-from flexband.analysis.results import Variables, check_free, described, error_of
+from flexband.analysis.results import (
+    Variables,
+    check_free,
+    described,
+    error_of,
+    interval_values,
+)
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Space, check_no_play
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
 
@@ -201,17 +207,13 @@ def _bands(
     surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
 ) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
-    bands = surrogate.bands(sigmas)
-    cases = surrogates_of(surrogate)
-    if "" not in cases:
-        if any(compensators(case.space) for case in cases.values()):
-            raise InputError("surrogate must have no Choice where it has a Compensator")
+    bands, cases = surrogate.bands(sigmas), surrogates_of(surrogate)
+    if not any(compensators(case.space) for case in cases.values()):
         return bands
+    if "" not in cases:
+        raise InputError("surrogate must have no Choice where it has a Compensator")
     case = cases[""]
     space, dims = case.space, case.labels.dims[1:]
-    columns = compensators(space)
-    if not columns:
-        return bands
     check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
     expansions, numbers, bounds = limited(case, corridor)
@@ -219,16 +221,11 @@ def _bands(
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
     k, m = sigmas if space.random_dimension else 0.0, space.interval_dimension
-    adjusted = Adjusted(expansions, bounds, scale, k, list(columns.values()), m)
-    *ends, eta = adjusted.worst()
+    columns = list(compensators(space).values())
+    *ends, eta = Adjusted(expansions, bounds, scale, k, columns, m).worst()
     bar.reshape(2, -1)[:, numbers] = ends
     at = bands["error_bar_at"].transpose("input", "bound", *dims).values.copy()
-    input_values = Space(space.of_kind(random=False)).numbers_at(
-        np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
-    )
-    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(
-        list(input_values.values()), (len(at), 2, -1)
-    )
+    at.reshape(len(at), 2, -1)[..., numbers] = interval_values(space, eta)
     if "pointwise_error" in case.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(

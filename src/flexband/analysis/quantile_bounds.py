@@ -21,10 +21,10 @@ from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_nei
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
-    CONFIDENCE,
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
+    samples_in_words,
     samples_of,
     sampling_error,
 )
@@ -145,11 +145,10 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     values, errors, eta = np.empty(shape), np.empty(shape), np.zeros((*shape, m))
     for expansion in surrogate.expansions:
         for series in SampledSeries.of_outputs(expansion):
-            out = (..., series.output, slice(None))
+            out = slice(None), slice(None), series.output
             if m:
-                eta[:, :, series.output] = searched(series, xi, space.families, p, seed)
-            values_and_errors = _values(series, series.basis(xi), p, eta[:, :, series.output])
-            values[out], errors[out] = values_and_errors
+                eta[out] = searched(series, xi, space.families, p, seed)
+            values[out], errors[out] = _values(series, series.basis(xi), p, eta[out])
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
     data: Variables = {
@@ -160,12 +159,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
     if missed[0] is not None:
         data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
-    attrs = {
-        "samples": len(xi),
-        "seed": seed,
-        "confidence": CONFIDENCE,
-        "made": f"{len(xi)} quasi-random samples of the surrogate; bounds by a search",
-    }
+    attrs = samples_in_words(len(xi), seed)
     return answer(surrogate, data, {"probability": p}, attrs, LONG_NAMES)
 
 
@@ -201,10 +195,9 @@ def searched(
     more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
     target = _Target(series, series.basis(more), p, options)
     which, starts = np.arange(2 * len(p) * series.times), eta.reshape(1, -1, eta.shape[-1])
-    gains = np.zeros(len(which))
-    return lowest_of_neighbours(
-        target, which, starts, gains, descents=1, options=options.search
-    ).reshape(eta.shape)
+    gains, how = np.zeros(len(which)), options.search
+    eta_of_more = lowest_of_neighbours(target, which, starts, gains, descents=1, options=how)
+    return eta_of_more.reshape(eta.shape)
 
 
 @dataclass(frozen=True)
@@ -226,9 +219,8 @@ class _Target:
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
         target, time = np.divmod(which, self.series.times)
-        quantile_values = self.quantiles(eta, time)
-        value = quantile_values[target % len(self.p), np.arange(len(eta))]
-        return self.signs[target] * value
+        rows = target % len(self.p), np.arange(len(eta))
+        return self.signs[target] * self.quantiles(eta, time)[rows]
 
     def quantiles(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return quantiles of some series, each at its own η, shape (probabilities, series)."""

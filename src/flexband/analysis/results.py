@@ -50,9 +50,9 @@ def check_free(labels: xr.DataArray, *names: str) -> None:
 def error_of(
     diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
 ) -> tuple[str, np.ndarray]:
-    """Return which variable tells the error of bands, and its values, (outputs …, times).
+    """Return the first of these names that diagnostics have, "" if none, and its values or zeros.
 
-    Without one of these names the name is "" and the values are zero.
+    The values have the shape of the response, (outputs …, times).
     """
     for name in names:
         if name in diagnostics:
@@ -78,33 +78,31 @@ def places(
 ) -> Variables:
     """Return a variable with the values of the interval inputs at η, if there are any.
 
-    Its first dim is "input"; `dims` and `shape` are those of the others, and of the places η, (…,
-    m).
+    Its first dim is "input"; `dims` and `shape` are those of the places η, (…, m).
     """
-    intervals = Space(space.of_kind(random=False))
-    if not intervals.inputs:
+    inputs = space.of_kind(random=False)
+    if not inputs:
         return {}
+    values = interval_values(space, eta).reshape(-1, *shape)
+    return {name: (("input", *dims), values), "input": ("input", list(inputs))}
+
+
+def interval_values(space: Space, eta: np.ndarray) -> np.ndarray:
+    """Return the values of the interval inputs at η, (…, m), as (inputs, …)."""
     flat = eta.reshape(-1, eta.shape[-1])
-    values = intervals.numbers_at(np.zeros((len(flat), 0)), flat)
-    stacked = np.array(list(values.values())).reshape(-1, *shape)
-    return {name: (("input", *dims), stacked), "input": ("input", list(values))}
+    values = Space(space.of_kind(random=False)).numbers_at(np.zeros((len(flat), 0)), flat)
+    return np.array(list(values.values())).reshape(-1, *eta.shape[:-1])
 
 
 def missed_tolerance(surrogate: Surrogate) -> bool:
-    """Return whether the error expected of a surrogate is above its tolerance.
-
-    That of a part of its inputs is the error of the whole, which its method judged.
-    """
+    """Return whether the error of a surrogate, as its method judged it, is above its tolerance."""
     attrs = surrogate.diagnostics.attrs
     error = _error_of_whole(attrs)
     return isinstance(error, float) and error > attrs.get("tolerance", np.inf)
 
 
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
-    """Return why what a surrogate tells is not reliable: no trust, or an error above tolerance.
-
-    `corrected` is whether runs of the response correct its errors.
-    """
+    """Return why a surrogate is not reliable, whose errors may be `corrected` by runs."""
     attrs = surrogate.diagnostics.attrs
     doubts = [str(attrs["not_trusted"])] if "not_trusted" in attrs else []
     if missed_tolerance(surrogate) and not corrected:

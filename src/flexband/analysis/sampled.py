@@ -18,7 +18,6 @@ from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.functions import compiled
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scan
-from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -43,15 +42,18 @@ BLOCK = 512
 
 
 def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarray:
-    """Return ξ of scrambled Sobol' sequences, shape (samples, n); one without random inputs.
-
-    They are `REPLICATES` independently scrambled sequences, one after the other.
-    """
+    """Return ξ of `REPLICATES` scrambled Sobol' sequences, (samples, n); one sample if n is 0."""
     if not families:
         return np.zeros((1, 0))
     count = -(-samples // REPLICATES)
     u = [sobol(count, len(families), seed * REPLICATES + k) for k in range(REPLICATES)]
     return of_normals(ndtri(np.concatenate(u)), families)
+
+
+def samples_in_words(count: int, seed: int, more: str = "") -> dict[str, object]:
+    """Return the attributes of an answer that a search on so many samples made."""
+    made = f"{count} quasi-random samples of the surrogate; bounds by a search{more}"
+    return {"samples": count, "seed": seed, "confidence": CONFIDENCE, "made": made}
 
 
 def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
@@ -84,23 +86,16 @@ class SampledSeries:
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:
         """Yield the series of each output of an expansion."""
         for output in expansion.outputs:
-            output_expansion = expansion.of(np.array([output]))
-            if isinstance(output_expansion, PhaseExpansion):
-                m = output_expansion.parts.interval_dimension
-                terms = PartTerms.of(output_expansion.parts, output_expansion.columns)
+            series = expansion.of(np.array([output]))
+            hybrid, columns = series.hybrid, None
+            if isinstance(series, PhaseExpansion):
+                columns, m = series.columns, hybrid.interval_dimension
+                terms = PartTerms.of(hybrid, columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
-                yield SampledSeries(
-                    int(output),
-                    output_expansion,
-                    output_expansion.parts,
-                    output_expansion.columns,
-                    scan_points(2 * terms.orders[:m], reach),
-                )
+                points = scan_points(2 * terms.orders[:m], reach)
             else:
-                assert isinstance(output_expansion, DirectExpansion)
-                orders = output_expansion.values.interval_orders
-                values = output_expansion.values
-                yield SampledSeries(int(output), output_expansion, values, None, scan(orders))
+                points = scan(hybrid.interval_orders)
+            yield SampledSeries(int(output), series, hybrid, columns, points)
 
     @property
     def times(self) -> int:
@@ -113,14 +108,7 @@ class SampledSeries:
         return np.asfortranarray(self.hybrid.orthogonal(xi))
 
     def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return samples of some series, each at its own η, shape (series, samples).
-
-        Parameters
-        ----------
-        psi : what `basis` returns.
-        eta : shape (series, m).
-        times : their numbers, shape (series,).
-        """
+        """Return samples (series, samples) of series at η (series, m) and times; ψ is a `basis`."""
         hybrid = self.hybrid
         terms = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
         terms = terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]

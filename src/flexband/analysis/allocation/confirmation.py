@@ -121,8 +121,8 @@ def _run_points(
     n = narrow.space.random_dimension
     u = np.zeros((len(points), n))
     steps = difference * np.concatenate([np.eye(n), -np.eye(n)])
+    xi = of_normals(steps, narrow.space.families)
     for k in range(len(points) if n else 0):
-        xi = of_normals(steps, narrow.space.families)
         values = narrow.standard(xi, np.repeat(points.places[k : k + 1], 2 * n, axis=0))
         up, down = values.reshape(2, n, -1)[..., worst.numbers[points.series[k]]]
         slope = up - down

@@ -39,18 +39,14 @@ def cheapest_grades(
 
     `x` is not used: grades are found without a start.
     """
-    grades = worst.tolerances.grades
-    largest = worst.tolerances.largest
-    logs = [
-        np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)
-    ]
+    grades, negative = worst.tolerances.grades, options.negative
+    pairs = zip(grades, worst.tolerances.largest, strict=True)
+    logs = [np.log(input_grades.tolerances / largest) for input_grades, largest in pairs]
     cuts: list[np.ndarray] = []
-    negative = options.negative
     for _ in range(options.max_rounds):
         x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
-        below = worst.values(x[None], points)[0] < negative * scale
-        violated = points.of(np.flatnonzero(below))
+        violated = points.of(worst.values(x[None], points)[0] < negative * scale)
         if not len(violated):
             margins, places = worst.least(x)
             violated = worst.lowest(margins, places, negative)

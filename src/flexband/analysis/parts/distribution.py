@@ -74,11 +74,10 @@ def distribution(
     error: np.ndarray | float = 0.0,
     labels: xr.DataArray | None = None,
 ) -> xr.Dataset:
-    """Return what `sample_parts` does; `run` returns runs at points.
+    """Return what `sample_parts` does, by runs of a combination of options, `case`.
 
-    They are those of a combination of options, `case`; "" without choices. Their times may divide
-    the steps of the response that `labels` are of. The `error` of its discretization, of the shape
-    of a run, makes the intervals of shares wider.
+    Their times may divide the steps of the response that `labels` are of. The `error` of its
+    discretization, of the shape of a run, makes the intervals of shares wider.
     """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)

@@ -40,10 +40,9 @@ def allowance(estimate: Estimate) -> np.ndarray:
 
 
 def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
-    """Return a result without the rare probabilities of surrogates that are not `exact`.
+    """Return a result with 0, and bounds, for rare probabilities of surrogates not `exact`.
 
-    They are 0, with intervals from 0 to what can be rare at most. A group has the names of a
-    probability and of the ends of its interval.
+    A group has the names of a probability and of the ends of its interval.
     """
     for names in groups:
         value, low, high = (result[name] for name in names)

@@ -350,4 +350,5 @@ def corridors(
 
     Raise `InputError` if these are none, or one does not fit the response.
     """
-    return {name: one.corridor(labels, case) for name, one in by_name(requirements).items()}
+    named = by_name(requirements)
+    return {name: requirement.corridor(labels, case) for name, requirement in named.items()}

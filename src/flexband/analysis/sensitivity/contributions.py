@@ -151,11 +151,7 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
 def _shares(
     each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
 ) -> Variables:
-    """Return parts of the width: means over time, and where it is the widest; 0 of constants.
-
-    `each` is what every input has of the width, (names, …, times), and `vary` which outputs are not
-    constant, (…).
-    """
+    """Return what inputs have of the width, (names, …, times), in parts of it; 0 of constants."""
     times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
     outer = shape if surrogate.time is None else shape[:-1]
     width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)

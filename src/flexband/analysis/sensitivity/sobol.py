@@ -153,10 +153,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
 
 
 def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
-    """Return how large sampling errors are where σ is largest, in words.
-
-    Errors have the shape (2, names, outputs, times), σ has (outputs, times).
-    """
+    """Return how large errors (2, names, outputs, times) are where σ is largest, in words."""
     widest = std.argmax(axis=1)
     percent = 100 * errors[:, :, np.arange(len(widest)), widest].max()
     size = f"± {percent:.1f} % of the variance at most" if percent >= 0.1 else "below 0.1 %"

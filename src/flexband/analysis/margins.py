@@ -225,7 +225,8 @@ def _bands(
     *ends, eta = Adjusted(expansions, bounds, scale, k, columns, m).worst()
     bar.reshape(2, -1)[:, numbers] = ends
     at = bands["error_bar_at"].transpose("input", "bound", *dims).values.copy()
-    at.reshape(len(at), 2, -1)[..., numbers] = interval_values(space, eta)
+    values = list(interval_values(space, eta).values())
+    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(values, (len(at), 2, -1))
     if "pointwise_error" in case.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(

@@ -80,18 +80,20 @@ def places(
 
     Its first dim is "input"; `dims` and `shape` are those of the places η, (…, m).
     """
-    inputs = space.of_kind(random=False)
-    if not inputs:
+    values = interval_values(space, eta)
+    if not values:
         return {}
-    values = interval_values(space, eta).reshape(-1, *shape)
-    return {name: (("input", *dims), values), "input": ("input", list(inputs))}
+    stacked = np.reshape(list(values.values()), (-1, *shape))
+    return {name: (("input", *dims), stacked), "input": ("input", list(values))}
 
 
-def interval_values(space: Space, eta: np.ndarray) -> np.ndarray:
-    """Return the values of the interval inputs at η, (…, m), as (inputs, …)."""
+def interval_values(space: Space, eta: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the numbers of the interval inputs at η, (…, m), by name, flat."""
+    intervals = Space(space.of_kind(random=False))
+    if not intervals.inputs:
+        return {}
     flat = eta.reshape(-1, eta.shape[-1])
-    values = Space(space.of_kind(random=False)).numbers_at(np.zeros((len(flat), 0)), flat)
-    return np.array(list(values.values())).reshape(-1, *eta.shape[:-1])
+    return intervals.numbers_at(np.zeros((len(flat), 0)), flat)
 
 
 def missed_tolerance(surrogate: Surrogate) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -107,14 +107,23 @@ class SampledSeries:
         """Return Ψ_j at ξ of shape (samples, n), shape (samples, N)."""
         return np.asfortranarray(self.hybrid.orthogonal(xi))
 
+    @cached_property
+    def _order(self) -> tuple[np.ndarray, np.ndarray]:
+        """The order of terms in which those of each Ψ_j follow each other, and where they start."""
+        j = self.hybrid.j
+        order = np.argsort(j, kind="stable")
+        return order, np.searchsorted(j[order], np.arange(len(self.hybrid.random_index)))
+
+    def sums(self, terms: np.ndarray) -> np.ndarray:
+        """Return the sums of terms (terms, …) of each Ψ_j, (N, …)."""
+        order, starts = self._order
+        return np.add.reduceat(terms[order], starts, axis=0)
+
     def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return samples (series, samples) of series at η (series, m) and times; ψ is a `basis`."""
         hybrid = self.hybrid
         terms = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
-        terms = terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]
-        order = np.argsort(hybrid.j, kind="stable")
-        starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
-        factors = np.add.reduceat(terms[order], starts, axis=0)
+        factors = self.sums(terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :])
         phase, block = len(terms[0]), 1
         if self.columns:
             phase, block = self.columns.phase, self.columns.block

@@ -98,8 +98,8 @@ def at_each_time(
         none = np.zeros((2, state.width))
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
     importance = options.ends.importance
-    of_mixture = importance.subset.mixture
-    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=of_mixture) for part in known))
+    how = importance.subset.mixture
+    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=how) for part in known))
     counts = options.searched_samples, options.samples
     samples = [_weighted(mixture, state.families, count, rng) for count in counts]
     probabilities, places = [], []

@@ -122,7 +122,7 @@ def corrected(
         return state.least(u, eta)
 
     def least_of_runs(u: np.ndarray) -> np.ndarray:
-        return state.least_of_response(model(u, eta))
+        return state.least_of_response(model(*state.places(u, eta)))
 
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]

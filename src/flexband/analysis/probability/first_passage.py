@@ -55,7 +55,6 @@ def first_passage(
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
         state = replace(state, tolerances=tolerances)
-        model = None if model is None else replace(model, tolerances=tolerances)
     for thin in (True, False):
         eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]

@@ -171,24 +171,28 @@ class LimitState:
         It is given a block and its margins, one array (points, outputs, times) per part, or what
         `of` returns of a part. The shapes of u and η are (points, n), and (points, m) or (m,).
         """
-        eta, n = np.atleast_2d(eta), len(self.families)
-        if self.tolerances is not None:
-            u, eta = u[:, :n], self.tolerances.eta(u[:, n:])
+        eta = np.atleast_2d(eta)
         block = max(256, 100_000 // self.width)  # samples whose margins stay in the cache
         blocks = [slice(k, min(k + block, len(u))) for k in range(0, len(u), block)]
         results: dict[int, Reduced] = {}
 
         def solve(number: int) -> None:
             rows = blocks[number]
-            xi = of_normals(u[rows], self.families)
-            places = eta if len(eta) == 1 else eta[rows]
-            results[number] = reduce(rows, [of(part, xi, places) for part in self.parts])
+            places = self.places(u[rows], eta if len(eta) == 1 else eta[rows])
+            results[number] = reduce(rows, [of(part, *places) for part in self.parts])
 
         if len(blocks) == 1:  # less work than starting a thread
             solve(0)
         else:
             in_threads(solve, range(len(blocks)))
         return [results[number] for number in range(len(blocks))]
+
+    def places(self, u: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ and η of samples u; these η unless tolerances scatter."""
+        n = len(self.families)
+        if self.tolerances is not None:
+            eta = self.tolerances.eta(u[:, n:])
+        return of_normals(u[:, :n], self.families), eta
 
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""

@@ -32,7 +32,7 @@ from flexband.analysis.results import error_of
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
-from flexband.errors import check_function, check_integer
+from flexband.errors import check_integer
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.bounds.discs import in_discs
@@ -139,7 +139,6 @@ def verify(
     >>> fb.verify(surrogate, response, runs=8).attrs["confirmed"]
     'yes'
     """
-    check_function("response", response)
     surrogates = surrogates_of(surrogate)
     runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)

@@ -74,10 +74,7 @@ class Chance:
     options: ChanceOptions = field(default_factory=ChanceOptions)
 
     def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
-        """Return the cheapest tolerances that a search from x finds.
-
-        Raise `InputError` if none are found that are likely enough to keep the limits.
-        """
+        """Return the cheapest tolerances from x; raise `InputError` if none keep the limits."""
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.left(x)

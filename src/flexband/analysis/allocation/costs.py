@@ -56,10 +56,7 @@ Cost = Callable[[float], float]
 
 
 def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
-    """Return a function for each tolerance, by the name of its input; a number B stands for B/t.
-
-    Raise `InputError` if it is no mapping from names to costs.
-    """
+    """Return costs as functions, B/t for a number B; raise `InputError` if they are none."""
     check_instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
     if not costs:
         raise InputError("costs must name at least one input; got {}")

@@ -35,10 +35,7 @@ def cheapest_grades(
     *,
     options: GradeOptions = GradeOptions(),
 ) -> Allocated:
-    """Return the cheapest grades that keep all margins of a box, watched at least at `points`.
-
-    `x` is not used: grades are found without a start.
-    """
+    """Return the cheapest grades that keep all margins, watched at `points`; no start x is used."""
     grades, negative = worst.tolerances.grades, options.negative
     pairs = zip(grades, worst.tolerances.largest, strict=True)
     logs = [np.log(input_grades.tolerances / largest) for input_grades, largest in pairs]

@@ -142,7 +142,7 @@ def cheapest(
     slack, tolerances = options.slack, worst.tolerances
     strict = worst.tightened(slack * worst.scale)
     search = _Search(strict, options)
-    first, others = (x, []) if x is not None else search.starts()
+    first, further = (x, []) if x is not None else search.starts()
     room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
     watched = options.watched_share * float(room.min())
     x, points = (first, points) if x is None else search.solved(points, first)
@@ -161,7 +161,7 @@ def cheapest(
             solution = search.solved(points, x)
             # there may be sizes at which nothing keeps the margins
             if tolerances.sizes and search.rank(solution)[0]:
-                solution = search.best_of(points, [first, *others])
+                solution = search.best_of(points, [first, *further])
             (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
@@ -169,10 +169,10 @@ def cheapest(
             continue
         if (cost := tolerances.cost(x).sum()) < least:
             best, least = x, cost
-        if not len(points) or not others:
+        if not len(points) or not further:
             break
-        count = len(others) if tolerances.sizes else options.random_starts
-        tried, others = others[:count], others[count:]
+        count = len(further) if tolerances.sizes else options.random_starts
+        tried, further = further[:count], further[count:]
         x, points = search.best_of(points, tried)
         if tolerances.cost(x).sum() > least - options.min_saving * abs(least):
             break
@@ -197,16 +197,16 @@ class _Search:
         """
         worst, tolerances = self.worst, self.worst.tolerances
         low, high = tolerances.bounds
-        first, *others = starts(worst) if tolerances.sizes else [high]
+        first, *further = starts(worst) if tolerances.sizes else [high]
         if not tolerances.sizes:
             rng, count = np.random.default_rng(0), self.options.retries * self.options.random_starts
-            others = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
+            further = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
         loosest = tolerances.looser(first)
         room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
         with np.errstate(invalid="ignore", divide="ignore"):
             part = np.where(margins < 0, room / (room - margins), 1.0).min()
         start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
-        return start, [start, *others] if tolerances.sizes else others
+        return start, [start, *further] if tolerances.sizes else further
 
     def solved(self, points: WatchedPlaces, x: np.ndarray) -> Solution:
         """Return the cheapest tolerances that keep the margins at some points, and these adjusted.

@@ -107,10 +107,7 @@ class Estimate:
 def interval(
     probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return confidence intervals of estimates with standard errors, by their logarithm.
-
-    Where there is none, the interval is [0, most].
-    """
+    """Return confidence intervals of estimates by their logarithm; [0, most] where one is zero."""
     some = probability > 0
     relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
     factor = np.exp(TWO_SIDED * relative)

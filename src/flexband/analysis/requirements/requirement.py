@@ -346,9 +346,6 @@ def by_name(requirements: Requirements) -> dict[str, Requirement]:
 def corridors(
     requirements: Requirements, labels: xr.DataArray, case: str = ""
 ) -> dict[str, Corridor]:
-    """Return the corridor of each requirement, by the requirement in words.
-
-    Raise `InputError` if these are none, or one does not fit the response.
-    """
+    """Return the corridor of each requirement, in words; raise `InputError` if one does not fit."""
     named = by_name(requirements)
     return {name: requirement.corridor(labels, case) for name, requirement in named.items()}

@@ -48,7 +48,8 @@ metrics: install
 unchanged: install
 	$(BIN)/python .ci/unchanged.py $(OPTIONS)
 
-# On every Python of this machine; on the oldest with the lowest versions of pyproject.toml.
+# On every Python of this machine, on the oldest with the lowest versions of pyproject.toml.
+# WHEEL=--check takes the oldest and the newest, and writes nothing.
 wheel: install
 	$(BIN)/python .ci/wheel.py $(WHEEL)
 

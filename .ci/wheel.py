@@ -5,7 +5,8 @@ oldest compiles the engine, the others the search for bounds. On the newest, the
 replaced by one with machine code, which must give the result of this working tree without
 compiling; on the oldest, by one whose search for bounds gives twice their values, which must
 compute by it, and without compiling the engine. Both wheels are written into dist; with `--check`,
-there is machine code for one instruction set only, and nothing is written.
+it is the oldest and the newest Python alone, with machine code for one instruction set, and nothing
+is written.
 """
 
 from __future__ import annotations
@@ -149,22 +150,22 @@ def check_objects(python: Path, pure: Path, *, every: bool) -> None:
 def main() -> None:
     """Check the wheel on all Pythons at once."""
     with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
+        folder, every = Path(place), "--check" not in sys.argv
         wheel = build(ROOT, folder)
-        found = {name: python for name in PYTHONS if (python := interpreter(name))}
-        limits = [lowest(folder), *[None] * (len(found) - 1)]
-        studies = [STUDY, *[FORMULA] * (len(found) - 1)]
-        with ThreadPoolExecutor(min(2, len(found))) as pool:
+        pythons = {name: python for name in PYTHONS if (python := interpreter(name))}
+        names = list(pythons) if every else list(dict.fromkeys((min(pythons), max(pythons))))
+        limits = [lowest(folder), *[None] * (len(names) - 1)]
+        studies = [STUDY, *[FORMULA] * (len(names) - 1)]
+        with ThreadPoolExecutor(min(2, len(names))) as pool:
             jobs = [
-                pool.submit(check, name, found[name], wheel, folder, limit, study)
-                for name, limit, study in zip(found, limits, studies, strict=False)
+                pool.submit(check, name, pythons[name], wheel, folder, limit, study)
+                for name, limit, study in zip(names, limits, studies, strict=True)
             ]
-            pythons = [job.result() for job in jobs]
-            every = "--check" not in sys.argv
-            last = pool.submit(check_objects, pythons[-1], wheel, every=every)
-            pool.submit(upgrade, pythons[0], folder).result()
+            installed = [job.result() for job in jobs]
+            last = pool.submit(check_objects, installed[-1], wheel, every=every)
+            pool.submit(upgrade, installed[0], folder).result()
             last.result()
-    print(f"{len(found) + 2} passed, 0 failed")
+    print(f"{len(names) + 2} passed, 0 failed")
 
 
 def interpreter(name: str) -> str | None:

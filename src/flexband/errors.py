@@ -175,6 +175,15 @@ def check_finite(
     return array
 
 
+def check_each_finite(name: str, values: Iterable[ArrayLike]) -> None:
+    """Raise `InputError` as `check_finite` does for one of many values."""
+    every = list(values)
+    usual = all(type(v) is np.ndarray and v.dtype == float and v.size and v.ndim < 2 for v in every)
+    if not (usual and every and np.isfinite(np.concatenate([*map(np.ravel, every)])).all()):
+        for value in every:
+            check_finite(name, value)
+
+
 def check_numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     """Return `count` finite numbers, shape (count,) or () if one; else raise `InputError`."""
     array = check_finite(name, value, rank=None)

@@ -198,7 +198,7 @@ def cached_on_disk(function: Callable, *, types_in: tuple[str, ...] = (), **opti
     Its arguments are numbers, arrays, tuples of them, and tables; it returns nothing. Types of
     other kinds are in the modules of the names `types_in`. Further options are Numba's.
     """
-    return function if SETTINGS.disable_jit else Entry(function, types_in, options)
+    return Entry(function, types_in, options)
 
 
 def sealed(content: bytes) -> bytes:
@@ -213,7 +213,7 @@ def kept(entry: Any) -> bool:
     ----------
     entry : what `cached_on_disk` returned.
     """
-    if SETTINGS.disable_jit or not entry.usable:
+    if not entry.usable:
         return True
     files = entry.files("*")
     there = (kept_file for file in files for kept_file in file.parent.glob(file.name))

@@ -10,8 +10,6 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from flexband.compilation.settings import SETTINGS
-
 
 class Deferred:
     """A module that is imported when something of it is used."""
@@ -64,7 +62,7 @@ def compiled(function: Callable, **options: Any) -> Any:
     Division is that of IEEE 754. It is compiled once for all constants of a type: Numba would do so
     again for each whole number.
     """
-    return function if SETTINGS.disable_jit else CompiledFunction(function, options)
+    return CompiledFunction(function, options)
 
 
 def instruction(function: Callable, *, constants: bool = False) -> Any:

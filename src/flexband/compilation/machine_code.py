@@ -98,6 +98,8 @@ class _Compiler(Compiler):
 
 def dispatcher(function: Callable, options: dict[str, Any]) -> Any:
     """Return Numba's dispatcher of a function that only compiled code calls."""
+    if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
+        raise RuntimeError("machine code cannot be made while NUMBA_DISABLE_JIT is set")
     defaults = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     made: Any = njit(pipeline_class=_Compiler, **(defaults | options))(function)
     find = made.get_call_template

@@ -18,7 +18,6 @@ def _switch(name: str, default: str = "0") -> bool:
 class Settings:
     """What Numba's documentation says of the variables of these names."""
 
-    disable_jit: bool = _switch("DISABLE_JIT")
     boundscheck: bool = _switch("BOUNDSCHECK")
     enable_avx: bool = _switch("ENABLE_AVX", "1")
     cpu_name: str = _text("CPU_NAME")

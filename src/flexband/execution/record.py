@@ -127,22 +127,21 @@ class RunRecorder:
         assert self.labels is not None
         self.flush()
         values = np.full((len(runs), *self.labels.shape[1:]), np.nan)
-        reasons = np.full(len(runs), "", object)
+        reasons, failed = np.full(len(runs), "", object), self.status[runs] == RunStatus.FAILED
         with self._changed:
             self._changed.wait_for(lambda: not self._writing)
             first = self.arrays.runs
             written = runs < first
             if "outputs" in self.arrays.arrays:
                 values[written] = self.arrays.read("outputs", runs[written])
-            reasons[written] = self.arrays.read("reason", runs[written])
+            reasons[written & failed] = self.arrays.read("reason", runs[written & failed])
             for record in self._waiting:  # which could not be written
                 mask = (runs >= first) & (runs < first + len(record.inputs))
                 reasons[mask] = record.reason
                 if record.values is not None:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
-        failed = np.flatnonzero(self.status[runs] == RunStatus.FAILED)
-        return values, {int(k): str(reasons[k]) for k in failed}
+        return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed)}
 
     def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
         """Return the numbers of runs made for other intervals, but the same random inputs."""

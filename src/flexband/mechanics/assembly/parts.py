@@ -13,7 +13,7 @@ from typing import ParamSpec, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from flexband.errors import InputError, check_finite, check_instance, shown
+from flexband.errors import InputError, check_each_finite, check_instance, shown
 from flexband.mechanics.bodies.body import Body, check_implements
 from flexband.mechanics.kernels.forms import Form, Key
 from flexband.mechanics.kernels.state import State
@@ -105,14 +105,14 @@ def check_body(body: Body) -> None:
             raise InputError(
                 f"{what} must return {number_of(body.size, 'value')}; got {len(values)}"
             )
-        for value in values:
-            check_finite(what, value)
-    for (i, j), mass in body.mass_entries().items():
+        check_each_finite(what, values)
+    masses = body.mass_entries()
+    for i, j in masses:
         if not 0 <= i <= j < body.size:
             raise InputError(
                 f"mass_entries must be (i, j) with 0 ≤ i ≤ j < {body.size}; got ({i}, {j})"
             )
-        check_finite("mass_entries", mass)
+    check_each_finite("mass_entries", masses.values())
 
 
 def check_forms(what: str, forms: Sequence[Form], rows: int) -> None:
@@ -120,10 +120,10 @@ def check_forms(what: str, forms: Sequence[Form], rows: int) -> None:
     check_instance(what, forms, Sequence, "a list of forms")
     for form in forms:
         check_instance(what, form, Form)
-        for (i, j, _), c in _terms(form):
+        check_each_finite(f"coefficients of {what}", (c for _, c in _terms(form)))
+        for (i, j, _), _ in _terms(form):
             if not 0 <= i <= j < rows:
                 raise InputError(f"{what} must be of rows 0 to {rows - 1} of z; got row {j}")
-            check_finite(f"coefficients of {what}", c)
 
 
 def _terms(form: Form) -> Iterable[tuple[Key, np.ndarray]]:

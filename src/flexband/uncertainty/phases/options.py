@@ -42,7 +42,7 @@ class MomentOptions(NamedTuple):
     """
 
     max_blocks: int = 12
-    min_block_times: int = 64
+    min_block_times: int = 128
     max_rule_points: int = 700
     small_reach: float = 0.2
     trapezoidal_end: float = 5.0

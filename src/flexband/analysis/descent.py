@@ -110,8 +110,7 @@ def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarr
 
 
 def lowest_over_times(
-    scanned: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    function: Function,
+    functions: Callable[[np.ndarray, np.ndarray], np.ndarray],
     scan: tuple[np.ndarray, np.ndarray],
     times: int,
     tolerance: float,
@@ -120,15 +119,19 @@ def lowest_over_times(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the places of the lowest values at all times, (kinds, times, m), and a scan.
 
-    `scanned` returns functions of all kinds, (kinds, rows), at η (rows, m) and times (rows,);
-    `function` has the same functions, numbered by kind and time, the last one fastest. The `scan`
-    has points η, and the numbers of the points next to each; if they are many, it takes only some
-    of the times. Its values, (kinds, points, times), are each time's nearest ones.
+    The functions return values of all kinds, (kinds, rows), at η (rows, m) and times (rows,). The
+    `scan` has points η, and the numbers of the points next to each; if they are many, it takes only
+    some of the times. Its values, (kinds, points, times), are each time's nearest ones.
     """
+
+    def function(eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+        kind, time = np.divmod(which, times)
+        return functions(eta, time)[kind, np.arange(len(eta))]
+
     points, beside = scan
     m, stride = points.shape[1], max(1, len(points) * times // options.max_scanned)
     coarse = np.arange(0, times, stride)
-    scan_values = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
+    scan_values = functions(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
     kinds, scan_values = len(scan_values), scan_values.reshape(len(scan_values), len(points), -1)
     nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
     if not m:

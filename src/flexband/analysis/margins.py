@@ -22,6 +22,7 @@ from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdic
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
 from flexband.analysis.results import (
     Variables,
+    beyond_neighbours,
     check_free,
     described,
     error_of,
@@ -307,19 +308,15 @@ def _between(
 
     Margins are those to the limits above and below, shape (2, …, times).
     """
-    where, between = corridor.where, np.full((2, *margins.shape[1:]), np.inf)
+    least, most = np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:
-        return between[0], between[1]
+        return least, most
     ends = np.where(np.isfinite(margins), margins, np.nan)
     ends = np.minimum(ends[..., :-1], ends[..., 1:])
-    for k, kind in enumerate(("", "_least")):
-        beyond = [
-            bands[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values[where][..., :-1]
-            for side in ("below", "above")
-        ]
-        remaining = ends - np.stack(beyond)
-        between[k, ..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=0)
-    return between[0], between[1]
+    beyond = beyond_neighbours(bands, labels)[(slice(None), slice(None), *corridor.where)]
+    remaining = ends - beyond[..., :-1]
+    most[..., :-1], least[..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=1)
+    return least, most
 
 
 def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:

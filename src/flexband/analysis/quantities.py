@@ -48,10 +48,7 @@ class Magnitude:
         if len(units) > 1:
             raise InputError(f"components of a vector must have one unit; got {', '.join(units)}")
         squares = [(part**2).drop_vars(("output",), errors="ignore") for part in parts]
-        total = squares[0]
-        for square in squares[1:]:
-            total = total + square
-        return (total**0.5).transpose(*parts[0].dims)
+        return (sum(squares[1:], squares[0]) ** 0.5).transpose(*parts[0].dims)
 
 
 @dataclass(frozen=True)

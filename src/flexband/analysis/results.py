@@ -50,7 +50,7 @@ def check_free(labels: xr.DataArray, *names: str) -> None:
 def error_of(
     diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
 ) -> tuple[str, np.ndarray]:
-    """Return the first of these names that diagnostics have, "" if none, and its values or zeros.
+    """Return the first of these that diagnostics have, "" if none, and its values, or zeros.
 
     The values have the shape of the response, (outputs …, times).
     """
@@ -58,6 +58,15 @@ def error_of(
         if name in diagnostics:
             return name, diagnostics[name].transpose(*labels.dims[1:]).values
     return "", np.zeros(labels.shape[1:])
+
+
+def beyond_neighbours(diagnostics: xr.Dataset, labels: xr.DataArray) -> np.ndarray:
+    """Return by how much values go below and above two neighbouring ones, from each to the next.
+
+    It is the least and the most of some runs, (2, 2, outputs …, times), zero where it is not known.
+    """
+    kinds = [[f"{side}_between{kind}" for side in ("below", "above")] for kind in ("_least", "")]
+    return np.array([[error_of(diagnostics, labels, [k])[1] for k in names] for names in kinds])
 
 
 def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:

@@ -67,15 +67,10 @@ class _OutputMargins:
         in_threads(add_up, range(0, len(eta), most))
         return sums
 
-    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
         size = np.log(self.sums(eta, times, self.options.ends.smoothing)[0] + 1e-300)
         return np.stack([size, -size])
-
-    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """Return what is minimized, by the number of bound and time."""
-        upper, times = np.divmod(which, self.part.series.shape[1])
-        return self.scanned(eta, times)[upper, np.arange(len(eta))]
 
 
 def at_each_time(
@@ -109,7 +104,7 @@ def at_each_time(
                 _OutputMargins(series, part, row, series.basis(xi), w, options) for xi, w in samples
             )
             times = part.series.shape[1]
-            eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, options.tolerance)
+            eta, _ = lowest_over_times(few.minimized, series.scanned, times, options.tolerance)
             flat = eta.reshape(2 * times, -1)
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / options.samples)

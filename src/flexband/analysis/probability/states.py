@@ -11,6 +11,7 @@ import numpy as np
 from flexband.analysis.peaks import spacing
 from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.requirements.scatter import ScatteringTolerances
+from flexband.analysis.results import beyond_neighbours
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -111,7 +112,8 @@ class LimitState:
         times = surrogate.times
         lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
         limited = np.isfinite(lower) | np.isfinite(upper)
-        number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)
+        number = np.arange(limited.size).reshape(limited.shape)
+        beyond = beyond_neighbours(surrogate.diagnostics, labels).reshape(2, 2, -1, times)
         pilot = 256  # samples that tell how much each output varies
         u = rng.standard_normal((pilot, space.random_dimension))
         eta = rng.uniform(-1, 1, (pilot, space.interval_dimension))
@@ -245,17 +247,3 @@ class LimitState:
             if near.any():
                 parts.append(part.at(np.flatnonzero(near)))
         return replace(self, parts=tuple(parts))
-
-
-def _beyond(surrogate: Surrogate) -> np.ndarray:
-    """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
-    labels, diagnostics = surrogate.labels, surrogate.diagnostics
-    times = surrogate.times
-    if "above_between" not in diagnostics:
-        return np.zeros((2, 2, int(np.prod(labels.shape[1:])) // times, times))
-    excesses = [
-        diagnostics[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
-        for kind in ("_least", "")
-        for side in ("below", "above")
-    ]
-    return np.reshape(excesses, (2, 2, -1, times))

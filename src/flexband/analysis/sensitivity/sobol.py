@@ -181,23 +181,15 @@ class _Indices:
         index = mean[1:] / known
         return index + (parts[1:] - index * variance) / known, mean[0, :, 0]
 
-    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """Return what is minimized: indices for lower bounds, and the others with minus sign."""
-        target, time = np.divmod(which, self.times)
-        shares = self.shares(eta, time)[0].mean(axis=2)
-        upper, index = np.divmod(target, len(shares))
-        values = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
-        return np.where(np.isnan(values), WORSE, values)
-
-    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return what is minimized of all bounds and indices, (2 indices, rows)."""
+    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return what is minimized: indices for lower bounds, then minus these, (both, rows)."""
         shares = self.shares(eta, times)[0].mean(axis=2)
         both = np.concatenate([shares, -shares])
         return np.where(np.isnan(both), WORSE, both)
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        eta, values = lowest_over_times(self.scanned, self, scan, self.times, tolerance=1e-5)
+        eta, values = lowest_over_times(self.minimized, scan, self.times, tolerance=1e-5)
         return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(values < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -21,8 +21,8 @@ from flexband.analysis.sampled import (
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
-    samples_in_words,
     samples_of,
+    sampling_attrs,
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, surrogates_of
@@ -193,7 +193,7 @@ class _Derivation:
                 data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
             data |= places(f"{name}_at", space, eta[both], dims, shape)
         attrs = {"sigmas": self.sigmas, "probability": self.part, "quantity": shown(self.quantity)}
-        attrs |= samples_in_words(
+        attrs |= sampling_attrs(
             len(xi), seed, f" on {searched}, to the nearest 1/{self.lattice} in η"
         )
         return answer(self.surrogate, data, {}, attrs, LONG_NAMES, self.frame)

@@ -22,8 +22,8 @@ from flexband.analysis.sampled import (
     CONFIDENCE,
     MIN_BEYOND,
     SampledSeries,
-    samples_in_words,
     samples_of,
+    sampling_attrs,
 )
 from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.errors import InputError, check_finite, check_instance, check_integer
@@ -170,7 +170,7 @@ class _Envelope:
         data |= places("distribution_at", self.surrogate.space, eta, dims, shape)
         if (missed := expected_error(self.surrogate, 1.0)) is not None:
             data["expected_error"] = (), float(missed.ravel()[0])
-        attrs = samples_in_words(samples, self.seed)
+        attrs = sampling_attrs(samples, self.seed)
         result = answer(self.surrogate, data, {}, attrs, LONG_NAMES)
         units = result["distribution"].attrs.pop("units", None)
         result["sampling_error"].attrs.pop("units", None)

@@ -24,8 +24,8 @@ from flexband.analysis.sampled import (
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
-    samples_in_words,
     samples_of,
+    sampling_attrs,
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, Labels
@@ -159,7 +159,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
     if missed[0] is not None:
         data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
-    attrs = samples_in_words(len(xi), seed)
+    attrs = sampling_attrs(len(xi), seed)
     return answer(surrogate, data, {"probability": p}, attrs, LONG_NAMES)
 
 

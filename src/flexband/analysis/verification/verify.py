@@ -237,7 +237,7 @@ def _judgement(
 def _at_least(
     square: np.ndarray, options: VerificationOptions = VerificationOptions()
 ) -> np.ndarray:
-    """Return the root mean square that is missed at least, (outputs,), from (runs, outputs)."""
+    """Return the root mean square missed at least, (outputs,): (runs, outputs) refute less."""
     scale = np.sqrt(square.mean(axis=0)) + TINY
     threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors
     low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))

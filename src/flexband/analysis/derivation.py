@@ -47,7 +47,7 @@ class DerivationOptions:
     values_at_once: int = 2**22  # values of the surrogate that are computed together
     lattice: int = 64  # bounds are at multiples of 1/lattice in η, so that many share samples
     fine_lattice: int = 4096  # the same where the quantity is few numbers
-    few_numbers: int = 12
+    few_numbers: int = 12  # so many at most
     patterns: int = 6  # of signs in which outputs are shifted by their expected errors
     tolerance: float = 1e-4  # gains that count as none, as a part of the range of the scan
     search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan

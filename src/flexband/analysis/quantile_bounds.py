@@ -48,7 +48,7 @@ class QuantileOptions:
     max_values: float = 8e6  # of the surrogate at these places
     final_factor: int = 4  # times as many samples with which a search ends
     max_scanned: float = 2e7  # values of a scan, which takes fewer times if there are more
-    max_scanned_times: int = 150
+    max_scanned_times: int = 150  # of a scan, likewise
     tolerance: float = 1e-4  # gains that count as none, as a part of the range of a scan
     values_at_once: int = 2**18  # samples of series in one part of the work of a thread
     search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan

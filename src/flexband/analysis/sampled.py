@@ -50,7 +50,7 @@ def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarra
     return of_normals(ndtri(np.concatenate(u)), families)
 
 
-def sampling_attrs(count: int, seed: int, more: str = "") -> dict[str, object]:
+def sampling_attrs(count: int, seed: int, more: str = "") -> dict[str, int | float | str]:
     """Return the attributes of an answer that a search on so many samples made."""
     made = f"{count} quasi-random samples of the surrogate; bounds by a search{more}"
     return {"samples": count, "seed": seed, "confidence": CONFIDENCE, "made": made}

@@ -46,8 +46,8 @@ class ChanceOptions:
     step: float = 1e-3  # of differences, of the logarithm of a tolerance
     max_corrections: int = 5  # times that runs are made
     kept_share: float = 0.7  # of the stated probability, from which on that by runs is near enough
-    min_ratio: float = 0.2  # by which the aim changes at a time because of runs
-    max_ratio: float = 5.0
+    min_ratio: float = 0.2  # by which the aim changes at a time because of runs, at least
+    max_ratio: float = 5.0  # the same at most
     ends: EndOptions = field(default_factory=EndOptions)  # the search of the likeliest place
 
 

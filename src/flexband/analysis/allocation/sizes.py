@@ -24,7 +24,7 @@ class SizeOptions:
 
     tried: int = 1024  # sizes
     improved: int = 16  # of them
-    max_starts: int = 9
+    max_starts: int = 9  # of searches
     min_distance: float = 0.05  # of improved starts, in half the range of a size
     min_distance_of_others: float = 0.3  # of other starts
     step: float = 1e-3  # of differences in η

@@ -33,8 +33,8 @@ class CorrectionOptions:
     """How runs of the model correct a probability."""
 
     learning_part: int = 8  # a round of learning what is missed takes one in so many runs
-    min_rounds: int = 2
-    max_rounds: int = 6  # unless one finds all of its samples beyond the limit
+    min_rounds: int = 2  # after which one that finds all samples beyond the limit is the last
+    max_rounds: int = 6  # in any case
     widened: float = 1.3  # factor of the scatter
     min_scatter: float = 1e-3  # in parts of the margins' standard deviation
     min_chance_beyond: float = 0.2  # of samples beyond the limit to be drawn; ½ at the limit

@@ -28,7 +28,7 @@ TWO_SIDED = 1.96
 class ImportanceOptions:
     """How a probability is estimated by importance sampling."""
 
-    batch_samples: int = 1000
+    batch_samples: int = 1000  # that are added at a time
     max_samples: int = 32_000  # of an estimate
     mixture_rounds: int = 2  # mixtures after the first one
     mixture_samples: int = 600  # around which each is built

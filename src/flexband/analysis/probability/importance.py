@@ -18,7 +18,7 @@ import scipy
 class MixtureOptions:
     """How a mixture is built; its shares are those of the densities."""
 
-    max_groups: int = 8
+    max_groups: int = 8  # of known rare samples
     min_members: int = 6  # samples per variable of a group with a covariance of its own
     rounds: int = 12  # of Lloyd's algorithm, which finds the groups
     all_directions: int = 4  # variables of which all directions are used
@@ -28,7 +28,7 @@ class MixtureOptions:
     group_share: float = 0.6  # with the covariances of the groups
     unit_share: float = 0.25  # with unit covariance around them
     input_share: float = 0.1  # of the inputs themselves
-    wide_share: float = 0.05
+    wide_share: float = 0.05  # of the wide density
 
 
 @dataclass(frozen=True)

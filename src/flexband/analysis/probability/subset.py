@@ -28,7 +28,7 @@ Margins = Callable[[np.ndarray], np.ndarray]
 class SubsetOptions:
     """How rare samples are searched."""
 
-    level_samples: int = 1000
+    level_samples: int = 1000  # of each level
     level_share: float = 0.1  # of these that are below the next level
     min_probability: float = 1e-10  # smaller ones are not looked for
     accepted_share: float = 0.44  # of the steps of a chain

@@ -41,16 +41,26 @@ BANDS = ("mean", "error_bar", "range")
 class DerivationOptions:
     """How the bounds of a quantity over the interval inputs are searched."""
 
-    min_samples: int = 128  # of ξ
-    max_values: float = 1e8  # of the surrogate, about
-    max_points: int = 256  # of a scan
-    values_at_once: int = 2**22  # values of the surrogate that are computed together
-    lattice: int = 64  # bounds are at multiples of 1/lattice in η, so that many share samples
-    fine_lattice: int = 4096  # the same where the quantity is few numbers
-    few_numbers: int = 12  # so many at most
-    patterns: int = 6  # of signs in which outputs are shifted by their expected errors
-    tolerance: float = 1e-4  # gains that count as none, as a part of the range of the scan
-    search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan
+    min_samples: int = 128
+    """Least samples of ξ."""
+    max_values: float = 1e8
+    """Values of the surrogate, about."""
+    max_points: int = 256
+    """Most points of a scan."""
+    values_at_once: int = 2**22
+    """Values of the surrogate that are computed together."""
+    lattice: int = 64
+    """Bounds are at multiples of 1/lattice in η, so that many share samples."""
+    fine_lattice: int = 4096
+    """The lattice where the quantity is few numbers."""
+    few_numbers: int = 12
+    """Most numbers of a quantity for the fine lattice."""
+    patterns: int = 6
+    """Patterns of signs in which outputs are shifted by their expected errors."""
+    tolerance: float = 1e-4
+    """Gains that count as none, as a part of the range of the scan."""
+    search: SearchOptions = field(default_factory=SearchOptions)
+    """Steps from the places of the scan."""
 
 
 def derived(

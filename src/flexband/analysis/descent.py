@@ -18,14 +18,22 @@ Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class SearchOptions:
     """How the lowest values over the interval inputs are searched."""
 
-    first_step: float = 0.3  # of η
-    near_step: float = 0.1  # near the place of a neighbour
-    last_step: float = 0.01  # the smallest
-    step_divisor: float = 4.0  # what a step is divided by where it finds nothing
-    max_sweeps: int = 24  # over all variables
-    neighbour_rounds: int = 3  # in which the places of neighbours are tried
-    max_scanned: int = 20_000  # points times times of a scan
-    starts: int = 2  # points of a scan from which each function is searched
+    first_step: float = 0.3
+    """First step of η."""
+    near_step: float = 0.1
+    """First step near the place of a neighbour."""
+    last_step: float = 0.01
+    """Smallest step."""
+    step_divisor: float = 4.0
+    """What a step is divided by where it finds nothing."""
+    max_sweeps: int = 24
+    """Most sweeps over all variables."""
+    neighbour_rounds: int = 3
+    """Rounds in which the places of neighbours are tried."""
+    max_scanned: int = 20_000
+    """Most points times times of a scan."""
+    starts: int = 2
+    """Points of a scan from which each function is searched."""
 
 
 def descend(

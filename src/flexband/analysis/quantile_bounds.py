@@ -42,16 +42,26 @@ MAX_SAMPLES = 2**22
 class QuantileOptions:
     """How the bounds of quantiles over the interval inputs are searched."""
 
-    min_samples: int = 128  # of ξ in the search
-    min_beyond: int = 4  # of them beyond a quantile
-    tried_places: int = 25  # for each bound, about
-    max_values: float = 8e6  # of the surrogate at these places
-    final_factor: int = 4  # times as many samples with which a search ends
-    max_scanned: float = 2e7  # values of a scan, which takes fewer times if there are more
-    max_scanned_times: int = 150  # of a scan, likewise
-    tolerance: float = 1e-4  # gains that count as none, as a part of the range of a scan
-    values_at_once: int = 2**18  # samples of series in one part of the work of a thread
-    search: SearchOptions = field(default_factory=SearchOptions)  # from the places of the scan
+    min_samples: int = 128
+    """Least samples of ξ in the search."""
+    min_beyond: int = 4
+    """Least samples beyond a quantile."""
+    tried_places: int = 25
+    """Places that are tried for each bound, about."""
+    max_values: float = 8e6
+    """Values of the surrogate at these places."""
+    final_factor: int = 4
+    """Times as many samples with which a search ends."""
+    max_scanned: float = 2e7
+    """Most values of a scan, which takes fewer times if there are more."""
+    max_scanned_times: int = 150
+    """Most times of a scan."""
+    tolerance: float = 1e-4
+    """Gains that count as none, as a part of the range of a scan."""
+    values_at_once: int = 2**18
+    """Samples of series in one part of the work of a thread."""
+    search: SearchOptions = field(default_factory=SearchOptions)
+    """Steps from the places of the scan."""
 
 
 def quantiles(

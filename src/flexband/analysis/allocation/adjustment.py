@@ -30,14 +30,22 @@ SIGNS = np.array([1.0, -1.0])
 class AdjustmentOptions:
     """How compensators are adjusted, and the worst place is searched."""
 
-    first_points: int = 9  # of each compensator
-    last_step: float = 1e-7  # of the search of a compensator
-    shrinkages: tuple[float, float] = (0.5, 0.8)  # of the step, for one (a bisection) and for two
-    scan_order: int = 3  # for which places are scanned
-    max_vertices: int = 256  # if only vertices are scanned
-    starts: int = 4  # places from which the worst one is searched
-    tolerance: float = 1e-9  # part of the scale that counts as no gain of this search
-    margins_at_once: int = 4_000_000  # margins that are computed together
+    first_points: int = 9
+    """Points of each compensator that are tried first."""
+    last_step: float = 1e-7
+    """Last step of the search of a compensator."""
+    shrinkages: tuple[float, float] = (0.5, 0.8)
+    """Factors of the step for one compensator, a bisection, and for two."""
+    scan_order: int = 3
+    """Order of the expansion for which places are scanned."""
+    max_vertices: int = 256
+    """Most places where vertices alone are scanned."""
+    starts: int = 4
+    """Places from which the worst one is searched."""
+    tolerance: float = 1e-9
+    """Part of the scale that counts as no gain of this search."""
+    margins_at_once: int = 4_000_000
+    """Margins that are computed together."""
 
 
 def compensators(space: Space) -> dict[str, int]:

@@ -34,21 +34,36 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 class ChanceOptions:
     """How the cheapest tolerances for a stated probability are searched."""
 
-    accuracy: float = 0.02  # relative standard error of a probability
-    aim: float = 0.95  # in parts of the stated probability, above its confidence interval
-    max_rounds: int = 10  # searches
-    max_places: int = 3  # of the interval inputs that are watched
-    same_distance: float = 0.05  # in η, up to which places are the same
-    trust: float = 0.4  # by how much a search changes logarithms of tolerances
-    size_trust: float = 0.1  # by how much it changes η of sizes
-    common_samples: int = 1000  # that a search shares
-    min_saving: float = 2e-3  # part of the cost that is worth going on for
-    step: float = 1e-3  # of differences, of the logarithm of a tolerance
-    max_corrections: int = 5  # times that runs are made
-    kept_share: float = 0.7  # of the stated probability, from which on that by runs is near enough
-    min_ratio: float = 0.2  # by which the aim changes at a time because of runs, at least
-    max_ratio: float = 5.0  # the same at most
-    ends: EndOptions = field(default_factory=EndOptions)  # the search of the likeliest place
+    accuracy: float = 0.02
+    """Relative standard error of a probability."""
+    aim: float = 0.95
+    """Part of the stated probability that is aimed at, so that its interval is below it."""
+    max_rounds: int = 10
+    """Most searches."""
+    max_places: int = 3
+    """Most places of the interval inputs that are watched."""
+    same_distance: float = 0.05
+    """Distance in η up to which places are the same."""
+    trust: float = 0.4
+    """Largest change of logarithms of tolerances in a search."""
+    size_trust: float = 0.1
+    """Largest change of η of sizes in a search."""
+    common_samples: int = 1000
+    """Samples that a search shares."""
+    min_saving: float = 2e-3
+    """Part of the cost that is worth going on for."""
+    step: float = 1e-3
+    """Step of differences, of the logarithm of a tolerance."""
+    max_corrections: int = 5
+    """Most times that runs are made."""
+    kept_share: float = 0.7
+    """Part of the stated probability from which on that by runs is near enough."""
+    min_ratio: float = 0.2
+    """Least factor of the aim at a time, because of runs."""
+    max_ratio: float = 5.0
+    """Largest factor of the aim at a time."""
+    ends: EndOptions = field(default_factory=EndOptions)
+    """The search of the likeliest place."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,13 +33,20 @@ Search = Callable[[WorstCaseBounds, WatchedPlaces, np.ndarray | None], Allocated
 class ConfirmationOptions:
     """How runs confirm tolerances."""
 
-    max_rounds: int = 5  # times that runs are made
-    max_runs: int = 6  # at a time, at points that bind, and at vertices
-    max_variables: int = 8  # interval variables up to which vertices are run
-    agreement: float = 3e-6  # part of the scale up to which surrogate and runs agree
-    near: float = 0.02  # part of the scale up to which the margin of a run counts as the least
-    looser: float = 3.0  # expected errors by which limits are made looser at most
-    difference: float = 1e-3  # step of differences in normal variables
+    max_rounds: int = 5
+    """Most times that runs are made."""
+    max_runs: int = 6
+    """Most runs at a time, at points that bind, and at vertices."""
+    max_variables: int = 8
+    """Interval variables up to which vertices are run."""
+    agreement: float = 3e-6
+    """Part of the scale up to which surrogate and runs agree."""
+    near: float = 0.02
+    """Part of the scale up to which the margin of a run counts as the least."""
+    looser: float = 3.0
+    """Expected errors by which limits are made looser at most."""
+    difference: float = 1e-3
+    """Step of differences in normal variables."""
 
 
 @dataclass(frozen=True, eq=False)

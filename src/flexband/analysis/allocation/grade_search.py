@@ -24,8 +24,10 @@ from flexband.errors import InputError
 class GradeOptions:
     """How the cheapest grades are searched."""
 
-    max_rounds: int = 2000  # choices of grades that are tried
-    negative: float = -1e-9  # part of the scale below which a margin is negative
+    max_rounds: int = 2000
+    """Most choices of grades that are tried."""
+    negative: float = -1e-9
+    """Part of the scale below which a margin is negative."""
 
 
 def cheapest_grades(

@@ -26,14 +26,22 @@ from flexband.errors import InputError
 class AllocationOptions:
     """How the cheapest tolerances are searched."""
 
-    max_rounds: int = 60  # exchanges
-    slack: float = 1e-7  # part of the scale by which limits are tightened, so that they are kept
-    watched_share: float = 0.05  # of the least tolerances' least margin: those below are watched
-    random_starts: int = 4  # of a search, besides the best tolerances so far
-    retries: int = 2  # times that random starts are tried
-    min_saving: float = 1e-6  # part of the cost that is worth going on for
-    tried_ratios: int = 33  # that make tolerances tighter
-    binding: float = 1e-4  # part of the scale below which margins bind
+    max_rounds: int = 60
+    """Most exchanges."""
+    slack: float = 1e-7
+    """Part of the scale by which limits are tightened, so that they are kept."""
+    watched_share: float = 0.05
+    """Part of the least tolerances' least margin below which margins are watched."""
+    random_starts: int = 4
+    """Random starts of a search, besides the best tolerances so far."""
+    retries: int = 2
+    """Times that random starts are tried."""
+    min_saving: float = 1e-6
+    """Part of the cost that is worth going on for."""
+    tried_ratios: int = 33
+    """Ratios that are tried to make tolerances tighter."""
+    binding: float = 1e-4
+    """Part of the scale below which margins bind."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,14 +22,22 @@ from flexband.uncertainty.inputs.sampling import sobol
 class SizeOptions:
     """How sizes are found at which searches start."""
 
-    tried: int = 1024  # sizes
-    improved: int = 16  # of them
-    max_starts: int = 9  # of searches
-    min_distance: float = 0.05  # of improved starts, in half the range of a size
-    min_distance_of_others: float = 0.3  # of other starts
-    step: float = 1e-3  # of differences in η
-    loosest: float = 10.0  # in parts of the largest tolerances, beyond which sizes are alike
-    margins_at_once: int = 2_000_000  # margins that are computed together
+    tried: int = 1024
+    """Sizes that are tried."""
+    improved: int = 16
+    """Sizes that are improved."""
+    max_starts: int = 9
+    """Most starts."""
+    min_distance: float = 0.05
+    """Least distance of improved starts, in half the range of a size."""
+    min_distance_of_others: float = 0.3
+    """Least distance of other starts."""
+    step: float = 1e-3
+    """Step of differences in η."""
+    loosest: float = 10.0
+    """Tolerances, in parts of the largest, beyond which sizes are alike."""
+    margins_at_once: int = 2_000_000
+    """Margins that are computed together."""
 
 
 def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> np.ndarray:

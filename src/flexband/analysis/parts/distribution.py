@@ -39,9 +39,12 @@ class SamplingOptions:
     confidence: float = 0.95
     accuracy: float = 0.5
     samples: int | None = None
-    max_samples: int = 10_000  # if their number is not given
-    at_first: int = 8  # samples that check quantities and requirements before more are made
-    max_values: int = 2**24  # values of outputs that are kept at a time
+    max_samples: int = 10_000
+    """Most samples, if their number is not given."""
+    at_first: int = 8
+    """Samples that check quantities and requirements before more are made."""
+    max_values: int = 2**24
+    """Values of outputs that are kept at a time."""
 
     def __post_init__(self) -> None:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()

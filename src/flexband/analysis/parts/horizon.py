@@ -48,12 +48,18 @@ LONG_NAMES = {
 class HorizonOptions:
     """What counts as predictable."""
 
-    points: int = 16  # of the inputs
-    change: float = 1e-4  # of each input, in parts of its range
-    limit: float = 0.1  # change, in parts of the band's width, at which motions are unpredictable
-    least_width: float = 0.01  # of a band, in parts of the largest one of the whole run
-    deviations: float = 3.0  # half of the range of a random input, in standard deviations
-    tail: float = 0.1  # part of the points beyond each end of the scatter
+    points: int = 16
+    """Points of the inputs."""
+    change: float = 1e-4
+    """Change of each input, in parts of its range."""
+    limit: float = 0.1
+    """Change, in parts of the band's width, at which motions are unpredictable."""
+    least_width: float = 0.01
+    """Least width of a band, in parts of the largest one of the whole run."""
+    deviations: float = 3.0
+    """Half of the range of a random input, in standard deviations."""
+    tail: float = 0.1
+    """Part of the points beyond each end of the scatter."""
 
     def runs(self, space: Space) -> int:
         """Return the number of runs: of the points, and of them with each input changed."""

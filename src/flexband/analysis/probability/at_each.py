@@ -28,11 +28,16 @@ from flexband.uncertainty.inputs.sampling import of_normals
 class AtEachTimeOptions:
     """How probabilities at single times are computed."""
 
-    samples: int = 8000  # for the probabilities
-    searched_samples: int = 400  # for the search
-    values_at_once: int = 2**16  # values of the surrogate that are computed together
-    tolerance: float = 1e-4  # relative gains of a search that count as none
-    ends: EndOptions = field(default_factory=EndOptions)  # the smoothing, and mixtures
+    samples: int = 8000
+    """Samples for the probabilities."""
+    searched_samples: int = 400
+    """Samples for the search."""
+    values_at_once: int = 2**16
+    """Values of the surrogate that are computed together."""
+    tolerance: float = 1e-4
+    """Relative gains of a search that count as none."""
+    ends: EndOptions = field(default_factory=EndOptions)
+    """Smoothing, and how mixtures are built."""
 
 
 @dataclass(frozen=True)

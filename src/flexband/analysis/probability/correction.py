@@ -32,14 +32,22 @@ from flexband.analysis.probability.subset import Margins, Rare, rare
 class CorrectionOptions:
     """How runs of the model correct a probability."""
 
-    learning_part: int = 8  # a round of learning what is missed takes one in so many runs
-    min_rounds: int = 2  # after which one that finds all samples beyond the limit is the last
-    max_rounds: int = 6  # in any case
-    widened: float = 1.3  # factor of the scatter
-    min_scatter: float = 1e-3  # in parts of the margins' standard deviation
-    min_chance_beyond: float = 0.2  # of samples beyond the limit to be drawn; ½ at the limit
-    anywhere_share: float = 0.1  # of the runs that are drawn anywhere
-    repeats: int = 4000  # of the bootstrap
+    learning_part: int = 8
+    """Runs per run of a round that learns what is missed."""
+    min_rounds: int = 2
+    """Rounds before one that finds all samples beyond the limit may be the last."""
+    max_rounds: int = 6
+    """Most rounds."""
+    widened: float = 1.3
+    """Factor of the scatter."""
+    min_scatter: float = 1e-3
+    """Least scatter, in parts of the margins' standard deviation."""
+    min_chance_beyond: float = 0.2
+    """Least chance to be drawn of samples beyond the limit; it is ½ at the limit."""
+    anywhere_share: float = 0.1
+    """Part of the runs that are drawn anywhere."""
+    repeats: int = 4000
+    """Repeats of the bootstrap."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 

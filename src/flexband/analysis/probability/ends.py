@@ -31,18 +31,30 @@ from flexband.uncertainty.inputs.sampling import sobol
 class EndOptions:
     """How the least and the largest probability over the interval inputs are searched."""
 
-    samples: int = 512  # common samples of the search
-    compared_samples: int = 4000  # with which its best places are compared
-    smoothing: float = 0.05  # s, in standard deviations of a margin
-    scatter_samples: int = 32  # that give these
-    max_vertices: int = 128  # of the box, from which the search starts
-    inside_points: int = 32  # other points from which it starts
-    slack: float = 0.3  # in standard deviations of the least margin: those below decide as well
-    rough_points: int = 2  # the best by means and scatters of margins, which are compared as well
-    omitted_share: float = 0.01  # part of the probability by these, at a time that is left out
-    starts: int = 3  # points that are improved, for each end
-    steps: tuple[float, ...] = (0.5, 0.25, 0.1, 0.04)  # of the pattern search, in η
-    fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)  # of that from the best place
+    samples: int = 512
+    """Common samples of the search."""
+    compared_samples: int = 4000
+    """Samples with which the best places of the search are compared."""
+    smoothing: float = 0.05
+    """The s of the smoothing, in standard deviations of a margin."""
+    scatter_samples: int = 32
+    """Samples that give standard deviations of margins."""
+    max_vertices: int = 128
+    """Most vertices of the box from which the search starts."""
+    inside_points: int = 32
+    """Other points from which the search starts."""
+    slack: float = 0.3
+    """Margins that decide as well, in standard deviations of the least one."""
+    rough_points: int = 2
+    """Points that are best by means and scatters of margins, and looked at as well."""
+    omitted_share: float = 0.01
+    """Part of the probability, by means and scatters of margins, at a time left out."""
+    starts: int = 3
+    """Points that are improved, for each end."""
+    steps: tuple[float, ...] = (0.5, 0.25, 0.1, 0.04)
+    """Steps of the pattern search in η."""
+    fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)
+    """Steps of the search from the best place."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 

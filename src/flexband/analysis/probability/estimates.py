@@ -28,15 +28,24 @@ TWO_SIDED = 1.96
 class ImportanceOptions:
     """How a probability is estimated by importance sampling."""
 
-    batch_samples: int = 1000  # that are added at a time
-    max_samples: int = 32_000  # of an estimate
-    mixture_rounds: int = 2  # mixtures after the first one
-    mixture_samples: int = 600  # around which each is built
-    moved_samples: int = 500  # of a level that finds a mixture for limits that are moved
-    rough_factor: float = 2.5  # within which subset simulation is right
-    max_unevenness: float = 25.0  # mean square of weights beyond limits over their squared mean
-    min_equal_samples: int = 9  # of equal weights with which a probability at one time is stated
-    subset: SubsetOptions = field(default_factory=SubsetOptions)  # how rare samples are searched
+    batch_samples: int = 1000
+    """Samples of a batch."""
+    max_samples: int = 32_000
+    """Most samples of an estimate."""
+    mixture_rounds: int = 2
+    """Mixtures after the first one."""
+    mixture_samples: int = 600
+    """Samples around which a mixture is built."""
+    moved_samples: int = 500
+    """Samples of a level that find a mixture for limits that are moved."""
+    rough_factor: float = 2.5
+    """Factor within which subset simulation is right."""
+    max_unevenness: float = 25.0
+    """Largest mean square of weights beyond limits, over their squared mean."""
+    min_equal_samples: int = 9
+    """Samples of equal weights with which a probability at one time is stated."""
+    subset: SubsetOptions = field(default_factory=SubsetOptions)
+    """How rare samples are searched."""
 
     def uneven(self, weights: np.ndarray, count: int) -> bool:
         """Return whether weights of samples that leave limits are very unequal, or these too many.

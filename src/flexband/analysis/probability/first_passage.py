@@ -31,7 +31,8 @@ class ProbabilityOptions:
     ends: EndOptions = field(default_factory=EndOptions)
     at_each_time: AtEachTimeOptions = field(default_factory=AtEachTimeOptions)
     correction: CorrectionOptions = field(default_factory=CorrectionOptions)
-    max_unseen: float = 0.03  # part of a probability due to times at which no bounds are searched
+    max_unseen: float = 0.03
+    """Most of a probability at times that the search for bounds leaves out."""
 
 
 def first_passage(

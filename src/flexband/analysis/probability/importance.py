@@ -18,17 +18,28 @@ import scipy
 class MixtureOptions:
     """How a mixture is built; its shares are those of the densities."""
 
-    max_groups: int = 8  # of known rare samples
-    min_members: int = 6  # samples per variable of a group with a covariance of its own
-    rounds: int = 12  # of Lloyd's algorithm, which finds the groups
-    all_directions: int = 4  # variables of which all directions are used
-    min_excess: float = 1.3  # factor of second moments over their noise in other directions
-    widened: float = 1.3  # factor of the standard deviations of a group
-    wide_std: float = 1.5  # standard deviation of the wide density
-    group_share: float = 0.6  # with the covariances of the groups
-    unit_share: float = 0.25  # with unit covariance around them
-    input_share: float = 0.1  # of the inputs themselves
-    wide_share: float = 0.05  # of the wide density
+    max_groups: int = 8
+    """Most groups of rare samples."""
+    min_members: int = 6
+    """Samples per variable of a group with a covariance of its own."""
+    rounds: int = 12
+    """Rounds of Lloyd's algorithm, which finds the groups."""
+    all_directions: int = 4
+    """Variables of which all directions are used."""
+    min_excess: float = 1.3
+    """Factor of second moments over their noise in other directions."""
+    widened: float = 1.3
+    """Factor of the standard deviations of a group."""
+    wide_std: float = 1.5
+    """Standard deviation of the wide density."""
+    group_share: float = 0.6
+    """Part of the densities with the covariances of the groups."""
+    unit_share: float = 0.25
+    """Part of those with unit covariance around the groups."""
+    input_share: float = 0.1
+    """Part of the density of the inputs."""
+    wide_share: float = 0.05
+    """Part of the wide density."""
 
 
 @dataclass(frozen=True)

@@ -28,18 +28,30 @@ Margins = Callable[[np.ndarray], np.ndarray]
 class SubsetOptions:
     """How rare samples are searched."""
 
-    level_samples: int = 1000  # of each level
-    level_share: float = 0.1  # of these that are below the next level
-    min_probability: float = 1e-10  # smaller ones are not looked for
-    accepted_share: float = 0.44  # of the steps of a chain
-    scouts: int = 600  # of each scale
-    scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)  # in standard deviations of the inputs
-    beyond_scouts: float = 1e-12  # probability of larger radii than those of scouts
-    scout_chains: int = 200  # that scouts start
-    scout_renewals: int = 3  # times that each of these makes ten steps
-    unlike_factor: float = 10.0  # of the weight of samples that another mixture hardly sees
-    new_region_share: float = 0.02  # of such samples, from which on they are another region
-    mixture: MixtureOptions = field(default_factory=MixtureOptions)  # which compares both
+    level_samples: int = 1000
+    """Samples of a level."""
+    level_share: float = 0.1
+    """Part of a level that is below the next one."""
+    min_probability: float = 1e-10
+    """Smallest probability that is looked for."""
+    accepted_share: float = 0.44
+    """Part of the steps of a chain that are accepted."""
+    scouts: int = 600
+    """Scouts of each scale."""
+    scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)
+    """Scales of scouts, in standard deviations of the inputs."""
+    beyond_scouts: float = 1e-12
+    """Probability of larger radii than those of scouts."""
+    scout_chains: int = 200
+    """Chains that scouts start."""
+    scout_renewals: int = 3
+    """Times that each of these chains makes ten steps."""
+    unlike_factor: float = 10.0
+    """Factor of the weights of samples that a mixture around others hardly sees."""
+    new_region_share: float = 0.02
+    """Part of such samples from which on they are another region."""
+    mixture: MixtureOptions = field(default_factory=MixtureOptions)
+    """Mixtures that compare both."""
 
 
 @dataclass(frozen=True)

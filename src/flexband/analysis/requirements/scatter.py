@@ -99,7 +99,7 @@ class ScatteringTolerances:
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
             tolerances[name] = interval
         groups = {name: _within(name, group, tolerances) for name, group in scatter.items()}
-        distributions: dict[str, object] = {}
+        distributions = {}
         for name, group in groups.items():
             distributions |= group.inputs if isinstance(group, Correlated) else {name: group}
         for name, distribution in distributions.items():

@@ -25,9 +25,12 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 class VarianceOptions:
     """How variances are computed."""
 
-    samples: int = 2048  # of each set if there are phases
-    searched_samples: int = 128  # those of a search
-    values_at_once: int = 2**17  # numbers that are computed together
+    samples: int = 2048
+    """Samples of each set if there are phases."""
+    searched_samples: int = 128
+    """Samples of a search."""
+    values_at_once: int = 2**17
+    """Numbers that are computed together."""
 
 
 class Variances(Protocol):

@@ -61,14 +61,22 @@ TINY = 1e-140
 class VerificationOptions:
     """Where verification runs are, and how they judge."""
 
-    anywhere: int = 4  # one of so many runs is a sample of the space, the others are at bounds
-    farthest: float = 3.0  # standard deviations to which the others spread along a direction of ξ
-    times: int = 48  # at which bounds are computed
-    round_off: float = 1e-12  # errors below this part of an output are none
-    min_pairs: int = 2  # per interval that is left out, from which effects are told one by one
-    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))  # λ
-    min_part: float = 1e-6  # lowest value of what is missed at least, in parts of the mean
-    halvings: int = 60  # of the search for it
+    anywhere: int = 4
+    """One of so many runs is a sample of the space, the others are at bounds."""
+    farthest: float = 3.0
+    """Standard deviations to which the others spread along a direction of ξ."""
+    times: int = 48
+    """Times at which bounds are computed."""
+    round_off: float = 1e-12
+    """Errors below this part of an output are none."""
+    min_pairs: int = 2
+    """Pairs per interval left out from which effects are computed one by one."""
+    betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
+    """Values of λ."""
+    min_part: float = 1e-6
+    """Lowest value of what is missed at least, in parts of the mean."""
+    halvings: int = 60
+    """Halvings of the search for what is missed at least."""
 
 
 class VerificationPoints(NamedTuple):

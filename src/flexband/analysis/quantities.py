@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -229,7 +228,7 @@ def _unit_of_last(output: xr.DataArray) -> str:
     return output[output.dims[-1]].attrs.get("units", "")
 
 
-def _checked(output: Any) -> str:
+def _checked(output: str) -> str:
     if not isinstance(output, str) or not output:
         raise InputError(f"an output must be given by its name; got {shown(output)}")
     return output

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -102,9 +101,8 @@ def result_of(
         "confirmed": _confirmed(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
-    attrs["outcome"] = _outcome(
-        worst, confirmation, attrs, [*map(str.__add__, names.tolist(), moments)]
-    )
+    binding = [*map(str.__add__, names.tolist(), moments)]
+    attrs["outcome"] = _outcome(worst, confirmation, binding)
     for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
         attrs["outcome"] += f". Not reliable: {doubt}"
     attrs["verdict"] = f"{_in_words(tolerances, allocation.x, cost)}. {attrs['outcome']}"
@@ -224,7 +222,7 @@ def _margins(
     impacts = bool(narrow.diagnostics.attrs.get("impacts"))
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
-    each: dict[str, list[Any]] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
+    each: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
     for corridor in limits.values():
         margins = np.full(labels.shape[1:], np.inf)
@@ -252,15 +250,13 @@ def _margins(
     return data
 
 
-def _outcome(
-    worst: WorstCaseBounds, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
-) -> str:
+def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
-    allocation = confirmation.allocated
+    allocation, confirmed = confirmation.allocated, _confirmed(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if attrs["confirmed"] == TolerancesConfirmed.NOT_MADE:
+    if confirmed is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if attrs["confirmed"] == TolerancesConfirmed.NO:
+    if confirmed is TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -269,7 +265,7 @@ def _outcome(
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if attrs["confirmed"] == TolerancesConfirmed.INFERRED:
+    if confirmed is TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"

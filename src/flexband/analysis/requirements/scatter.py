@@ -12,7 +12,7 @@ from flexband.errors import InputError, check_instance, check_numbers, check_opt
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.normal import TruncatedNormal
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space, check_no_play
@@ -153,7 +153,7 @@ def _within(
     return given.within(tolerances[name])
 
 
-def _check_support(name: str, distribution: object, interval: Interval) -> None:
+def _check_support(name: str, distribution: Input, interval: Interval) -> None:
     """Raise `InputError` if values beyond an interval are possible."""
     if not isinstance(distribution, Distribution) or distribution.intervals:
         raise InputError(

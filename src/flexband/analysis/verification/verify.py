@@ -221,7 +221,7 @@ def _verified(
     if values := space.numbers_at(xi, eta):
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
-    attrs: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
+    attrs = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     if made.failed:
         attrs["runs_failed"] = len(made.failed)
     checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())

@@ -192,6 +192,14 @@ def check_numbers(name: str, value: ArrayLike, count: int = 1) -> np.ndarray:
     return array
 
 
+def check_fraction(name: str, value: ArrayLike) -> float:
+    """Return a number between 0 and 1, ends excluded; else raise `InputError`."""
+    fraction = float(check_numbers(name, value))
+    if not 0 < fraction < 1:
+        raise InputError(f"{name} must be above 0 and below 1; got {fraction:g}")
+    return fraction
+
+
 def check_pair(name: str, value: object) -> list | tuple:
     """Return a list or a tuple of two; else raise `InputError`."""
     if not isinstance(value, list | tuple) or len(value) != 2:

@@ -18,15 +18,15 @@ from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import Quantity, made_of
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
-    CONFIDENCE,
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
     samples_of,
+    sampling_attrs,
     sampling_error,
 )
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_function, check_integer, check_numbers, shown
+from flexband.errors import InputError, check_fraction, check_function, check_integer, shown
 from flexband.uncertainty.expansions.bounds.scan import scattered
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -39,30 +39,28 @@ BANDS = ("mean", "error_bar", "range")
 
 @dataclass(frozen=True)
 class DerivationOptions:
-    """How the bounds of a quantity over the interval inputs are searched.
-
-    Attributes
-    ----------
-    min_samples, max_values : least samples of ξ, and values of the surrogate, about.
-    max_points : points of a scan.
-    values_at_once : values of the surrogate that are computed at once.
-    lattice : places of bounds are multiples of 1/lattice in η, so that many share their samples.
-    fine_lattice, few_numbers : the same where the quantity is so few numbers at most.
-    patterns : patterns of signs in which outputs are shifted by their expected errors.
-    tolerance : gains of the search that count as none, as a part of the range of the scan.
-    search : the steps from the places of the scan.
-    """
+    """How the bounds of a quantity over the interval inputs are searched."""
 
     min_samples: int = 128
+    """Least samples of ξ."""
     max_values: float = 1e8
+    """Values of the surrogate, about."""
     max_points: int = 256
+    """Most points of a scan."""
     values_at_once: int = 2**22
+    """Values of the surrogate that are computed together."""
     lattice: int = 64
+    """Bounds are at multiples of 1/lattice in η, so that many share samples."""
     fine_lattice: int = 4096
+    """The lattice where the quantity is few numbers."""
     few_numbers: int = 12
+    """Most numbers of a quantity for the fine lattice."""
     patterns: int = 6
+    """Patterns of signs in which outputs are shifted by their expected errors."""
     tolerance: float = 1e-4
+    """Gains that count as none, as a part of the range of the scan."""
     search: SearchOptions = field(default_factory=SearchOptions)
+    """Steps from the places of the scan."""
 
 
 def derived(
@@ -122,13 +120,9 @@ def derived(
     check_function("quantity", quantity, ", such as Peak(), of a response")
     sigmas, seed = checked_sigmas(sigmas), check_integer("seed", seed, 0)
     samples = check_integer("samples", samples, REPLICATES, MAX_SAMPLES)
-    part = float(check_numbers("probability", probability))
-    if not 0 < part < 1:
-        raise InputError(f"probability must be above 0 and below 1; got {part:g}")
+    part = check_fraction("probability", probability)
     least = math.ceil(2 * MIN_BEYOND / (1 - part))
-    if samples < least and any(
-        case_surrogate.space.random_dimension for case_surrogate in surrogates.values()
-    ):
+    if samples < least and any(case.space.random_dimension for case in surrogates.values()):
         raise InputError(f"samples must be {least} or more for {part:g}; got {samples}")
     return over_intervals(
         lambda case: _Derivation(case, quantity, sigmas, part).bands(samples, seed), surrogate
@@ -151,8 +145,7 @@ class _Derivation:
         self.sigmas, self.part = sigmas, part
         space = surrogate.space
         self.frame = self.labelled(surrogate.standard(*space.nominal()))
-        for name in ("bound", "input"):
-            check_free(name, self.frame)
+        check_free(self.frame, "bound", "input")
         self.size = math.prod(self.frame.shape[1:])
         few = self.size <= options.few_numbers
         self.lattice = options.fine_lattice if few else options.lattice
@@ -182,14 +175,9 @@ class _Derivation:
         """Return what `derived` does."""
         space, size = self.surrogate.space, self.size
         xi, m = samples_of(space.families, samples, seed), space.interval_dimension
-        eta = np.zeros((6, size, m))
-        searched = len(xi)
-        if m:
-            eta, searched = self.places(xi, seed)
-        flat, which = np.zeros((1, 0)), np.zeros((6, size), dtype=int)
-        if m:
-            flat, which = np.unique(eta.reshape(-1, m), axis=0, return_inverse=True)
-            which = which.reshape(6, size)
+        eta, searched = self.places(xi, seed) if m else (np.zeros((6, size, 0)), len(xi))
+        flat, which = np.unique(eta.reshape(6 * size, m), axis=0, return_inverse=True)
+        which = which.reshape(6, size)
         statistics, error, moved = (np.empty((6, size)) for _ in range(3))
         shifts = self.shifts(seed)
         for k, place in enumerate(flat):
@@ -214,16 +202,10 @@ class _Derivation:
             if shifts:
                 data[f"{name}_expected_error"] = dims, moved[both].reshape(shape)
             data |= places(f"{name}_at", space, eta[both], dims, shape)
-        attrs = {
-            "sigmas": self.sigmas,
-            "probability": self.part,
-            "samples": len(xi),
-            "seed": seed,
-            "confidence": CONFIDENCE,
-            "quantity": shown(self.quantity),
-            "made": f"{len(xi)} quasi-random samples of the surrogate; bounds by a search on "
-            f"{searched}, to the nearest 1/{self.lattice} in η",
-        }
+        attrs = {"sigmas": self.sigmas, "probability": self.part, "quantity": shown(self.quantity)}
+        attrs |= sampling_attrs(
+            len(xi), seed, f" on {searched}, to the nearest 1/{self.lattice} in η"
+        )
         return answer(self.surrogate, data, {}, attrs, LONG_NAMES, self.frame)
 
     def sampling_error(self, values: np.ndarray) -> np.ndarray:
@@ -275,11 +257,8 @@ class _Derivation:
             rounded = np.round(eta * self.lattice) / self.lattice + 0.0
             learn(rounded)
             target, positions = np.divmod(which, size)
-            values = [
-                known[place.tobytes()][k, s]
-                for place, k, s in zip(rounded, target, positions, strict=True)
-            ]
-            return sign[target] * np.array(values)
+            statistics = np.array([known[place.tobytes()] for place in rounded])
+            return sign[target] * statistics[np.arange(len(rounded)), target, positions]
 
         points = points + 0.0
         learn(points)

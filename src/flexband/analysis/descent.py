@@ -16,27 +16,24 @@ Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How the lowest values over the interval inputs are searched.
-
-    Attributes
-    ----------
-    first_step, near_step, last_step : steps of η: the first, that near the place of a neighbour,
-        and the smallest.
-    step_divisor : what a step is divided by where it finds nothing.
-    max_sweeps : most sweeps over all variables.
-    neighbour_rounds : rounds in which the places of neighbours are tried.
-    max_scanned : points times times of a scan at most.
-    starts : points of a scan from which each function is searched.
-    """
+    """How the lowest values over the interval inputs are searched."""
 
     first_step: float = 0.3
+    """First step of η."""
     near_step: float = 0.1
+    """First step near the place of a neighbour."""
     last_step: float = 0.01
+    """Smallest step."""
     step_divisor: float = 4.0
+    """What a step is divided by where it finds nothing."""
     max_sweeps: int = 24
+    """Most sweeps over all variables."""
     neighbour_rounds: int = 3
+    """Rounds in which the places of neighbours are tried."""
     max_scanned: int = 20_000
+    """Most points times times of a scan."""
     starts: int = 2
+    """Points of a scan from which each function is searched."""
 
 
 def descend(
@@ -52,19 +49,11 @@ def descend(
     """Return values and places of local minima near given places.
 
     Each variable is tried on both sides of a place; where both are higher, the vertex of the
-    parabola is tried as well; after a sweep over all variables, its whole change once more.
-
-    Parameters
-    ----------
-    which : the number of the function of each row, shape (rows,).
-    eta : where the searches start, shape (rows, m).
-    values : the functions there, shape (rows,).
-    tolerance : gains that count as none, shape (rows,).
-    first_step : that of the options unless given.
+    parabola is tried as well; after a sweep over all variables, its whole change once more. The
+    functions `which`, (rows,), have the `values`, (rows,), at the starts `eta`, (rows, m); gains up
+    to `tolerance`, (rows,), count as none.
     """
-    best = eta.copy()
-    lowest = values.copy()
-    m = eta.shape[1]
+    best, lowest, m = eta.copy(), values.copy(), eta.shape[1]
     step = np.full(len(best), first_step or options.first_step)
     rows = np.arange(len(best)) if m else np.zeros(0, dtype=int)
 
@@ -129,8 +118,7 @@ def local_minima(values: np.ndarray, beside: np.ndarray, count: int) -> np.ndarr
 
 
 def lowest_over_times(
-    scanned: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    function: Function,
+    functions: Callable[[np.ndarray, np.ndarray], np.ndarray],
     scan: tuple[np.ndarray, np.ndarray],
     times: int,
     tolerance: float,
@@ -139,23 +127,19 @@ def lowest_over_times(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the places of the lowest values at all times, (kinds, times, m), and a scan.
 
-    If the points of the scan are many, it takes only some of the times.
-
-    Parameters
-    ----------
-    scanned : returns functions of all kinds, (kinds, rows), at η (rows, m) and times (rows,).
-    function : the same functions, numbered by kind and time, the last one fastest.
-    scan : points η, and the numbers of the points next to each.
-    tolerance : gains that count as none.
-
-    Returns
-    -------
-    Places, and the values of the scan, shape (kinds, points, times), each time's nearest one.
+    The functions return values of all kinds, (kinds, rows), at η (rows, m) and times (rows,). The
+    `scan` has points η, and the numbers of the points next to each; if they are many, it takes only
+    some of the times. Its values, (kinds, points, times), are each time's nearest ones.
     """
+
+    def function(eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+        kind, time = np.divmod(which, times)
+        return functions(eta, time)[kind, np.arange(len(eta))]
+
     points, beside = scan
     m, stride = points.shape[1], max(1, len(points) * times // options.max_scanned)
     coarse = np.arange(0, times, stride)
-    scan_values = scanned(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
+    scan_values = functions(np.repeat(points, len(coarse), axis=0), np.tile(coarse, len(points)))
     kinds, scan_values = len(scan_values), scan_values.reshape(len(scan_values), len(points), -1)
     nearest = np.minimum((np.arange(times) + stride // 2) // stride, len(coarse) - 1)
     if not m:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,25 +20,19 @@ from flexband.analysis.requirements.corridors import (
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
-from flexband.analysis.results import ERRORS, Variables, check_free
-from flexband.analysis.selection import AnySurrogate, check_surrogate, labels_of, surrogates_of
+from flexband.analysis.results import (
+    Variables,
+    beyond_neighbours,
+    check_free,
+    described,
+    error_of,
+    interval_values,
+)
+from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
-from flexband.uncertainty.inputs.space import Space, check_no_play
+from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
-
-
-def error_of(
-    diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
-) -> tuple[str, np.ndarray]:
-    """Return which variable tells the error of bands, and its values, (outputs …, times).
-
-    Without one of these names the name is "" and the values are zero.
-    """
-    for name in names:
-        if name in diagnostics:
-            return name, diagnostics[name].transpose(*labels.dims[1:]).values
-    return "", np.zeros(labels.shape[1:])
 
 
 def check_limits(
@@ -92,10 +86,9 @@ def check_limits(
     >>> result["verdict"].values.tolist()
     ['kept']
     """
-    check_surrogate(surrogate)
     labels = labels_of(surrogate)
-    for name in ("limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"):
-        check_free(name, labels)
+    names = "limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"
+    check_free(labels, *names)
     requirements = by_name(limits)
     deviations = {
         name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)
@@ -120,10 +113,11 @@ def check_limits(
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     if len(set(deviations.values())) == 1:
         attrs["sigmas"] = next(iter(deviations.values()))
-    kept = {LimitVerdict(verdict) for verdict in result["verdict"].values.tolist()}
-    worst = next(verdict for verdict in WORST_FIRST if verdict in kept)
+    worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
     attrs |= {"kept": worst.value, "inputs": inputs}
-    return _described(result.assign_attrs(attrs))
+    k = {None: "k", 1.0: ""}.get(attrs.get("sigmas"), f"{attrs.get('sigmas', 0.0):g}")
+    long_names = {name: words.format(k=k) for name, words in LONG_NAMES.items()}
+    return described(result.assign_attrs(attrs), long_names, UNITLESS)
 
 
 def _sigmas_of(requirement: Requirement) -> float:
@@ -214,34 +208,26 @@ def _bands(
     surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
 ) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
-    bands = surrogate.bands(sigmas)
-    cases = surrogates_of(surrogate)
-    if "" not in cases:
-        if any(compensators(case.space) for case in cases.values()):
-            raise InputError("surrogate must have no Choice where it has a Compensator")
+    bands, cases = surrogate.bands(sigmas), surrogates_of(surrogate)
+    if not any(compensators(case.space) for case in cases.values()):
         return bands
+    if "" not in cases:
+        raise InputError("surrogate must have no Choice where it has a Compensator")
     case = cases[""]
     space, dims = case.space, case.labels.dims[1:]
-    columns = compensators(space)
-    if not columns:
-        return bands
     check_no_play(space, "check_limits with a Compensator")
     corridor = joint({k: r.corridor(case.labels) for k, r in requirements.items()})
-    expansions, numbers, bounds = limited(case, corridor.lower, corridor.upper)
+    expansions, numbers, bounds = limited(case, corridor)
     bar = bands["error_bar"].transpose("bound", *dims).values.copy()
     width = np.broadcast_to((bar[1] - bar[0]).mean(axis=-1, keepdims=True), bar[1].shape).ravel()
     scale = np.maximum(width[numbers], 1e-9 * np.abs(bar).max() + 1e-300)
     k, m = sigmas if space.random_dimension else 0.0, space.interval_dimension
-    adjusted = Adjusted(expansions, bounds, scale, k, list(columns.values()), m)
-    *ends, eta = adjusted.worst()
+    columns = list(compensators(space).values())
+    *ends, eta = Adjusted(expansions, bounds, scale, k, columns, m).worst()
     bar.reshape(2, -1)[:, numbers] = ends
     at = bands["error_bar_at"].transpose("input", "bound", *dims).values.copy()
-    input_values = Space(space.of_kind(random=False)).numbers_at(
-        np.zeros((eta.size // m, 0)), eta.reshape(-1, m)
-    )
-    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(
-        list(input_values.values()), (len(at), 2, -1)
-    )
+    values = list(interval_values(space, eta).values())
+    at.reshape(len(at), 2, -1)[..., numbers] = np.reshape(values, (len(at), 2, -1))
     if "pointwise_error" in case.diagnostics:  # bounds after the adjustment rest anywhere
         bands["error_bar_expected_error"] = bands["pointwise_error"]
     return bands.assign(
@@ -322,19 +308,15 @@ def _between(
 
     Margins are those to the limits above and below, shape (2, …, times).
     """
-    where, between = corridor.where, np.full((2, *margins.shape[1:]), np.inf)
+    least, most = np.full((2, *margins.shape[1:]), np.inf)
     if "above_between" not in bands:
-        return between[0], between[1]
+        return least, most
     ends = np.where(np.isfinite(margins), margins, np.nan)
     ends = np.minimum(ends[..., :-1], ends[..., 1:])
-    for k, kind in enumerate(("", "_least")):
-        beyond = [
-            bands[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values[where][..., :-1]
-            for side in ("below", "above")
-        ]
-        remaining = ends - np.stack(beyond)
-        between[k, ..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=0)
-    return between[0], between[1]
+    beyond = beyond_neighbours(bands, labels)[(slice(None), slice(None), *corridor.where)]
+    remaining = ends - beyond[..., :-1]
+    most[..., :-1], least[..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=1)
+    return least, most
 
 
 def _of_output(values: xr.DataArray, labels: xr.DataArray, corridor: Corridor) -> np.ndarray:
@@ -374,20 +356,7 @@ LONG_NAMES = {
 }
 
 
-UNITLESS = "worst_inputs", "at_most", "deviations", "stated_scale"
-
-
-def _described(result: xr.Dataset) -> xr.Dataset:
-    """Give every variable a `long_name`, and `units` where all limits have the same."""
-    sigmas = result.attrs.get("sigmas", "k")
-    k = "" if sigmas == 1 else f"{sigmas:g}" if isinstance(sigmas, float) else sigmas
-    units = set(np.ravel(result["unit"].values).tolist()) if "unit" in result.coords else set()
-    for name, words in LONG_NAMES.items():
-        if name in result:
-            result[name].attrs["long_name"] = words.format(k=k)
-            if len(units) == 1 and result[name].dtype.kind == "f" and name not in UNITLESS:
-                result[name].attrs["units"] = str(next(iter(units)))
-    for name in ("least_margin_at", "margin_between_after"):
-        if name in result:
-            result[name].attrs.pop("units", None)
-    return result
+UNITLESS = (
+    "worst_inputs", "at_most", "deviations", "stated_scale", "least_margin_at",
+    "margin_between_after",
+)  # fmt: skip

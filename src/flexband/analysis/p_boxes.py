@@ -18,7 +18,13 @@ from flexband.analysis.quantile_bounds import (
     sorted_quantiles,
 )
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
-from flexband.analysis.sampled import CONFIDENCE, MIN_BEYOND, SampledSeries, samples_of
+from flexband.analysis.sampled import (
+    CONFIDENCE,
+    MIN_BEYOND,
+    SampledSeries,
+    samples_of,
+    sampling_attrs,
+)
 from flexband.analysis.selection import AnySurrogate, Labels, selected, surrogates_of
 from flexband.errors import InputError, check_finite, check_instance, check_integer
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -97,28 +103,20 @@ def p_box(
 
 @dataclass(frozen=True)
 class _Envelope:
-    """The lowest and the highest quantiles of one number, and where they are.
-
-    Attributes
-    ----------
-    series, psi : the number, and the polynomials of the samples.
-    eta : places of the quantiles, shape (2, levels, m).
-    quantiles : their values, shape (2, levels).
-    seed : of the samples.
-    """
+    """The lowest and the highest quantiles of one number, and where they are."""
 
     surrogate: Surrogate
-    series: SampledSeries
-    psi: np.ndarray
-    eta: np.ndarray
-    quantiles: np.ndarray
-    seed: int
+    series: SampledSeries  # the number
+    psi: np.ndarray  # polynomials of the samples
+    eta: np.ndarray  # places of the quantiles, (2, levels, m)
+    quantiles: np.ndarray  # (2, levels)
+    seed: int  # of the samples
 
     @staticmethod
     def of(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:
         """Return them for a surrogate of one number."""
         space, labels = surrogate.space, surrogate.labels
-        check_free("value", labels)
+        check_free(labels, "value")
         if int(np.prod(labels.shape[1:])) != 1:
             dimensions = ", ".join(f"{dim} ({labels.sizes[dim]})" for dim in labels.dims[1:])
             raise InputError(
@@ -134,7 +132,7 @@ class _Envelope:
         eta = np.zeros((2, len(p), 1, 0))
         if m:
             eta = searched(series, xi, space.families, p, seed)
-        flat = eta[:, :, 0].reshape(2 * len(p), m)
+        flat = eta.reshape(2 * len(p), m)
         sampled = series.values(psi, flat, np.zeros(len(flat), dtype=int))
         levels = np.tile(np.arange(len(p)), 2)
         quantiles = sorted_quantiles(sampled, p)[levels, np.arange(len(flat))].reshape(2, -1)
@@ -172,18 +170,12 @@ class _Envelope:
         data |= places("distribution_at", self.surrogate.space, eta, dims, shape)
         if (missed := expected_error(self.surrogate, 1.0)) is not None:
             data["expected_error"] = (), float(missed.ravel()[0])
-        attrs = {
-            "samples": samples,
-            "seed": self.seed,
-            "confidence": CONFIDENCE,
-            "made": f"{samples} quasi-random samples of the surrogate; bounds by a search",
-        }
+        attrs = sampling_attrs(samples, self.seed)
         result = answer(self.surrogate, data, {}, attrs, LONG_NAMES)
-        units = [
-            result[name].attrs.pop("units", None) for name in ("distribution", "sampling_error")
-        ]
-        if units[0] is not None:
-            result["value"].attrs["units"] = units[0]
+        units = result["distribution"].attrs.pop("units", None)
+        result["sampling_error"].attrs.pop("units", None)
+        if units is not None:
+            result["value"].attrs["units"] = units
         return result
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import chosen
 from flexband.analysis.results import answer, check_free, expected_error, places
-from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
+from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.analysis.value_ranges import checked_probability, range_of
 from flexband.errors import InputError, check_instance, check_integer
 from flexband.uncertainty.expansions.expansion import extremes_of
@@ -71,7 +71,6 @@ def path(
     """
     for name, output in (("x", x), ("y", y)):
         check_instance(name, output, str, "the name of an output")
-    check_surrogate(surrogate)
     k = checked_sigmas(sigmas)
     count = check_integer("directions", directions, 8, 4096)
     if count % 4:
@@ -110,8 +109,7 @@ def _supports(
 ) -> xr.Dataset:
     """Return the support function and the path, for one combination of options."""
     labels, space = surrogate.labels, surrogate.space
-    for name in (*LONG_NAMES, "vertex", "input"):
-        check_free(name, labels)
+    check_free(labels, *LONG_NAMES, "vertex", "input")
     pair = [chosen(labels, name) for name in outputs]
     if labels.dims[1:-1] != ("output",):
         raise InputError(

@@ -21,14 +21,14 @@ from flexband.analysis.descent import SearchOptions, local_minima, lowest_of_nei
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
 from flexband.analysis.sampled import (
-    CONFIDENCE,
     MIN_BEYOND,
     REPLICATES,
     SampledSeries,
     samples_of,
+    sampling_attrs,
     sampling_error,
 )
-from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
+from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_finite, check_integer, shown
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -40,31 +40,28 @@ MAX_SAMPLES = 2**22
 
 @dataclass(frozen=True)
 class QuantileOptions:
-    """How the bounds of quantiles over the interval inputs are searched.
-
-    Attributes
-    ----------
-    min_samples, min_beyond : least samples of ξ of the search, and least beyond a quantile.
-    tried_places, max_values : places that are tried for each bound, about, and values of the
-        surrogate there.
-    final_factor : times as many samples with which a search ends.
-    max_scanned, max_scanned_times : most values of a scan, and most times; if there are more, it
-        takes fewer times.
-    tolerance : gains of a search that count as none, as a part of the range of a scan.
-    values_at_once : samples of series in one part of the work of a thread.
-    search : the steps from the places of the scan.
-    """
+    """How the bounds of quantiles over the interval inputs are searched."""
 
     min_samples: int = 128
+    """Least samples of ξ in the search."""
     min_beyond: int = 4
+    """Least samples beyond a quantile."""
     tried_places: int = 25
+    """Places that are tried for each bound, about."""
     max_values: float = 8e6
+    """Values of the surrogate at these places."""
     final_factor: int = 4
+    """Times as many samples with which a search ends."""
     max_scanned: float = 2e7
+    """Most values of a scan, which takes fewer times if there are more."""
     max_scanned_times: int = 150
+    """Most times of a scan."""
     tolerance: float = 1e-4
+    """Gains that count as none, as a part of the range of a scan."""
     values_at_once: int = 2**18
+    """Samples of series in one part of the work of a thread."""
     search: SearchOptions = field(default_factory=SearchOptions)
+    """Steps from the places of the scan."""
 
 
 def quantiles(
@@ -121,7 +118,6 @@ def quantiles(
     array([[0.88],
            [1.28]])
     """
-    check_surrogate(surrogate)
     p = checked_probabilities(probabilities)
     samples = check_integer("samples", samples, 2, MAX_SAMPLES)
     seed = check_integer("seed", seed, 0)
@@ -150,7 +146,7 @@ def check_samples(space: Space, p: np.ndarray, samples: int) -> None:
 
 def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> xr.Dataset:
     space, labels = surrogate.space, surrogate.labels
-    check_free("probability", labels)
+    check_free(labels, "probability")
     check_samples(space, p, samples)
     xi = samples_of(space.families, samples, seed)
     m, times = space.interval_dimension, surrogate.times
@@ -159,11 +155,10 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     values, errors, eta = np.empty(shape), np.empty(shape), np.zeros((*shape, m))
     for expansion in surrogate.expansions:
         for series in SampledSeries.of_outputs(expansion):
-            out = (..., series.output, slice(None))
+            out = slice(None), slice(None), series.output
             if m:
-                eta[:, :, series.output] = searched(series, xi, space.families, p, seed)
-            values_and_errors = _values(series, series.basis(xi), p, eta[:, :, series.output])
-            values[out], errors[out] = values_and_errors
+                eta[out] = searched(series, xi, space.families, p, seed)
+            values[out], errors[out] = _values(series, series.basis(xi), p, eta[out])
     dims = ("bound", "probability", *labels.dims[1:])
     whole_shape = (2, len(p), *labels.shape[1:])
     data: Variables = {
@@ -174,12 +169,7 @@ def _quantiles(surrogate: Surrogate, p: np.ndarray, samples: int, seed: int) -> 
     missed = [expected_error(surrogate, abs(float(ndtri(probability)))) for probability in p]
     if missed[0] is not None:
         data["expected_error"] = (dims[1:], np.stack(missed))  # pyright: ignore
-    attrs = {
-        "samples": len(xi),
-        "seed": seed,
-        "confidence": CONFIDENCE,
-        "made": f"{len(xi)} quasi-random samples of the surrogate; bounds by a search",
-    }
+    attrs = sampling_attrs(len(xi), seed)
     return answer(surrogate, data, {"probability": p}, attrs, LONG_NAMES)
 
 
@@ -215,10 +205,9 @@ def searched(
     more = samples_of(families, min(options.final_factor * few, len(xi)), seed + 1)
     target = _Target(series, series.basis(more), p, options)
     which, starts = np.arange(2 * len(p) * series.times), eta.reshape(1, -1, eta.shape[-1])
-    gains = np.zeros(len(which))
-    return lowest_of_neighbours(
-        target, which, starts, gains, descents=1, options=options.search
-    ).reshape(eta.shape)
+    gains, how = np.zeros(len(which)), options.search
+    eta_of_more = lowest_of_neighbours(target, which, starts, gains, descents=1, options=how)
+    return eta_of_more.reshape(eta.shape)
 
 
 @dataclass(frozen=True)
@@ -240,9 +229,8 @@ class _Target:
 
     def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
         target, time = np.divmod(which, self.series.times)
-        quantile_values = self.quantiles(eta, time)
-        value = quantile_values[target % len(self.p), np.arange(len(eta))]
-        return self.signs[target] * value
+        rows = target % len(self.p), np.arange(len(eta))
+        return self.signs[target] * self.quantiles(eta, time)[rows]
 
     def quantiles(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return quantiles of some series, each at its own η, shape (probabilities, series)."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -48,10 +47,7 @@ class Magnitude:
         if len(units) > 1:
             raise InputError(f"components of a vector must have one unit; got {', '.join(units)}")
         squares = [(part**2).drop_vars(("output",), errors="ignore") for part in parts]
-        total = squares[0]
-        for square in squares[1:]:
-            total = total + square
-        return (total**0.5).transpose(*parts[0].dims)
+        return (sum(squares[1:], squares[0]) ** 0.5).transpose(*parts[0].dims)
 
 
 @dataclass(frozen=True)
@@ -199,13 +195,7 @@ class Spectrum(_OverTime):
 
 
 def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
-    """Return a quantity of every sample, dims ("sample", …).
-
-    Raises
-    ------
-    InputError
-        If it is not as many finite numbers, or arrays, as there are samples.
-    """
+    """Return a quantity of every sample, dims ("sample", …); raise `InputError` if it is none."""
     values = quantity(response)
     if not isinstance(values, xr.DataArray):
         values = xr.DataArray(np.asarray(values))
@@ -222,6 +212,7 @@ def made_of(response: xr.DataArray, quantity: Quantity) -> xr.DataArray:
 
 
 def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
+    """Return one output of a response; raise `InputError` if it has none of this name."""
     names = [str(k) for k in response["output"].values] if "output" in response.coords else []
     if not names:
         raise InputError(
@@ -237,7 +228,7 @@ def _unit_of_last(output: xr.DataArray) -> str:
     return output[output.dims[-1]].attrs.get("units", "")
 
 
-def _checked(output: Any) -> str:
+def _checked(output: str) -> str:
     if not isinstance(output, str) or not output:
         raise InputError(f"an output must be given by its name; got {shown(output)}")
     return output

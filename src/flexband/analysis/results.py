@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Container, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,10 +40,33 @@ Variables = dict[str, tuple[Dims, ArrayLike] | xr.Variable | ArrayLike]
 """Name of a variable -> its dims and values."""
 
 
-def check_free(name: str, labels: xr.DataArray) -> None:
+def check_free(labels: xr.DataArray, *names: str) -> None:
     """Raise `InputError` if a response has a dimension or coordinate that an answer adds."""
-    if name in labels.dims or name in labels.coords:
-        raise InputError(f"the response must have no dimension or coordinate {name!r}")
+    for name in names:
+        if name in labels.dims or name in labels.coords:
+            raise InputError(f"the response must have no dimension or coordinate {name!r}")
+
+
+def error_of(
+    diagnostics: xr.Dataset, labels: xr.DataArray, names: Sequence[str] = ERRORS
+) -> tuple[str, np.ndarray]:
+    """Return the first of these that diagnostics have, "" if none, and its values, or zeros.
+
+    The values have the shape of the response, (outputs …, times).
+    """
+    for name in names:
+        if name in diagnostics:
+            return name, diagnostics[name].transpose(*labels.dims[1:]).values
+    return "", np.zeros(labels.shape[1:])
+
+
+def beyond_neighbours(diagnostics: xr.Dataset, labels: xr.DataArray) -> np.ndarray:
+    """Return by how much values go below and above two neighbouring ones, from each to the next.
+
+    It is the least and the most of some runs, (2, 2, outputs …, times), zero where it is not known.
+    """
+    kinds = [[f"{side}_between{kind}" for side in ("below", "above")] for kind in ("_least", "")]
+    return np.array([[error_of(diagnostics, labels, [k])[1] for k in names] for names in kinds])
 
 
 def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
@@ -52,13 +75,11 @@ def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     It is that at any values of the inputs, not where bounds rest. The diagnostics have that of
     μ ± σ, or an indicator of the truncation error.
     """
-    diagnostics, factor = surrogate.diagnostics, growth(sigmas)
-    for name in POINTWISE_ERRORS:
-        if name in diagnostics:
-            error = diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            finer = "error_bar_discretization_error" in diagnostics  # of bands: if σ alone moves
-            return error * (max(factor, sigmas) if finer else factor)
-    return None
+    name, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
+    if not name:
+        return None
+    finer = "error_bar_discretization_error" in surrogate.diagnostics  # of bands: if σ alone moves
+    return error * (max(growth(sigmas), sigmas) if finer else growth(sigmas))
 
 
 def places(
@@ -66,33 +87,33 @@ def places(
 ) -> Variables:
     """Return a variable with the values of the interval inputs at η, if there are any.
 
-    Its first dim is "input"; `dims` and `shape` are those of the others, and of the places η, (…,
-    m).
+    Its first dim is "input"; `dims` and `shape` are those of the places η, (…, m).
     """
+    values = interval_values(space, eta)
+    if not values:
+        return {}
+    stacked = np.reshape(list(values.values()), (-1, *shape))
+    return {name: (("input", *dims), stacked), "input": ("input", list(values))}
+
+
+def interval_values(space: Space, eta: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the numbers of the interval inputs at η, (…, m), by name, flat."""
     intervals = Space(space.of_kind(random=False))
     if not intervals.inputs:
         return {}
     flat = eta.reshape(-1, eta.shape[-1])
-    values = intervals.numbers_at(np.zeros((len(flat), 0)), flat)
-    stacked = np.array(list(values.values())).reshape(-1, *shape)
-    return {name: (("input", *dims), stacked), "input": ("input", list(values))}
+    return intervals.numbers_at(np.zeros((len(flat), 0)), flat)
 
 
 def missed_tolerance(surrogate: Surrogate) -> bool:
-    """Return whether the error expected of a surrogate is above its tolerance.
-
-    That of a part of its inputs is the error of the whole, which its method judged.
-    """
+    """Return whether the error of a surrogate, as its method judged it, is above its tolerance."""
     attrs = surrogate.diagnostics.attrs
     error = _error_of_whole(attrs)
     return isinstance(error, float) and error > attrs.get("tolerance", np.inf)
 
 
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
-    """Return why what a surrogate tells is not reliable: no trust, or an error above tolerance.
-
-    `corrected` is whether runs of the response correct its errors.
-    """
+    """Return why a surrogate is not reliable, whose errors may be `corrected` by runs."""
     attrs = surrogate.diagnostics.attrs
     doubts = [str(attrs["not_trusted"])] if "not_trusted" in attrs else []
     if missed_tolerance(surrogate) and not corrected:
@@ -115,6 +136,7 @@ def answer(
     attrs: Mapping[str, Any],
     long_names: Mapping[str, str],
     labels: xr.DataArray | None = None,
+    unitless: Container[str] = (),
 ) -> xr.Dataset:
     """Return the dataset of an answer, with the coordinates of the response, units and names.
 
@@ -126,12 +148,7 @@ def answer(
     result = result.assign_coords({**used, "bound": BOUNDS, **coords})
     if "input" in result.data_vars:
         result = result.set_coords("input")
-    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
-    for name, words in long_names.items():
-        if name in result.variables:
-            result[name].attrs["long_name"] = words
-            if len(units) == 1 and name in result.data_vars and not name.endswith(WITHOUT_UNITS):
-                result[name].attrs["units"] = str(next(iter(units)))
+    result = described(result, long_names, unitless)
     diagnostic_attrs = surrogate.diagnostics.attrs
     carried = {f"surrogate_{k}": diagnostic_attrs[k] for k in CARRIED if k in diagnostic_attrs}
     if doubts := doubts_of(surrogate):
@@ -139,3 +156,18 @@ def answer(
     if not any(name in surrogate.diagnostics for name in ERRORS):
         carried["surrogate_expected_error"] = "the method of the surrogate gives none"
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried})
+
+
+def described(
+    result: xr.Dataset, long_names: Mapping[str, str], unitless: Container[str] = ()
+) -> xr.Dataset:
+    """Give variables a `long_name`, and numbers `units` where all outputs have the same."""
+    units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
+    for name, words in long_names.items():
+        if name in result.variables:
+            result[name].attrs["long_name"] = words
+            of_output = name in result.data_vars and result[name].dtype.kind == "f"
+            of_output &= name not in unitless and not name.endswith(WITHOUT_UNITS)
+            if len(units) == 1 and of_output:
+                result[name].attrs["units"] = str(next(iter(units)))
+    return result

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -18,7 +18,6 @@ from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.functions import compiled
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import scan
-from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
@@ -43,15 +42,18 @@ BLOCK = 512
 
 
 def samples_of(families: Sequence[Family], samples: int, seed: int) -> np.ndarray:
-    """Return ξ of scrambled Sobol' sequences, shape (samples, n); one without random inputs.
-
-    They are `REPLICATES` independently scrambled sequences, one after the other.
-    """
+    """Return ξ of `REPLICATES` scrambled Sobol' sequences, (samples, n); one sample if n is 0."""
     if not families:
         return np.zeros((1, 0))
     count = -(-samples // REPLICATES)
     u = [sobol(count, len(families), seed * REPLICATES + k) for k in range(REPLICATES)]
     return of_normals(ndtri(np.concatenate(u)), families)
+
+
+def sampling_attrs(count: int, seed: int, more: str = "") -> dict[str, int | float | str]:
+    """Return the attributes of an answer that a search on so many samples made."""
+    made = f"{count} quasi-random samples of the surrogate; bounds by a search{more}"
+    return {"samples": count, "seed": seed, "confidence": CONFIDENCE, "made": made}
 
 
 def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
@@ -62,22 +64,13 @@ def sampling_error(replicates: np.ndarray, axis: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SampledSeries:
-    """The times of one output as functions of η, at fixed samples of ξ.
+    """The times of one output as functions of η, at fixed samples of ξ."""
 
-    Attributes
-    ----------
-    output : number of the output.
-    expansion : that of the output alone.
-    hybrid : the expansion of the series themselves, or of their parts.
-    columns : where the parts of phases are; None if the series are polynomials.
-    scan : η among which bounds are searched first, and the numbers of the points next to each.
-    """
-
-    output: int
-    expansion: Expansion
-    hybrid: HybridExpansion
-    columns: PartColumns | None
-    scan: tuple[np.ndarray, np.ndarray]
+    output: int  # its number
+    expansion: Expansion  # that of the output alone
+    hybrid: HybridExpansion  # of the series themselves, or of their parts
+    columns: PartColumns | None  # where the parts of phases are; None of polynomials
+    scan: tuple[np.ndarray, np.ndarray]  # η that are tried first, and the numbers of neighbours
 
     @property
     def scanned(self) -> tuple[np.ndarray, np.ndarray]:
@@ -93,23 +86,16 @@ class SampledSeries:
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:
         """Yield the series of each output of an expansion."""
         for output in expansion.outputs:
-            output_expansion = expansion.of(np.array([output]))
-            if isinstance(output_expansion, PhaseExpansion):
-                m = output_expansion.parts.interval_dimension
-                terms = PartTerms.of(output_expansion.parts, output_expansion.columns)
+            series = expansion.of(np.array([output]))
+            hybrid, columns = series.hybrid, None
+            if isinstance(series, PhaseExpansion):
+                columns, m = series.columns, hybrid.interval_dimension
+                terms = PartTerms.of(hybrid, columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
-                yield SampledSeries(
-                    int(output),
-                    output_expansion,
-                    output_expansion.parts,
-                    output_expansion.columns,
-                    scan_points(2 * terms.orders[:m], reach),
-                )
+                points = scan_points(2 * terms.orders[:m], reach)
             else:
-                assert isinstance(output_expansion, DirectExpansion)
-                orders = output_expansion.values.interval_orders
-                values = output_expansion.values
-                yield SampledSeries(int(output), output_expansion, values, None, scan(orders))
+                points = scan(hybrid.interval_orders)
+            yield SampledSeries(int(output), series, hybrid, columns, points)
 
     @property
     def times(self) -> int:
@@ -121,21 +107,23 @@ class SampledSeries:
         """Return Ψ_j at ξ of shape (samples, n), shape (samples, N)."""
         return np.asfortranarray(self.hybrid.orthogonal(xi))
 
-    def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return samples of some series, each at its own η, shape (series, samples).
+    @cached_property
+    def _order(self) -> tuple[np.ndarray, np.ndarray]:
+        """The order of terms in which those of each Ψ_j follow each other, and where they start."""
+        j = self.hybrid.j
+        order = np.argsort(j, kind="stable")
+        return order, np.searchsorted(j[order], np.arange(len(self.hybrid.random_index)))
 
-        Parameters
-        ----------
-        psi : what `basis` returns.
-        eta : shape (series, m).
-        times : their numbers, shape (series,).
-        """
+    def sums(self, terms: np.ndarray) -> np.ndarray:
+        """Return the sums of terms (terms, …) of each Ψ_j, (N, …)."""
+        order, starts = self._order
+        return np.add.reduceat(terms[order], starts, axis=0)
+
+    def values(self, psi: np.ndarray, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return samples (series, samples) of series at η (series, m) and times; ψ is a `basis`."""
         hybrid = self.hybrid
         terms = hybrid.coefficients.reshape(len(hybrid.index), -1, self.times)[..., times]
-        terms = terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :]
-        order = np.argsort(hybrid.j, kind="stable")
-        starts = np.searchsorted(hybrid.j[order], np.arange(psi.shape[1]))
-        factors = np.add.reduceat(terms[order], starts, axis=0)
+        factors = self.sums(terms * hybrid.chebyshev(eta)[:, hybrid.i].T[:, None, :])
         phase, block = len(terms[0]), 1
         if self.columns:
             phase, block = self.columns.phase, self.columns.block

@@ -27,14 +27,9 @@ def surrogates_of(surrogate: AnySurrogate) -> dict[str, Surrogate]:
 
     Raise `InputError` if it is no surrogate.
     """
-    check_surrogate(surrogate)
+    check_instance("surrogate", surrogate, AnySurrogate, "one that `expand` returns")
     several = isinstance(surrogate, SurrogateOfChoices)
     return dict(surrogate.surrogates) if several else {"": surrogate}
-
-
-def check_surrogate(surrogate: AnySurrogate) -> None:
-    """Raise `InputError` if it is no surrogate."""
-    check_instance("surrogate", surrogate, AnySurrogate, "one that `expand` returns")
 
 
 def labels_of(surrogate: AnySurrogate) -> xr.DataArray:

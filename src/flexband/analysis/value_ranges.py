@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from scipy.sparse import csr_array, eye_array
@@ -12,15 +9,13 @@ from scipy.special import ndtri
 
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, expected_error
-from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
+from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_numbers
 from flexband.uncertainty.expansions.bounds.scan import lobatto
-from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import joined
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -59,7 +54,6 @@ def value_range(
     >>> fb.analysis.value_range(surrogate, probability=1.0)["range"].values.round(4)
     array([0.7, 1.3])
     """
-    check_surrogate(surrogate)
     part = checked_probability(probability)
     return over_intervals(lambda case: range_of(case, part), surrogate, at)
 
@@ -84,12 +78,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
     warn_of_extrapolation(space, ends, surrogate.diagnostics.attrs)
     extremes = []
     for expansion in surrogate.expansions:
-        if isinstance(expansion, PhaseExpansion):
-            boxed: Any = replace(expansion, parts=_on_box(expansion.parts, *ends))
-        else:
-            assert isinstance(expansion, DirectExpansion)
-            boxed = replace(expansion, values=_on_box(expansion.values, *ends))
-        extremes += boxed.extremes([0.0])
+        extremes += expansion.of_hybrid(_on_box(expansion.hybrid, *ends)).extremes([0.0])
     values = joined(surrogate.expansions, [bounds.values for bounds in extremes], 1)
     box = joined(surrogate.expansions, [bounds.places for bounds in extremes], 1).reshape(-1, m + n)
     eta, t = box[:, :m], box[:, m:]

@@ -219,8 +219,8 @@ def test_runs_that_fail_may_have_met_a_requirement_or_not(tmp_path):
     ("arguments", "message"),
     [
         ({"probabilities": (0.5, 0.1)}, "probabilities must increase between 0 and 1"),
-        ({"confidence": 1.0}, "confidence must be between 0 and 1; got 1"),
-        ({"accuracy": 0.0}, "accuracy must be between 0 and 1; got 0"),
+        ({"confidence": 1.0}, "confidence must be above 0 and below 1; got 1"),
+        ({"accuracy": 0.0}, "accuracy must be above 0 and below 1; got 0"),
         ({"samples": 1}, "samples must be 2 or more"),
         ({"scatter": {"c": fb.Uniform(0.0, 1.0)}}, "a name in scatter must be"),
         ({"scatter": {"a": fb.Uniform(0.0, 5.0)}}, "scatter"),

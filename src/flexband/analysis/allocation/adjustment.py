@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 
 from flexband.analysis.descent import descend, local_minima
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.expansion import Expansion
@@ -27,34 +28,28 @@ SIGNS = np.array([1.0, -1.0])
 
 @dataclass(frozen=True)
 class AdjustmentOptions:
-    """How compensators are adjusted, and the worst place is searched.
-
-    Attributes
-    ----------
-    first_points, last_step : points of each compensator that are tried first, and the last step of
-        its search.
-    shrinkages : factor of the step for one compensator, for which this is a bisection, and for two.
-    scan_order, max_vertices : order for which places are scanned, and most if only vertices are.
-    starts : places from which the worst one is searched.
-    tolerance : part of the scale that counts as no gain of this search.
-    margins_at_once : margins that are computed together.
-    """
+    """How compensators are adjusted, and the worst place is searched."""
 
     first_points: int = 9
+    """Points of each compensator that are tried first."""
     last_step: float = 1e-7
+    """Last step of the search of a compensator."""
     shrinkages: tuple[float, float] = (0.5, 0.8)
+    """Factors of the step for one compensator, a bisection, and for two."""
     scan_order: int = 3
+    """Order of the expansion for which places are scanned."""
     max_vertices: int = 256
+    """Most places where vertices alone are scanned."""
     starts: int = 4
+    """Places from which the worst one is searched."""
     tolerance: float = 1e-9
+    """Part of the scale that counts as no gain of this search."""
     margins_at_once: int = 4_000_000
+    """Margins that are computed together."""
 
 
 def compensators(space: Space) -> dict[str, int]:
-    """Return the number of the variable η of each `Compensator`, by name.
-
-    Raise `InputError` if there are more than two.
-    """
+    """Return the number of η of each `Compensator`, by name; raise `InputError` if over two."""
     adjusted = [name for name, size in space.chosen.items() if isinstance(size, Compensator)]
     columns = {name: k for name, k in space.columns(random=False).items() if name in adjusted}
     if len(columns) > 2:
@@ -77,21 +72,20 @@ def bars_of(expansions: Sequence[Expansion], eta: np.ndarray, sigmas: float) -> 
 
 
 def limited(
-    surrogate: Surrogate, lower: np.ndarray, upper: np.ndarray
+    surrogate: Surrogate, corridor: Corridor
 ) -> tuple[list[Expansion], np.ndarray, np.ndarray]:
     """Return what is limited: expansions, the numbers of their series in the response, and limits.
 
-    The limits `lower` and `upper` have the shape of the response, ∓∞ where there are none. Outputs
-    that have any are expanded at all times at which one of them is limited. The numbers have the
-    shape (series,), the lower and upper limits (2, series).
+    Outputs that have any are expanded at all times at which one of them is limited. The numbers
+    have the shape (series,), the lower and upper limits (2, series).
     """
     times = surrogate.times
-    bounds = np.stack([lower, upper]).reshape(2, -1, times)
-    some = np.asarray(np.isfinite(bounds).any(axis=0))
-    at = np.flatnonzero(some.any(axis=0))
+    bounds = np.stack([corridor.lower, corridor.upper]).reshape(2, -1, times)
+    is_limited = np.asarray(np.isfinite(bounds).any(axis=0))
+    at = np.flatnonzero(is_limited.any(axis=0))
     expansions, numbers = [], []
     for expansion in surrogate.expansions:
-        outputs = expansion.outputs[some[expansion.outputs].any(axis=1)]
+        outputs = expansion.outputs[is_limited[expansion.outputs].any(axis=1)]
         if len(outputs):
             expansions.append(expansion.of(outputs, at))
             numbers.append((outputs[:, None] * times + at).ravel())
@@ -101,23 +95,13 @@ def limited(
 
 @dataclass(frozen=True, eq=False)
 class Adjusted:
-    """A response whose compensators are adjusted to keep limits.
+    """A response whose compensators are adjusted to keep limits."""
 
-    Attributes
-    ----------
-    expansions : of the series that are limited, in η from −1 to 1.
-    bounds : lower and upper limit, (2, series).
-    scale : by which margins of each series are divided, so that they can be compared, (series,).
-    sigmas : k of μ ± kσ; 0 without random inputs.
-    columns : numbers of the compensators among the m variables η.
-    m : number of variables η.
-    """
-
-    expansions: Sequence[Expansion]
-    bounds: np.ndarray
-    scale: np.ndarray
-    sigmas: float
-    columns: Sequence[int]
+    expansions: Sequence[Expansion]  # of the series that are limited, in η from −1 to 1
+    bounds: np.ndarray  # lower and upper limit, (2, series)
+    scale: np.ndarray  # by which margins are divided to be compared, (series,)
+    sigmas: float  # k of μ ± kσ; 0 without random inputs
+    columns: Sequence[int]  # numbers of the compensators among the m variables η
     m: int
     options: AdjustmentOptions = field(default_factory=AdjustmentOptions)
 
@@ -178,13 +162,9 @@ class Adjusted:
     def _least(self, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of all series in parts of the scale, (points,)."""
         block = max(1, self.options.margins_at_once // self.bounds.size)
-        blocks = [
-            (SIGNS[:, None] * (self._bars(eta[k : k + block]) - self.bounds) / self.scale).min(
-                axis=(1, 2)
-            )
-            for k in range(0, len(eta), block)
-        ]
-        return np.concatenate(blocks)
+        blocks = (self._bars(eta[k : k + block]) for k in range(0, len(eta), block))
+        margins = (SIGNS[:, None] * (bars - self.bounds) / self.scale for bars in blocks)
+        return np.concatenate([block_margins.min(axis=(1, 2)) for block_margins in margins])
 
     def _bars(self, eta: np.ndarray) -> np.ndarray:
         return bars_of(self.expansions, eta, self.sigmas)

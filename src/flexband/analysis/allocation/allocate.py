@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.chance import Chance
@@ -141,11 +142,13 @@ def allocate(
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, corridor, stated)
         return allocated_by_chance(chance, response, options)
-    worst = WorstCaseBounds.of(surrogate, tolerances, corridor.lower, corridor.upper, k)
+    worst = WorstCaseBounds.of(surrogate, tolerances, corridor, k)
     check_feasible(surrogate, worst, limit_corridors)
     search = cheapest_grades if tolerances.grades else cheapest
     if response is None:
-        confirmation = Confirmed.without_runs(worst, search(worst, WatchedPlaces.none(m)))
+        allocation = search(worst, WatchedPlaces.none(m))
+        no_runs = np.full(len(allocation.points), np.nan)
+        confirmation = Confirmed(allocation, np.zeros(worst.bounds.shape), no_runs)
     else:
         with runs_as_expanded(response, surrogate.space.given, **options) as runs_of:
             first = search(worst, WatchedPlaces.none(m))

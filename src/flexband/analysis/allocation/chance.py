@@ -9,7 +9,7 @@ function replaces it in a search within a trust region, at whose end it is estim
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any
 
@@ -32,87 +32,64 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class ChanceOptions:
-    """How the cheapest tolerances for a stated probability are searched.
-
-    Attributes
-    ----------
-    accuracy : relative standard error of a probability.
-    aim : the part of the stated probability that is aimed at, so that the end of the confidence
-        interval is below the stated one.
-    max_rounds, max_places : most searches, and most places of the interval inputs that are watched.
-    same_distance : distance in η up to which places are the same.
-    trust, size_trust : by how much a search changes logarithms of tolerances, and η of sizes.
-    common_samples : samples that a search shares.
-    min_saving : part of the cost that is worth going on for.
-    step : of differences, of the logarithm of a tolerance.
-    max_corrections : most times that runs are made.
-    kept_share : the part of the stated probability from which on that by runs is near enough.
-    min_ratio, max_ratio : by how much what is aimed at changes at a time because of runs.
-    ends : how the place of the largest probability is searched.
-    """
+    """How the cheapest tolerances for a stated probability are searched."""
 
     accuracy: float = 0.02
+    """Relative standard error of a probability."""
     aim: float = 0.95
+    """Part of the stated probability that is aimed at, so that its interval is below it."""
     max_rounds: int = 10
+    """Most searches."""
     max_places: int = 3
+    """Most places of the interval inputs that are watched."""
     same_distance: float = 0.05
+    """Distance in η up to which places are the same."""
     trust: float = 0.4
+    """Largest change of logarithms of tolerances in a search."""
     size_trust: float = 0.1
+    """Largest change of η of sizes in a search."""
     common_samples: int = 1000
+    """Samples that a search shares."""
     min_saving: float = 2e-3
+    """Part of the cost that is worth going on for."""
     step: float = 1e-3
+    """Step of differences, of the logarithm of a tolerance."""
     max_corrections: int = 5
+    """Most times that runs are made."""
     kept_share: float = 0.7
+    """Part of the stated probability from which on that by runs is near enough."""
     min_ratio: float = 0.2
+    """Least factor of the aim at a time, because of runs."""
     max_ratio: float = 5.0
+    """Largest factor of the aim at a time."""
     ends: EndOptions = field(default_factory=EndOptions)
+    """The search of the likeliest place."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExceedanceEstimate:
-    """How likely limits are left with some tolerances, where it is the most likely.
+    """How likely limits are left with some tolerances, where it is the most likely."""
 
-    Attributes
-    ----------
-    x : the search's variables.
-    place : in the box of the tolerances, (m,).
-    estimate : the probability there.
-    known : rare samples there, of the narrower inputs.
-    noise : of the search for the place, as in `Estimate`.
-    exact : whether the expected error of the surrogate is negligible.
-    """
-
-    x: np.ndarray
-    place: np.ndarray
-    estimate: Estimate
-    known: Rare
-    noise: float
-    exact: bool
+    x: np.ndarray  # the search's variables
+    place: np.ndarray  # in the box of the tolerances, (m,)
+    estimate: Estimate  # the probability there
+    known: Rare  # rare samples there, of the narrower inputs
+    noise: float  # of the search for the place, as in `Estimate`
+    exact: bool  # whether the expected error of the surrogate is negligible
 
 
 @dataclass(frozen=True, eq=False)
 class Chance:
-    """The cheapest tolerances for a probability of leaving limits.
+    """The cheapest tolerances for a probability of leaving limits."""
 
-    Attributes
-    ----------
-    surrogate : with the largest tolerances.
-    tolerances : which are varied.
-    corridor : where the response must be.
-    probability : of leaving it, at most.
-    """
-
-    surrogate: Surrogate
+    surrogate: Surrogate  # with the largest tolerances
     tolerances: Tolerances
     corridor: Corridor
-    probability: float
+    probability: float  # of leaving the corridor, at most
     options: ChanceOptions = field(default_factory=ChanceOptions)
 
     def cheapest(self, x: np.ndarray) -> ExceedanceEstimate:
-        """Return the cheapest tolerances that a search from x finds.
-
-        Raise `InputError` if none are found that are likely enough to keep the limits.
-        """
+        """Return the cheapest tolerances from x; raise `InputError` if none keep the limits."""
         (low, high), options = self.tolerances.bounds, self.options
         best: ExceedanceEstimate | None = None
         now = self.left(x)
@@ -165,15 +142,9 @@ class Chance:
 
     def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place."""
-        state, rng = self._narrow(solution.x), np.random.default_rng(1)
-
-        def of_model(u: np.ndarray) -> np.ndarray:
-            return state.least_of_response(model(u, solution.place))
-
-        least = partial(state.least, eta=solution.place)
-        accuracy = self.options.accuracy
-        correction = corrected(least, of_model, solution.known, model.runs, accuracy, rng)
-        return replace(correction, noise=solution.noise)
+        state, place, accuracy = self._narrow(solution.x), solution.place, self.options.accuracy
+        rng = np.random.default_rng(1)
+        return corrected(state, model, place, solution.known, accuracy, rng, solution.noise)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""

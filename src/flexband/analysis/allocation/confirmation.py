@@ -31,54 +31,34 @@ Search = Callable[[WorstCaseBounds, WatchedPlaces, np.ndarray | None], Allocated
 
 @dataclass(frozen=True)
 class ConfirmationOptions:
-    """How runs confirm tolerances.
-
-    Attributes
-    ----------
-    max_rounds, max_runs : most times that runs are made, and most runs at a time, at points that
-        bind and at vertices.
-    max_variables : interval variables up to which vertices are run.
-    agreement : part of the scale up to which surrogate and runs agree.
-    near : part of the scale up to which the margin of a run counts as the least one.
-    looser : expected errors, root mean squares, by which limits are made looser at most.
-    difference : step of differences in normal variables.
-    """
+    """How runs confirm tolerances."""
 
     max_rounds: int = 5
+    """Most times that runs are made."""
     max_runs: int = 6
+    """Most runs at a time, at points that bind, and at vertices."""
     max_variables: int = 8
+    """Interval variables up to which vertices are run."""
     agreement: float = 3e-6
+    """Part of the scale up to which surrogate and runs agree."""
     near: float = 0.02
+    """Part of the scale up to which the margin of a run counts as the least."""
     looser: float = 3.0
+    """Expected errors by which limits are made looser at most."""
     difference: float = 1e-3
+    """Step of differences in normal variables."""
 
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """Tolerances, and what runs where they bind have shown.
-
-    Attributes
-    ----------
-    allocated : the tolerances.
-    shift : by how much the limits were made tighter, or looser, for the search, (2, series).
-    run_margins : margins of the last runs at the binding points, NaN without, (points,).
-    runs : number of all runs.
-    kept : whether the last runs keep the limits.
-    inferred : whether μ ± kσ keeps some of them by the surrogate alone.
-    """
+    """Tolerances, and what runs where they bind have shown."""
 
     allocated: Allocated
-    shift: np.ndarray
-    run_margins: np.ndarray
-    runs: int
-    kept: bool
-    inferred: bool = False
-
-    @staticmethod
-    def without_runs(worst: WorstCaseBounds, allocated: Allocated) -> Confirmed:
-        """Return tolerances for which no runs were made."""
-        run_margins = np.full(len(allocated.points), np.nan)
-        return Confirmed(allocated, np.zeros(worst.bounds.shape), run_margins, 0, False)
+    shift: np.ndarray  # by how much the search made limits tighter, or looser, (2, series)
+    run_margins: np.ndarray  # of the last runs at the binding points, NaN without, (points,)
+    runs: int = 0
+    kept: bool = False  # whether the last runs keep the limits
+    inferred: bool = False  # whether μ ± kσ keeps some of them by the surrogate alone
 
 
 def confirmed(
@@ -97,25 +77,25 @@ def confirmed(
     run_margins = np.zeros(0)
     for k in range(options.max_rounds):
         points = allocated.points
-        run_margins = np.full(len(points), np.nan)
         if not len(points):
-            return Confirmed(allocated, shift, run_margins, runs, True)
+            return Confirmed(allocated, shift, np.zeros(0), runs, kept=True)
+        run_margins = np.full(len(points), np.nan)
         narrow = surrogate.narrowed(**worst.tolerances.inputs(allocated.x))
         order = np.argsort(-allocated.multipliers, kind="stable")[: options.max_runs]
         xi, eta, owner = _run_points(narrow, worst, allocated, order, options.difference)
         further = _doubtful(worst, allocated, shift, -loosest, eta, options)
         eta = np.concatenate([eta, further])
         xi = np.concatenate([xi, np.zeros((len(further), xi.shape[1]))])
-        made = runs_of(narrow, "", lambda *_: None)((xi, eta)).values
-        assert made is not None
+        responses = runs_of(narrow, "", lambda *_: None)((xi, eta)).values
+        assert responses is not None
         at_points = narrow.standard(xi, eta)
         values, missed = (
             array.reshape(len(xi), -1)[:, worst.numbers]
-            for array in (at_points, made.values - at_points)
+            for array in (at_points, responses.values - at_points)
         )
         runs += len(xi)
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
-        margins = SIGNS[:, None] * (values[:, None] - worst.bounds)
+        margins = worst.margins(values[:, None])
         at = owner, points.side[order], points.series[order]
         bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
         inside = (margins[at] > bars + options.near * worst.scale[at[2]]) & (run >= 0)
@@ -129,8 +109,7 @@ def confirmed(
         if (kept and agree) or k == options.max_rounds - 1:
             break
         shift = new
-        moved = worst.tightened(shift)
-        allocated = search(moved, allocated.watched, allocated.x)
+        allocated = search(worst.tightened(shift), allocated.watched, allocated.x)
     return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)))
 
 
@@ -149,8 +128,8 @@ def _run_points(
     n = narrow.space.random_dimension
     u = np.zeros((len(points), n))
     steps = difference * np.concatenate([np.eye(n), -np.eye(n)])
+    xi = of_normals(steps, narrow.space.families)
     for k in range(len(points) if n else 0):
-        xi = of_normals(steps, narrow.space.families)
         values = narrow.standard(xi, np.repeat(points.places[k : k + 1], 2 * n, axis=0))
         up, down = values.reshape(2, n, -1)[..., worst.numbers[points.series[k]]]
         slope = up - down
@@ -177,10 +156,8 @@ def _doubtful(
     if worst.sigmas or tolerances.compensators or m > options.max_variables:
         return np.zeros((0, m))
     vertices = np.array(list(product((-1.0, 1.0), repeat=m))).reshape(2**m, m)
-    bars = worst.bars_at(
-        tolerances.center(allocated.x) + tolerances.radius(allocated.x) * vertices, allocated.x
-    )
-    margins = SIGNS[:, None] * (bars - worst.bounds) - shift - error
+    eta = tolerances.center(allocated.x) + tolerances.radius(allocated.x) * vertices
+    margins = worst.margins(worst.bars_at(eta, allocated.x)) - shift - error
     least = (margins / worst.scale).min(axis=(1, 2))
     distance = np.abs(vertices[:, None] - known).max(axis=2).min(axis=1, initial=np.inf)
     least[distance < SAME] = np.inf

@@ -41,15 +41,12 @@ class ReciprocalCost:
     fixed: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, check in (
-            ("factor", check_positive),
-            ("exponent", check_positive),
-            ("fixed", check_non_negative),
-        ):
-            label = f"ReciprocalCost {name}"
-            object.__setattr__(
-                self, name, float(check(label, check_numbers(label, getattr(self, name))))
-            )
+        for name in ("factor", "exponent", "fixed"):
+            check, label = check_positive, f"ReciprocalCost {name}"
+            if name == "fixed":
+                check = check_non_negative
+            number = check(label, check_numbers(label, getattr(self, name)))
+            object.__setattr__(self, name, float(number))
 
     def __call__(self, tolerance: float) -> float:
         return self.fixed + self.factor / tolerance**self.exponent
@@ -59,10 +56,7 @@ Cost = Callable[[float], float]
 
 
 def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
-    """Return a function for each tolerance, by the name of its input; a number B stands for B/t.
-
-    Raise `InputError` if it is no mapping from names to costs.
-    """
+    """Return costs as functions, B/t for a number B; raise `InputError` if they are none."""
     check_instance("costs", costs, Mapping, "a mapping from names of inputs to costs")
     if not costs:
         raise InputError("costs must name at least one input; got {}")
@@ -73,9 +67,8 @@ def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
             check_function(f"costs: {name}", cost, " of the tolerance")
             functions[name] = cost
         else:
-            functions[name] = ReciprocalCost(
-                float(check_positive(f"costs: {name}", check_numbers(name, cost)))
-            )
+            factor = check_positive(f"costs: {name}", check_numbers(name, cost))
+            functions[name] = ReciprocalCost(float(factor))
     graded = [isinstance(cost_function, Grades) for cost_function in functions.values()]
     if any(graded) and not all(graded):
         raise InputError("costs must be Grades for all inputs or for none")
@@ -85,12 +78,8 @@ def checked_costs(costs: Mapping[str, Cost | float]) -> dict[str, Cost]:
 def cost_of(name: str, cost: Cost, tolerance: float) -> float:
     """Return a cost; raise `InputError` if it is no finite number."""
     value = returned(cost, tolerance, f"costs: {name}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number):
+    if np.size(value) != 1 or not np.isfinite(value).all():
         raise InputError(
             f"costs: {name} must be a finite number at {tolerance:g}; got {shown(value)}"
         )
-    return number
+    return np.asarray(value).item()

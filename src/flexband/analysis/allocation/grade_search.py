@@ -22,16 +22,12 @@ from flexband.errors import InputError
 
 @dataclass(frozen=True)
 class GradeOptions:
-    """How the cheapest grades are searched.
-
-    Attributes
-    ----------
-    max_rounds : most choices of grades that are tried.
-    negative : part of the scale below which a margin is negative.
-    """
+    """How the cheapest grades are searched."""
 
     max_rounds: int = 2000
+    """Most choices of grades that are tried."""
     negative: float = -1e-9
+    """Part of the scale below which a margin is negative."""
 
 
 def cheapest_grades(
@@ -41,22 +37,15 @@ def cheapest_grades(
     *,
     options: GradeOptions = GradeOptions(),
 ) -> Allocated:
-    """Return the cheapest grades that keep all margins of a box, watched at least at `points`.
-
-    `x` is not used: grades are found without a start.
-    """
-    grades = worst.tolerances.grades
-    largest = worst.tolerances.largest
-    logs = [
-        np.log(input_grades.tolerances / t) for input_grades, t in zip(grades, largest, strict=True)
-    ]
+    """Return the cheapest grades that keep all margins, watched at `points`; no start x is used."""
+    grades, negative = worst.tolerances.grades, options.negative
+    pairs = zip(grades, worst.tolerances.largest, strict=True)
+    logs = [np.log(input_grades.tolerances / largest) for input_grades, largest in pairs]
     cuts: list[np.ndarray] = []
-    negative = options.negative
     for _ in range(options.max_rounds):
         x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
-        below = worst.values(x[None], points)[0] < negative * scale
-        violated = points.of(np.flatnonzero(below))
+        violated = points.of(worst.values(x[None], points)[0] < negative * scale)
         if not len(violated):
             margins, places = worst.least(x)
             violated = worst.lowest(margins, places, negative)

@@ -27,9 +27,7 @@ def check_feasible(
     if worst.tolerances.sizes:
         best = starts(worst)[0]
         sizes = ", ".join(f"{k} {v:.6g}" for k, v in worst.tolerances.nominal(best).items())
-        text = (
-            f"limits cannot be kept with any sizes that were tried, the best of which are {sizes}"
-        )
+        text += f" with any sizes that were tried, the best of which are {sizes}"
         surrogate, worst = _with_sizes(surrogate, worst, best, limits)
     margins, _ = worst.least(worst.tolerances.bounds[0])
     side, series = map(int, np.unravel_index(np.argmin(margins), margins.shape))
@@ -50,7 +48,7 @@ def check_feasible(
 
 
 def _reason(
-    everything: Mapping[str, list[str]],
+    together: Mapping[str, list[str]],
     worst: WorstCaseBounds,
     side: int,
     series: int,
@@ -58,21 +56,21 @@ def _reason(
 ) -> str:
     """Return why a limit is violated with the least tolerances.
 
-    `everything` has the inputs that are fixed together, by name.
+    `together` has the inputs that are fixed together, by name.
     """
 
     def violated(fix: set[str]) -> float:
         """Return the violation with some inputs at their nominal values."""
-        return worst.violation([k for name in fix for k in everything[name]], side, series)
+        return worst.violation([k for name in fix for k in together[name]], side, series)
 
-    nominal = violated(set(everything))
+    nominal = violated(set(together))
     enough = 1.01  # factor by which a violation due to inputs is larger than the nominal one
     if violation <= enough * nominal:
         return "and so it is with all inputs at their nominal values"
     also = f"; {nominal:.4g} of it with all inputs at their nominal values" if nominal > 0 else ""
-    costly = {name for name in everything if name in worst.tolerances.costs}
+    costly = {name for name in together if name in worst.tolerances.costs}
     alone, least = violated(costly), (enough - 1) * violation
-    parts = {name: alone - violated(costly | {name}) for name in everything.keys() - costly}
+    parts = {name: alone - violated(costly | {name}) for name in together.keys() - costly}
     causes = [f"{k} ({v:.3g})" for k, v in sorted(parts.items(), key=lambda p: -p[1]) if v > least]
     if causes:
         return (
@@ -102,12 +100,12 @@ def _with_sizes(
     surrogate: Surrogate, worst: WorstCaseBounds, x: np.ndarray, limits: Mapping[str, Corridor]
 ) -> tuple[Surrogate, WorstCaseBounds]:
     """Return a surrogate and its margins with sizes that are not free any more."""
-    all_tolerances, corridor = worst.tolerances, joint(limits)
+    all_tolerances = worst.tolerances
     inputs = all_tolerances.inputs(all_tolerances.looser(x))
     narrow = surrogate.narrowed(**{name: inputs[name] for name in all_tolerances.sizes})
     tolerances = Tolerances.of(narrow.space, all_tolerances.costs)
     k = worst.sigmas or 1.0
-    return narrow, WorstCaseBounds.of(narrow, tolerances, corridor.lower, corridor.upper, k)
+    return narrow, WorstCaseBounds.of(narrow, tolerances, joint(limits), k)
 
 
 def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:

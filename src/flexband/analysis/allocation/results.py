@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -70,10 +69,8 @@ def result_of(
     )
     of_limit = [names == name for name in limits]
     shift = confirmation.shift[points.side, points.series]
-    data: Variables = {
-        "tolerance": ("name", tolerances.values(allocation.x)),
-        "largest": ("name", tolerances.largest),
-        "cost": ("name", cost),
+    data, coords = _of_names(tolerances, allocation.x, cost)
+    data |= {
         "contribution": (("name", "binding"), -allocation.gradients.T[: len(cost)]),
         "saving_at": ("binding", allocation.multipliers),
         "saving": ("limit", [allocation.multipliers[some].sum() for some in of_limit]),
@@ -92,14 +89,11 @@ def result_of(
     if grades := tolerances.grades:
         pairs_of_grades = zip(grades, tolerances.values(allocation.x), strict=True)
         data["grade"] = "name", [grade.name(t) for grade, t in pairs_of_grades]
-    coords: Variables = {"name": tolerances.names, "limit": list(limits)}
+    coords["limit"] = list(limits)
     if labels.dims[1:-1] == ("output",) and "unit" in labels.coords:
         outputs = [corridor.output for corridor in limits.values()]
         coords |= {"output": ("limit", outputs)}
         coords |= {"unit": ("limit", labels["unit"].sel(output=outputs).values.astype(str))}
-    if tolerances.sizes:
-        coords["sizing"] = list(tolerances.sizes)
-        data["size"] = "sizing", list(tolerances.nominal(allocation.x).values())
     attrs = {
         "sigmas": worst.sigmas,
         "cost": float(cost.sum()),
@@ -107,17 +101,12 @@ def result_of(
         "confirmed": _confirmed(confirmation).value,
     }
     moments = [moment(labels, int(worst.numbers[k])) for _, k in pairs]
-    attrs["outcome"] = _outcome(
-        worst, confirmation, attrs, [*map(str.__add__, names.tolist(), moments)]
-    )
+    binding = [*map(str.__add__, names.tolist(), moments)]
+    attrs["outcome"] = _outcome(worst, confirmation, binding)
     for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
         attrs["outcome"] += f". Not reliable: {doubt}"
-    attrs["verdict"] = f"{_in_words(tolerances, allocation.x, attrs['cost'])}. {attrs['outcome']}"
-    result = answer(narrow, data, coords, attrs, LONG_NAMES).drop_vars("bound")
-    for name in WITHOUT_UNITS:
-        if name in result:
-            result[name].attrs.pop("units", None)
-    return result
+    attrs["verdict"] = f"{_in_words(tolerances, allocation.x, cost)}. {attrs['outcome']}"
+    return answer(narrow, data, coords, attrs, LONG_NAMES, None, UNITLESS).drop_vars("bound")
 
 
 def chance_result(
@@ -128,48 +117,50 @@ def chance_result(
     narrow = chance.surrogate.narrowed(**tolerances.inputs(x))
     cost, slope = tolerances.cost(x), chance.elasticity(solution)
     stated = _stated(chance, solution, by_runs=correction is not None)
-    data: Variables = {
-        "tolerance": ("name", tolerances.values(x)),
-        "largest": ("name", tolerances.largest),
-        "cost": ("name", cost),
-        "elasticity": ("name", slope[: len(cost)]),
-        **{str(name): array.variable for name, array in stated.items()},
-    }
+    data, coords = _of_names(tolerances, x, cost)
+    data["elasticity"] = "name", slope[: len(cost)]
+    data |= {str(name): array.variable for name, array in stated.items()}
     if correction is not None:
         of_runs = correction.probability, *correction.confidence()
         data |= {f"run_{name}": ((), v) for name, v in zip(STATED, of_runs, strict=True)}
     data |= places("probability_at", narrow.space, solution.place[None], [], [])
-    coords: Variables = {"name": tolerances.names}
-    if tolerances.sizes:
-        coords["sizing"] = list(tolerances.sizes)
-        data["size"] = "sizing", list(tolerances.nominal(x).values())
-    kept = correction is not None and correction.probability <= chance.probability
-    attrs = {
-        "stated": chance.probability,
-        "cost": float(cost.sum()),
-        "runs": runs,
-        "confirmed": (
-            TolerancesConfirmed.NOT_MADE
-            if correction is None
-            else (TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO)
-        ).value,
-    }
-    text = _chance_in_words(stated, chance, correction)
+    text, outcome = _chance_in_words(stated, chance, correction), TolerancesConfirmed.NOT_MADE
     if correction is None:
         text += NO_RUNS
     else:
+        kept = correction.probability <= chance.probability
+        outcome = TolerancesConfirmed.YES if kept else TolerancesConfirmed.NO
         text += f". {'Confirmed' if kept else 'NOT confirmed'} by {_new(runs)}, "
         text += "which tell {:.3g} ({:.3g} to {:.3g})".format(
             correction.probability, *correction.confidence()
         )
     for doubt in doubts_of(narrow, corrected=correction is not None):
         text += f". Not reliable: {doubt}"
-    attrs |= {"outcome": text, "verdict": f"{_in_words(tolerances, x, attrs['cost'])}. {text}"}
-    result = answer(narrow, data, coords, attrs, LONG_NAMES)
-    result = result.drop_vars("bound")
-    for array in result.data_vars.values():
-        array.attrs.pop("units", None)
-    return result
+    attrs = {
+        "stated": chance.probability,
+        "cost": float(cost.sum()),
+        "runs": runs,
+        "confirmed": outcome.value,
+        "outcome": text,
+        "verdict": f"{_in_words(tolerances, x, cost)}. {text}",
+    }
+    return answer(narrow, data, coords, attrs, LONG_NAMES, None, LONG_NAMES).drop_vars("bound")
+
+
+def _of_names(
+    tolerances: Tolerances, x: np.ndarray, cost: np.ndarray
+) -> tuple[Variables, Variables]:
+    """Return the variables and coordinates of inputs that any allocation has."""
+    coords: Variables = {"name": tolerances.names}
+    data: Variables = {
+        "tolerance": ("name", tolerances.values(x)),
+        "largest": ("name", tolerances.largest),
+        "cost": ("name", cost),
+    }
+    if tolerances.sizes:
+        coords["sizing"] = list(tolerances.sizes)
+        data["size"] = "sizing", list(tolerances.nominal(x).values())
+    return data, coords
 
 
 def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> xr.Dataset:
@@ -213,8 +204,8 @@ def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction 
     return text + f"{by_runs}tell whether it is above {chance.probability:g}" * beyond
 
 
-def _in_words(tolerances: Tolerances, x: np.ndarray, cost: float) -> str:
-    text = f"cost {cost:.5g} with "
+def _in_words(tolerances: Tolerances, x: np.ndarray, cost: np.ndarray) -> str:
+    text = f"cost {cost.sum():.5g} with "
     if sizes := tolerances.nominal(x):
         text += f"sizes {', '.join(f'{k} {v:.6g}' for k, v in sizes.items())} and "
     pairs = zip(tolerances.names, tolerances.values(x), strict=True)
@@ -231,11 +222,10 @@ def _margins(
     impacts = bool(narrow.diagnostics.attrs.get("impacts"))
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
-    everywhere = np.full(labels.shape[1:], np.inf)
-    each: dict[str, list[Any]] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
+    each: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
     for corridor in limits.values():
-        margins = everywhere.copy()
+        margins = np.full(labels.shape[1:], np.inf)
         bounds = np.stack([corridor.lower.ravel(), corridor.upper.ravel()])[:, worst.numbers]
         margins.reshape(-1)[worst.numbers] = np.min(
             SIGNS[:, None] * (np.stack([low, high]) - bounds) - confirmation.shift, axis=0
@@ -260,15 +250,13 @@ def _margins(
     return data
 
 
-def _outcome(
-    worst: WorstCaseBounds, confirmation: Confirmed, attrs: Mapping[str, Any], binding: list[str]
-) -> str:
+def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:
     """Return what limits the tolerances, and whether runs confirm them, as sentences."""
-    allocation = confirmation.allocated
+    allocation, confirmed = confirmation.allocated, _confirmed(confirmation)
     text = f"{'Binding' if allocation.binding else 'Nearest'}: {'; '.join(dict.fromkeys(binding))}"
-    if attrs["confirmed"] == TolerancesConfirmed.NOT_MADE:
+    if confirmed is TolerancesConfirmed.NOT_MADE:
         return text + NO_RUNS
-    if attrs["confirmed"] == TolerancesConfirmed.NO:
+    if confirmed is TolerancesConfirmed.NO:
         by = -np.nanmin(confirmation.run_margins, initial=0.0)
         if worst.sigmas:  # no run is at the end of μ ± kσ, which the surrogate tells
             return (
@@ -277,7 +265,7 @@ def _outcome(
             )
         verb = "violates" if confirmation.runs == 1 else "violate"
         return f"{text}. NOT confirmed: {_new(confirmation.runs)} {verb} limits by up to {by:.3g}"
-    if attrs["confirmed"] == TolerancesConfirmed.INFERRED:
+    if confirmed is TolerancesConfirmed.INFERRED:
         return (
             f"{text}. No limit is violated by {_new(confirmation.runs)}; that "
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
@@ -299,7 +287,7 @@ def _new(runs: int) -> str:
     return number_of(runs, "verification run")
 
 
-WITHOUT_UNITS = ("tolerance", "size", "largest", "cost", "saving", "saving_at", "binding_inputs")
+UNITLESS = "tolerance", "size", "largest", "cost", "saving", "binding_inputs"
 
 LONG_NAMES = {
     "elasticity": "relative increase of the probability per relative increase of the tolerance",

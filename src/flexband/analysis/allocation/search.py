@@ -24,54 +24,41 @@ from flexband.errors import InputError
 
 @dataclass(frozen=True)
 class AllocationOptions:
-    """How the cheapest tolerances are searched.
-
-    Attributes
-    ----------
-    max_rounds : most exchanges.
-    slack : part of the scale by which limits are tightened in the search, so that they are kept.
-    watched_share : part of the least margin of the least tolerances below which margins are
-        watched.
-    random_starts, retries : random starts of a search, besides the best tolerances so far, and
-        times that they are tried.
-    min_saving : part of the cost that is worth going on for.
-    tried_ratios : ratios that are tried to make tolerances tighter.
-    binding : margins below this part of their scale are binding.
-    """
+    """How the cheapest tolerances are searched."""
 
     max_rounds: int = 60
+    """Most exchanges."""
     slack: float = 1e-7
+    """Part of the scale by which limits are tightened, so that they are kept."""
     watched_share: float = 0.05
+    """Part of the least tolerances' least margin below which margins are watched."""
     random_starts: int = 4
+    """Random starts of a search, besides the best tolerances so far."""
     retries: int = 2
+    """Times that random starts are tried."""
     min_saving: float = 1e-6
+    """Part of the cost that is worth going on for."""
     tried_ratios: int = 33
+    """Ratios that are tried to make tolerances tighter."""
     binding: float = 1e-4
+    """Part of the scale below which margins bind."""
 
 
 @dataclass(frozen=True, eq=False)
 class Allocated:
-    """Tolerances, and where they are limited.
+    """Tolerances, and where they are limited."""
 
-    Attributes
-    ----------
-    x : the search's variables, (names,).
-    margins : least margins in the box, (2, series).
-    points : the binding ones; those of the least margins if none is.
-    gradients : derivatives of the margins at these by x, (points, names).
-    multipliers : by how much cost falls per unit of each of these margins, (points,); NaN for
-        grades.
-    watched : all points of the search, for another one that is similar.
-    binding : whether any margin binds.
-    """
+    x: np.ndarray  # the search's variables, (names,)
+    margins: np.ndarray  # least margins in the box, (2, series)
+    points: WatchedPlaces  # the binding ones; those of the least margins if none is
+    gradients: np.ndarray  # derivatives of the margins at these by x, (points, names)
+    multipliers: np.ndarray  # fall of cost per unit of these margins, (points,); NaN for grades
+    watched: WatchedPlaces  # all points of the search, for another one that is similar
+    binding: bool  # whether any margin binds
 
-    x: np.ndarray
-    margins: np.ndarray
-    points: WatchedPlaces
-    gradients: np.ndarray
-    multipliers: np.ndarray
-    watched: WatchedPlaces
-    binding: bool
+
+Solution = tuple[np.ndarray, WatchedPlaces]
+"""Tolerances, and the points with the best compensators."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,10 +149,11 @@ def cheapest(
     """
     slack, tolerances = options.slack, worst.tolerances
     strict = worst.tightened(slack * worst.scale)
-    first, others = (x, []) if x is not None else _starts(strict, options)
+    search = _Search(strict, options)
+    first, further = (x, []) if x is not None else search.starts()
     room = strict.least(tolerances.tighter(first, np.inf))[0] / worst.scale
     watched = options.watched_share * float(room.min())
-    x, points = (first, points) if x is None else _solved(strict, points, first, options)
+    x, points = (first, points) if x is None else search.solved(points, first)
     best, least, step = x, np.inf, STEP
     for _ in range(options.max_rounds):
         margins, places = strict.least(x)
@@ -178,10 +166,10 @@ def cheapest(
                 new = strict.at_places(x, new, most)
             points = points.with_new(new, list(tolerances.compensators.values()))
         if len(points) > before:
-            solution = _solved(strict, points, x, options)
+            solution = search.solved(points, x)
             # there may be sizes at which nothing keeps the margins
-            if tolerances.sizes and _rank(strict, *solution, slack)[0]:
-                solution = _best_of(strict, points, [first, *others], options)
+            if tolerances.sizes and search.rank(solution)[0]:
+                solution = search.best_of(points, [first, *further])
             (x, points), step = solution, STEP
             continue
         if violated:  # by hardly anything, at points that are watched
@@ -189,11 +177,11 @@ def cheapest(
             continue
         if (cost := tolerances.cost(x).sum()) < least:
             best, least = x, cost
-        if not len(points) or not others:
+        if not len(points) or not further:
             break
-        count = len(others) if tolerances.sizes else options.random_starts
-        tried, others = others[:count], others[count:]
-        x, points = _best_of(strict, points, tried, options)
+        count = len(further) if tolerances.sizes else options.random_starts
+        tried, further = further[:count], further[count:]
+        x, points = search.best_of(points, tried)
         if tolerances.cost(x).sum() > least - options.min_saving * abs(least):
             break
     if np.isinf(least):
@@ -203,103 +191,92 @@ def cheapest(
     return allocated(worst, best, points, options=options)
 
 
-def _starts(
-    worst: WorstCaseBounds, options: AllocationOptions
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return where a search starts, and where it is tried again.
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """A search for the cheapest tolerances that keep margins."""
 
-    The first are tolerances in the ratio of the largest that about keep all margins.
-    """
-    tolerances, (low, high) = worst.tolerances, worst.tolerances.bounds
-    first, *others = starts(worst) if tolerances.sizes else [high]
-    rng = np.random.default_rng(0)
-    if not tolerances.sizes:
-        count = options.retries * options.random_starts
-        others = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
-    loosest = tolerances.looser(first)
-    room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = np.where(margins < 0, room / (room - margins), 1.0).min()
-    start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
-    return start, [start, *others] if tolerances.sizes else others
+    worst: WorstCaseBounds
+    options: AllocationOptions
 
+    def starts(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return where a search starts, and where it is tried again.
 
-def _solved(
-    worst: WorstCaseBounds, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
-) -> tuple[np.ndarray, WatchedPlaces]:
-    """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
+        The first are tolerances in the ratio of the largest that about keep all margins.
+        """
+        worst, tolerances = self.worst, self.worst.tolerances
+        low, high = tolerances.bounds
+        first, *further = starts(worst) if tolerances.sizes else [high]
+        if not tolerances.sizes:
+            rng, count = np.random.default_rng(0), self.options.retries * self.options.random_starts
+            further = list(rng.uniform(np.maximum(low, -3.0), high, (count, len(high))))
+        loosest = tolerances.looser(first)
+        room, margins = (worst.least(at)[0] for at in (tolerances.tighter(first, np.inf), loosest))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            part = np.where(margins < 0, room / (room - margins), 1.0).min()
+        start = tolerances.tighter(loosest, -np.log(max(part, 1e-300)))
+        return start, [start, *further] if tolerances.sizes else further
 
-    The search starts at tolerances that keep them, and so does what it returns, in any case.
-    """
-    problem, count = Problem(worst, points), len(x)
-    low, high = problem.bounds
-    scale, reference = worst.scale[points.series], abs(worst.tolerances.cost(x)).sum() or 1.0
-    still = np.zeros(len(low) - count)
+    def solved(self, points: WatchedPlaces, x: np.ndarray) -> Solution:
+        """Return the cheapest tolerances that keep the margins at some points, and these adjusted.
 
-    def cost(v: np.ndarray) -> float:
-        return worst.tolerances.cost(v[:count]).sum()
+        The search starts at tolerances that keep them, and so does what it returns, in any case.
+        """
+        worst, problem, count = self.worst, Problem(self.worst, points), len(x)
+        low, high = problem.bounds
+        scale, reference = worst.scale[points.series], abs(worst.tolerances.cost(x)).sum() or 1.0
+        still = np.zeros(len(low) - count)
 
-    start = np.concatenate([x, problem.adjusted])
-    kept = _kept(worst, problem.split(start)[1], x, options)
-    first = np.concatenate([kept, problem.adjusted])
-    solution: Any = scipy.optimize.minimize(
-        lambda v: cost(v) / reference,
-        start if len(still) else first,
-        jac=lambda v: np.append(worst.tolerances.cost_gradient(v[:count]), still) / reference,
-        bounds=list(zip(low, high, strict=True)),
-        constraints={
-            "type": "ineq",
-            "fun": lambda v: problem.margins(v) / scale,
-            "jac": lambda v: problem.derivatives(v) / scale[:, None],
-        },
-        method="SLSQP",
-        options={"maxiter": 200, "ftol": 1e-12},
-    )
-    last, adjusted = problem.split(np.clip(solution.x, low, high))
-    ends = (_kept(worst, adjusted, last, options), adjusted), problem.split(first)
-    return min(ends, key=lambda pair: _rank(worst, *pair, options.slack))
+        def cost(v: np.ndarray) -> float:
+            return worst.tolerances.cost(v[:count]).sum()
 
+        start = np.concatenate([x, problem.adjusted])
+        first = np.concatenate([self.kept(problem.split(start)[1], x), problem.adjusted])
+        solution: Any = scipy.optimize.minimize(
+            lambda v: cost(v) / reference,
+            start if len(still) else first,
+            jac=lambda v: np.append(worst.tolerances.cost_gradient(v[:count]), still) / reference,
+            bounds=list(zip(low, high, strict=True)),
+            constraints={
+                "type": "ineq",
+                "fun": lambda v: problem.margins(v) / scale,
+                "jac": lambda v: problem.derivatives(v) / scale[:, None],
+            },
+            method="SLSQP",
+            options={"maxiter": 200, "ftol": 1e-12},
+        )
+        last, adjusted = problem.split(np.clip(solution.x, low, high))
+        return min((self.kept(adjusted, last), adjusted), problem.split(first), key=self.rank)
 
-def _best_of(
-    worst: WorstCaseBounds,
-    points: WatchedPlaces,
-    starts: Sequence[np.ndarray],
-    options: AllocationOptions,
-) -> tuple[np.ndarray, WatchedPlaces]:
-    solutions = (_solved(worst, points, start, options) for start in starts)
-    return min(solutions, key=lambda pair: _rank(worst, *pair, options.slack))
+    def best_of(self, points: WatchedPlaces, starts: Sequence[np.ndarray]) -> Solution:
+        """Return the best solution from several starts."""
+        return min((self.solved(points, start) for start in starts), key=self.rank)
 
+    def rank(self, solution: Solution) -> tuple[bool, float]:
+        """Return whether tolerances violate margins, which the least may do, and their cost."""
+        x, points = solution
+        margins = self.worst.values(x[None], points)[0]
+        negative = -2 * self.options.slack * self.worst.scale[points.series]
+        return bool(np.any(margins < negative)), float(self.worst.tolerances.cost(x).sum())
 
-def _rank(
-    worst: WorstCaseBounds, x: np.ndarray, points: WatchedPlaces, slack: float
-) -> tuple[bool, float]:
-    """Return whether tolerances violate margins, which the least may do, and their cost."""
-    margins = worst.values(x[None], points)[0]
-    violated = bool(np.any(margins < -2 * slack * worst.scale[points.series]))
-    return violated, float(worst.tolerances.cost(x).sum())
-
-
-def _kept(
-    worst: WorstCaseBounds, points: WatchedPlaces, x: np.ndarray, options: AllocationOptions
-) -> np.ndarray:
-    """Return tolerances in the ratio of x, and hardly tighter than need be, that keep margins."""
-    tolerances, count = worst.tolerances, options.tried_ratios
-    tighter, looser = 0.0, 0.0
-    for k in range(2):  # the second time between the best two of the first
-        most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
-        shifts = np.linspace(looser, most, count)
-        tried, first = tolerances.tighter(x, shifts[:, None]), count - 1
-        for start in 2 ** np.arange(count.bit_length()) - 1:  # more of them at once, the more fail
-            rows = tried[start : 2 * start + 1]
-            margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
-            enough = np.flatnonzero(margins > -options.slack)
-            if len(enough):
-                first = start + int(enough[0])
-                break
-        if first == 0:
-            return tried[0]
-        looser, tighter = shifts[first - 1], shifts[first]
-    return tolerances.tighter(x, tighter)
+    def kept(self, points: WatchedPlaces, x: np.ndarray) -> np.ndarray:
+        """Return tolerances in the ratio of x, hardly tighter than need be, that keep margins."""
+        worst, tolerances, count = self.worst, self.worst.tolerances, self.options.tried_ratios
+        tighter, looser = 0.0, 0.0
+        for k in range(2):  # the second time between the best two of the first
+            most = (x - tolerances.tighter(x, np.inf)).max() if k == 0 else tighter
+            shifts = np.linspace(looser, most, count)
+            tried, first = tolerances.tighter(x, shifts[:, None]), count - 1
+            for start in 2 ** np.arange(count.bit_length()) - 1:  # more at once, the more fail
+                rows = tried[start : 2 * start + 1]
+                margins = (worst.values(rows, points) / worst.scale[points.series]).min(axis=1)
+                enough = np.flatnonzero(margins > -self.options.slack)
+                if len(enough):
+                    first = start + int(enough[0])
+                    break
+            if first == 0:
+                return tried[0]
+            looser, tighter = shifts[first - 1], shifts[first]
+        return tolerances.tighter(x, tighter)
 
 
 def allocated(

@@ -20,27 +20,24 @@ from flexband.uncertainty.inputs.sampling import sobol
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """How sizes are found at which searches start.
-
-    Attributes
-    ----------
-    tried, improved : sizes that are tried, and those of them that are improved.
-    max_starts : most starts.
-    min_distance, min_distance_of_others : least distance of starts that were improved, in half the
-        range of a size, and of others.
-    step : of differences in η.
-    loosest : tolerances in parts of the largest beyond which sizes are not distinguished.
-    margins_at_once : margins that are computed together.
-    """
+    """How sizes are found at which searches start."""
 
     tried: int = 1024
+    """Sizes that are tried."""
     improved: int = 16
+    """Sizes that are improved."""
     max_starts: int = 9
+    """Most starts."""
     min_distance: float = 0.05
+    """Least distance of improved starts, in half the range of a size."""
     min_distance_of_others: float = 0.3
+    """Least distance of other starts."""
     step: float = 1e-3
+    """Step of differences in η."""
     loosest: float = 10.0
+    """Tolerances, in parts of the largest, beyond which sizes are alike."""
     margins_at_once: int = 2_000_000
+    """Margins that are computed together."""
 
 
 def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> np.ndarray:
@@ -64,10 +61,8 @@ def starts(worst: WorstCaseBounds, *, options: SizeOptions = SizeOptions()) -> n
     order = np.argsort(values, kind="stable")
     distances = [options.min_distance] * len(order)
     distances += [options.min_distance_of_others] * len(all_places)
-    places, values = (
-        np.concatenate([places[order], all_places]),
-        np.concatenate([values[order], all_values]),
-    )
+    places = np.concatenate([places[order], all_places])
+    values = np.concatenate([values[order], all_values])
     chosen: list[tuple[np.ndarray, float]] = []
     for place, value, distance in zip(places, values, distances, strict=True):
         alone = all(np.abs(place - other).max() > distance for other, _ in chosen)
@@ -89,8 +84,7 @@ def _with_most_room(
 
     def margins(places: np.ndarray) -> np.ndarray:
         eta = worst.tolerances.center(_joined(low, reach * places))
-        all_margins = SIGNS[:, None] * (worst.bars_at(eta, low) - worst.bounds) / worst.scale
-        return all_margins[:, limited]
+        return (worst.margins(worst.bars_at(eta, low)) / worst.scale)[:, limited]
 
     def slopes(v: np.ndarray) -> np.ndarray:
         steps = step * np.eye(len(place))
@@ -133,12 +127,11 @@ def looseness(worst: WorstCaseBounds, sizes: np.ndarray, options: SizeOptions) -
     block = max(1, options.margins_at_once // (2 * len(worst.numbers) * (1 + 2 * m)))
     blocks = []
     for first in range(0, len(sizes), block):
-        some = sizes[first : first + block]
-        eta = tolerances.center(_joined(high, some))
+        eta = tolerances.center(_joined(high, sizes[first : first + block]))
         if tolerances.compensators:
             eta = worst.adjusted(worst.expansions).best(eta)[1]
         bars = worst.bars_at(eta, low)
-        margins = SIGNS[:, None] * (bars - worst.bounds)
+        margins = worst.margins(bars)
         loss = np.maximum(SIGNS[:, None] * (bars - worst.bars_at(eta, high)), 0.0)
         for shift, radius in zip(options.step * np.eye(m), radii, strict=True):
             after, before = (worst.bars_at(eta + k * shift, low) for k in (1, -1))

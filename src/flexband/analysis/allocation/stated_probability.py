@@ -70,9 +70,7 @@ def _first_tolerances(chance: Chance) -> np.ndarray:
     k = -float(ndtri(chance.probability))
     m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
     for sigmas in (k, k / 2, 0.1 * k):
-        worst = WorstCaseBounds.of(
-            chance.surrogate, chance.tolerances, corridor.lower, corridor.upper, sigmas
-        )
+        worst = WorstCaseBounds.of(chance.surrogate, chance.tolerances, corridor, sigmas)
         try:
             check_feasible(chance.surrogate, worst, {"a limit": corridor})
             return cheapest(worst, WatchedPlaces.none(m)).x

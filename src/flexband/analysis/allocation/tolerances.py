@@ -26,24 +26,15 @@ class Tolerances:
 
     The search's variables are the logarithms of tolerances in parts of the largest ones, and then η
     of the sizes.
-
-    Attributes
-    ----------
-    space : the inputs of the surrogate, with the largest tolerances.
-    costs : name -> cost of the tolerance.
-    least, largest : the least ones that are considered, 1e-4 of the largest unless there are
-        grades, and those of the surrogate, (names,).
-    columns : number of each interval input's variable η, −1 of random inputs, (names,).
-    sizes, compensators : number of the variable η of each `Sizing` and `Compensator`, by name.
     """
 
-    space: Space
-    costs: Mapping[str, Cost]
-    least: np.ndarray
-    largest: np.ndarray
-    columns: np.ndarray
-    sizes: Mapping[str, int]
-    compensators: Mapping[str, int]
+    space: Space  # the inputs of the surrogate, with the largest tolerances
+    costs: Mapping[str, Cost]  # by name
+    least: np.ndarray  # tolerances, 1e-4 of the largest unless there are grades, (names,)
+    largest: np.ndarray  # those of the surrogate, (names,)
+    columns: np.ndarray  # number of each interval's variable η, −1 of random inputs, (names,)
+    sizes: Mapping[str, int]  # number of the variable η of each `Sizing`, by name
+    compensators: Mapping[str, int]  # that of each `Compensator`
 
     @staticmethod
     def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexband.analysis.allocation.adjustment import SIGNS, Adjusted, bars_of, limited
 from flexband.analysis.allocation.tolerances import Tolerances
+from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.sampled import SampledSeries
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.narrowing import fixed, part_of
@@ -21,18 +22,11 @@ SAME = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class WatchedPlaces:
-    """Where margins are watched.
+    """Where margins are watched."""
 
-    Attributes
-    ----------
-    series : numbers of outputs and times among those that are limited, (points,).
-    side : 0 where the lower limit is near, 1 where the upper one is, (points,).
-    places : in the box of the tolerances, −1 to 1 in every η, (points, m); η of compensators.
-    """
-
-    series: np.ndarray
-    side: np.ndarray
-    places: np.ndarray
+    series: np.ndarray  # numbers of outputs and times among those that are limited, (points,)
+    side: np.ndarray  # 0 where the lower limit is near, 1 where the upper one is, (points,)
+    places: np.ndarray  # in the box, −1 to 1 in every η, (points, m); η of compensators
 
     @staticmethod
     def none(m: int) -> WatchedPlaces:
@@ -41,16 +35,18 @@ class WatchedPlaces:
     def of(self, which: np.ndarray) -> WatchedPlaces:
         return WatchedPlaces(self.series[which], self.side[which], self.places[which])
 
-    def with_new(self, other: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
-        """Return these points and those of others that are not among them.
+    def with_new(self, points: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
+        """Return these points and those of others that differ from them.
 
         Points that differ in the `adjusted` variables alone are the same.
         """
         keys = {key.tobytes() for key in self.keys(adjusted)}
-        new = other.of(np.array([key.tobytes() not in keys for key in other.keys(adjusted)], bool))
-        pairs = zip((self.series, self.side, self.places), (new.series, new.side, new.places),
-                    strict=True)  # fmt: skip
-        return WatchedPlaces(*(np.concatenate(pair) for pair in pairs))
+        new = points.of(np.array([k.tobytes() not in keys for k in points.keys(adjusted)], bool))
+        return WatchedPlaces(
+            np.concatenate([self.series, new.series]),
+            np.concatenate([self.side, new.side]),
+            np.concatenate([self.places, new.places]),
+        )
 
     def keys(self, adjusted: Sequence[int] = ()) -> np.ndarray:
         """Return whole numbers that tell points apart, (points, 2 + m)."""
@@ -64,35 +60,21 @@ class WatchedPlaces:
 
 @dataclass(frozen=True, eq=False)
 class WorstCaseBounds:
-    """The margins of μ ± kσ, or, without random inputs, of the response, for given tolerances.
-
-    Attributes
-    ----------
-    tolerances : which are varied.
-    expansions : of the outputs and times that are limited.
-    numbers : of the series of each expansion, one after the other, in the response, (series,).
-    bounds : lower and upper limit, (2, series).
-    scale : by which margins of each series are divided in a search, (series,).
-    sigmas : k; 0 without random inputs.
-    """
+    """The margins of μ ± kσ, or, without random inputs, of the response, for given tolerances."""
 
     tolerances: Tolerances
-    expansions: tuple[Expansion, ...]
-    numbers: np.ndarray
-    bounds: np.ndarray
-    scale: np.ndarray
-    sigmas: float
+    expansions: tuple[Expansion, ...]  # of the outputs and times that are limited
+    numbers: np.ndarray  # of their series in the response, (series,)
+    bounds: np.ndarray  # lower and upper limit, (2, series)
+    scale: np.ndarray  # by which margins of each series are divided in a search, (series,)
+    sigmas: float  # k; 0 without random inputs
 
     @staticmethod
     def of(
-        surrogate: Surrogate,
-        tolerances: Tolerances,
-        lower: np.ndarray,
-        upper: np.ndarray,
-        sigmas: float,
+        surrogate: Surrogate, tolerances: Tolerances, corridor: Corridor, sigmas: float
     ) -> WorstCaseBounds:
-        """Return the margins of a corridor, of the shape of the response, on a surrogate."""
-        expansions, numbers, bounds = limited(surrogate, lower, upper)
+        """Return the margins of a corridor on a surrogate."""
+        expansions, numbers, bounds = limited(surrogate, corridor)
         k = sigmas if surrogate.space.random_dimension else 0.0
         bare = WorstCaseBounds(
             tolerances, tuple(expansions), numbers, bounds, np.ones(len(numbers)), k
@@ -106,6 +88,10 @@ class WorstCaseBounds:
     def times(self) -> int:
         """Number of times."""
         return len(self.numbers) // sum(len(expansion.outputs) for expansion in self.expansions)
+
+    def margins(self, bars: np.ndarray) -> np.ndarray:
+        """Return the margins of lower and upper ends, both (…, 2, series)."""
+        return SIGNS[:, None] * (bars - self.bounds)
 
     def tightened(self, by: np.ndarray) -> WorstCaseBounds:
         """Return the margins of limits that are tighter by so much, (2, series) or a number."""
@@ -142,21 +128,17 @@ class WorstCaseBounds:
             expansion.extremes(multiples) * (3 - len(multiples)) for expansion in self._narrowed(x)
         ]
         m = self.tolerances.space.interval_dimension
-        low, high = (
-            np.concatenate([pair[k].values[k].ravel() for pair in extremes]) for k in (0, 1)
-        )
+        ends = [[(pair[k].values[k], pair[k].places[k]) for pair in extremes] for k in (0, 1)]
+        low, high = (np.concatenate([values.ravel() for values, _ in end]) for end in ends)
         places = [
-            np.concatenate(
-                [pair[k].places[k].reshape(pair[k].values[k].size, m) for pair in extremes]
-            )
-            for k in (0, 1)
+            np.concatenate([eta.reshape(values.size, m) for values, eta in end]) for end in ends
         ]
         return low, high, np.stack(places)
 
     def least(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the least margins in the box, (2, series), and where they are, (2, series, m)."""
         low, high, places = self.bars(x)
-        return np.stack([low - self.bounds[0], self.bounds[1] - high]), places
+        return self.margins(np.stack([low, high])), places
 
     def lowest(self, margins: np.ndarray, places: np.ndarray, most: float) -> WatchedPlaces:
         """Return the points of local minima over time of margins that are below `most` scales."""
@@ -169,12 +151,11 @@ class WorstCaseBounds:
         The best compensators make several margins the least, also at neighbouring times.
         """
         places = np.unique(points.places, axis=0)
-        own = self.tolerances
-        bars = self.bars_at(own.center(x) + own.radius(x) * places, x)
-        margins = SIGNS[:, None] * (bars - self.bounds)
-        own = margins / self.scale
-        least = own.min(axis=(1, 2), keepdims=True)
-        lowest = self._lowest(margins, most) | (own < least + SAME * SAME)
+        eta = self.tolerances.center(x) + self.tolerances.radius(x) * places
+        margins = self.margins(self.bars_at(eta, x))
+        scaled = margins / self.scale
+        least = scaled.min(axis=(1, 2), keepdims=True)
+        lowest = self._lowest(margins, most) | (scaled < least + SAME * SAME)
         place, side, series = np.nonzero(lowest)
         return WatchedPlaces(series, side, places[place])
 

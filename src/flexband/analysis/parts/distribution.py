@@ -18,7 +18,7 @@ from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
 from flexband.analysis.verification.expanded_runs import Runs
-from flexband.errors import InputError, check_finite, check_integer, check_numbers, shown
+from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
 from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -33,23 +33,18 @@ LONG_NAMES = {
 
 @dataclass(frozen=True)
 class SamplingOptions:
-    """What samples of parts are to tell.
-
-    Attributes
-    ----------
-    probabilities, confidence, accuracy, samples : as in `sample_parts`.
-    max_samples : most samples, if their number is not given.
-    at_first : samples with which quantities and requirements are checked before more are made.
-    max_values : values of outputs that are kept at a time.
-    """
+    """What samples of parts are to tell, as in `sample_parts`."""
 
     probabilities: tuple[float, ...] = (0.05, 0.5, 0.95)
     confidence: float = 0.95
     accuracy: float = 0.5
     samples: int | None = None
     max_samples: int = 10_000
+    """Most samples, if their number is not given."""
     at_first: int = 8
+    """Samples that check quantities and requirements before more are made."""
     max_values: int = 2**24
+    """Values of outputs that are kept at a time."""
 
     def __post_init__(self) -> None:
         parts = check_finite("probabilities", self.probabilities, rank=None).ravel()
@@ -57,10 +52,8 @@ class SamplingOptions:
             raise InputError(
                 f"probabilities must increase between 0 and 1; got {shown(self.probabilities)}"
             )
-        for name in ("confidence", "accuracy"):
-            value = float(check_numbers(name, getattr(self, name)))
-            if not 0 < value < 1:
-                raise InputError(f"{name} must be between 0 and 1; got {value:g}")
+        check_fraction("confidence", self.confidence)
+        check_fraction("accuracy", self.accuracy)
         if self.samples is not None:
             check_integer("samples", self.samples, 2)
 
@@ -84,11 +77,10 @@ def distribution(
     error: np.ndarray | float = 0.0,
     labels: xr.DataArray | None = None,
 ) -> xr.Dataset:
-    """Return what `sample_parts` does; `run` returns runs at points.
+    """Return what `sample_parts` does, by runs of a combination of options, `case`.
 
-    They are those of a combination of options, `case`; "" without choices. Their times may divide
-    the steps of the response that `labels` are of. The `error` of its discretization, of the shape
-    of a run, makes the intervals of shares wider.
+    Their times may divide the steps of the response that `labels` are of. The `error` of its
+    discretization, of the shape of a run, makes the intervals of shares wider.
     """
     count, blocks, margins = options.count(requirements), list[xr.DataArray](), list[np.ndarray]()
     xi, eta = parts.samples(count, seed)

@@ -16,14 +16,10 @@ from scipy.special import ndtri
 def quantiles_of(
     values: np.ndarray, probabilities: np.ndarray, confidence: float, lost: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return quantiles of samples and their confidence intervals, (probabilities, …) each.
+    """Return quantiles of samples (samples, …), and their intervals, (probabilities, …) each.
 
     All are samples, so that those of counts are whole numbers. An end is infinite where the samples
-    are too few. Lost samples may be anywhere.
-
-    Parameters
-    ----------
-    values : shape (samples, …), without lost ones.
+    are too few. Lost samples, which `values` has not, may be anywhere.
     """
     ordered, count = np.sort(values, axis=0), len(values) + lost
     beyond = np.full((1 + lost, *values.shape[1:]), np.inf)
@@ -75,14 +71,8 @@ def first_order(
     (Bernoulli 28, 2022). Neighbouring products depend on each other, those two apart do not; so the
     variance of their mean is that of one, and twice the covariance of neighbours.
 
-    Parameters
-    ----------
-    inputs : shape (samples, inputs).
-    numbers : shape (samples, numbers).
-
-    Returns
-    -------
-    Two arrays of shape (inputs, numbers); zeros for numbers that do not vary.
+    Of (samples, inputs) and (samples, numbers) the indices are (inputs, numbers), zero where
+    numbers do not vary.
     """
     count, centred = len(numbers), numbers - numbers.mean(axis=0)
     variance = (centred**2).mean(axis=0)

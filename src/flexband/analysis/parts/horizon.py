@@ -46,24 +46,20 @@ LONG_NAMES = {
 
 @dataclass(frozen=True)
 class HorizonOptions:
-    """What counts as predictable.
-
-    Attributes
-    ----------
-    points : number of points of the inputs.
-    change : of each input, in parts of its range.
-    limit : change in parts of the band's width at which a motion is no longer predictable.
-    least_width : least width of a band, in parts of the largest one of the whole run.
-    deviations : half of the range of a random input, in standard deviations of a normal variable.
-    tail : part of the points beyond each end of the scatter.
-    """
+    """What counts as predictable."""
 
     points: int = 16
+    """Points of the inputs."""
     change: float = 1e-4
+    """Change of each input, in parts of its range."""
     limit: float = 0.1
+    """Change, in parts of the band's width, at which motions are unpredictable."""
     least_width: float = 0.01
+    """Least width of a band, in parts of the largest one of the whole run."""
     deviations: float = 3.0
+    """Half of the range of a random input, in standard deviations."""
     tail: float = 0.1
+    """Part of the points beyond each end of the scatter."""
 
     def runs(self, space: Space) -> int:
         """Return the number of runs: of the points, and of them with each input changed."""

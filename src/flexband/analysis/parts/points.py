@@ -18,18 +18,11 @@ from flexband.uncertainty.inputs.space import Space
 
 @dataclass(frozen=True)
 class Parts:
-    """How the inputs of parts are distributed.
-
-    Attributes
-    ----------
-    space : of the inputs.
-    tolerances : how the intervals scatter.
-    scatter : the same in words: "length: Uniform(lower=0.9, upper=1.1), assumed".
-    """
+    """How the inputs of parts are distributed."""
 
     space: Space
     tolerances: ScatteringTolerances
-    scatter: str
+    scatter: str  # in words: "length: Uniform(lower=0.9, upper=1.1), assumed"
 
     @staticmethod
     def of(space: Space, scatter: Scatter) -> Parts:

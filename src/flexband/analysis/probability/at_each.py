@@ -26,39 +26,29 @@ from flexband.uncertainty.inputs.sampling import of_normals
 
 @dataclass(frozen=True)
 class AtEachTimeOptions:
-    """How probabilities at single times are computed.
-
-    Attributes
-    ----------
-    samples, searched_samples : for the probabilities, and for the search.
-    values_at_once : values of the surrogate that are computed together.
-    tolerance : relative gains of a search that count as none.
-    ends : the smoothing, and how mixtures are built.
-    """
+    """How probabilities at single times are computed."""
 
     samples: int = 8000
+    """Samples for the probabilities."""
     searched_samples: int = 400
+    """Samples for the search."""
     values_at_once: int = 2**16
+    """Values of the surrogate that are computed together."""
     tolerance: float = 1e-4
+    """Relative gains of a search that count as none."""
     ends: EndOptions = field(default_factory=EndOptions)
+    """Smoothing, and how mixtures are built."""
 
 
 @dataclass(frozen=True)
 class _OutputMargins:
-    """The margins of one output at its times, at fixed samples.
-
-    Attributes
-    ----------
-    part, row : where the limits of the output are.
-    psi : polynomials of the samples.
-    weights : of the samples.
-    """
+    """The margins of one output at its times, at fixed samples."""
 
     series: SampledSeries
-    part: LimitedOutputs
-    row: int
-    psi: np.ndarray
-    weights: np.ndarray
+    part: LimitedOutputs  # has the limits of the output
+    row: int  # of the output in this part
+    psi: np.ndarray  # polynomials of the samples
+    weights: np.ndarray  # of the samples
     options: AtEachTimeOptions
 
     def sums(self, eta: np.ndarray, times: np.ndarray, width: float) -> np.ndarray:
@@ -82,15 +72,10 @@ class _OutputMargins:
         in_threads(add_up, range(0, len(eta), most))
         return sums
 
-    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         """Return what is minimized: the logarithm of a smoothed probability, and minus it."""
         size = np.log(self.sums(eta, times, self.options.ends.smoothing)[0] + 1e-300)
         return np.stack([size, -size])
-
-    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """Return what is minimized, by the number of bound and time."""
-        upper, times = np.divmod(which, self.part.series.shape[1])
-        return self.scanned(eta, times)[upper, np.arange(len(eta))]
 
 
 def at_each_time(
@@ -104,20 +89,17 @@ def at_each_time(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return probabilities with their confidence intervals, (3, 2, series), and η, (2, series, m).
 
-    Parameters
-    ----------
-    m : number of variables η.
-    known, ends : rare samples and estimates at the least and the largest probability of leaving
-        the limits at any time, which bound those at each time. If there are no such samples, the
-        probabilities are zero, and η is that of the middle of the intervals.
+    `known` and `ends` are rare samples and estimates at the least and the largest probability of
+    leaving the limits at any time, which bound those at each time. Without such samples the
+    probabilities are zero, and η is that of the middle of the intervals.
     """
     most = np.array([estimate.confidence()[1] for estimate in ends])[:, None]
     if not any(len(rare_samples.u) for rare_samples in known):
         none = np.zeros((2, state.width))
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
     importance = options.ends.importance
-    of_mixture = importance.subset.mixture
-    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=of_mixture) for part in known))
+    how = importance.subset.mixture
+    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=how) for part in known))
     counts = options.searched_samples, options.samples
     samples = [_weighted(mixture, state.families, count, rng) for count in counts]
     probabilities, places = [], []
@@ -127,27 +109,20 @@ def at_each_time(
                 _OutputMargins(series, part, row, series.basis(xi), w, options) for xi, w in samples
             )
             times = part.series.shape[1]
-            eta, _ = lowest_over_times(few.scanned, few, series.scanned, times, options.tolerance)
+            eta, _ = lowest_over_times(few.minimized, series.scanned, times, options.tolerance)
             flat = eta.reshape(2 * times, -1)
             first, second = many.sums(flat, np.tile(np.arange(times), 2), 0.0)
             error = np.sqrt(np.maximum(second - first**2, 0) / options.samples)
             pair = np.minimum(first, 1.0).reshape(2, times), error.reshape(2, times)
             crossed = pair[0][0] > pair[0][1]  # which samples of the search could not tell apart
             pair = [np.where(crossed, bounds[::-1], bounds) for bounds in pair]
-            clear_pair = clear(pair[0], pair[1], most, most, importance.min_equal_samples)
-            probabilities.append(_ordered(np.stack(clear_pair)))
+            bounds = np.stack(clear(pair[0], pair[1], most, most, importance.min_equal_samples))
+            # The upper bound is no less than the lower one, so that each tells of the other.
+            bounds[:2, 1] = bounds[:2].max(axis=1)
+            bounds[2, 0] = bounds[2].min(axis=0)
+            probabilities.append(bounds)
             places.append(np.where(crossed[:, None], eta[::-1], eta))
     return np.concatenate(probabilities, axis=2), np.concatenate(places, axis=1)
-
-
-def _ordered(probabilities: np.ndarray) -> np.ndarray:
-    """Return probabilities and the ends of their intervals, (3, bound, times), in order.
-
-    The upper bound is no less than the lower one, so that each tells of the other.
-    """
-    probabilities[:2, 1] = probabilities[:2].max(axis=1)
-    probabilities[2, 0] = probabilities[2].min(axis=0)
-    return probabilities
 
 
 def _weighted(

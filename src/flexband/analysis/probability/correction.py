@@ -16,7 +16,6 @@ what was not seen in so many runs may exist.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -24,37 +23,31 @@ import numpy as np
 from scipy.special import ndtr
 
 from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
-from flexband.analysis.probability.subset import Rare, rare
-
-Margins = Callable[[np.ndarray], np.ndarray]
-"""u of shape (points, n) -> least margins, (points,)."""
+from flexband.analysis.probability.model import ResponseModel
+from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.subset import Margins, Rare, rare
 
 
 @dataclass(frozen=True)
 class CorrectionOptions:
-    """How runs of the model correct a probability.
-
-    Attributes
-    ----------
-    learning_part, min_rounds, max_rounds : rounds of learning what is missed, each in an eighth of
-        the runs, until the next finds all of its samples beyond the limit.
-    widened, min_scatter : by which the scatter is multiplied, and its least part of the margins'
-        standard deviation.
-    min_chance_beyond : least chance of samples beyond the limit to be drawn, where it is ½ at the
-        limit.
-    anywhere_share : the part of the runs that are drawn anywhere.
-    repeats : of the bootstrap.
-    importance : how samples are drawn.
-    """
+    """How runs of the model correct a probability."""
 
     learning_part: int = 8
+    """Runs per run of a round that learns what is missed."""
     min_rounds: int = 2
+    """Rounds before one that finds all samples beyond the limit may be the last."""
     max_rounds: int = 6
+    """Most rounds."""
     widened: float = 1.3
+    """Factor of the scatter."""
     min_scatter: float = 1e-3
+    """Least scatter, in parts of the margins' standard deviation."""
     min_chance_beyond: float = 0.2
+    """Least chance to be drawn of samples beyond the limit; it is ½ at the limit."""
     anywhere_share: float = 0.1
+    """Part of the runs that are drawn anywhere."""
     repeats: int = 4000
+    """Repeats of the bootstrap."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 
@@ -65,19 +58,10 @@ class DiscrepancyModel:
     It is a Gaussian process with the covariance (1 + u·v)², that is a quadratic function of u, and
     noise. Their ratio is that with the least leave-one-out errors, which scale the variances as
     well (Rasmussen and Williams, 2006, section 5.4.2).
-
-    Attributes
-    ----------
-    u : where they are known, shape (runs, n).
-    missed : their values, shape (runs,).
     """
 
-    u: np.ndarray
-    missed: np.ndarray
-
-    def with_runs(self, u: np.ndarray, missed: np.ndarray) -> DiscrepancyModel:
-        """Return the same with further runs."""
-        return DiscrepancyModel(np.concatenate([self.u, u]), np.concatenate([self.missed, missed]))
+    u: np.ndarray  # where they are known, shape (runs, n)
+    missed: np.ndarray  # their values, shape (runs,)
 
     @cached_property
     def _fit(self) -> tuple[np.ndarray, float, float]:
@@ -109,22 +93,14 @@ class DiscrepancyModel:
 
 @dataclass(frozen=True)
 class Correction:
-    """A probability that was corrected with runs of the model.
-
-    Attributes
-    ----------
-    probability, low, high : the estimate and the ends of its confidence interval.
-    runs : number of runs.
-    disagreements : runs of those that correct in which h and the model disagree about the limit.
-    noise : of the search for η, as in `Estimate`.
-    """
+    """A probability that was corrected with runs of the model, and its confidence interval."""
 
     probability: float
     low: float
     high: float
     runs: int
-    disagreements: int
-    noise: float = 0.0
+    disagreements: int  # runs that correct in which h and the model disagree about the limit
+    noise: float  # of the search for η, as in `Estimate`
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
@@ -132,39 +108,43 @@ class Correction:
 
 
 def corrected(
-    least: Margins,
-    model: Margins,
+    state: LimitState,
+    model: ResponseModel,
+    eta: np.ndarray,
     near: Rare,
-    runs: int,
     accuracy: float,
     rng: np.random.Generator,
+    noise: float,
     *,
     options: CorrectionOptions = CorrectionOptions(),
 ) -> Correction:
-    """Return a probability corrected with runs of the model.
+    """Return the probability at one η, corrected with runs of the model.
 
-    Parameters
-    ----------
-    least, model : margins on the surrogate, and of the model.
-    near : rare samples of the surrogate.
-    runs : number of runs.
-    accuracy : relative standard error of the first term.
+    `near` are rare samples of the surrogate, and `accuracy` is the relative standard error of the
+    first term.
     """
     n, importance = near.u.shape[1], options.importance
     known = DiscrepancyModel(near.u[:0], np.zeros(0))
 
+    def least(u: np.ndarray) -> np.ndarray:
+        return state.least(u, eta)
+
+    def least_of_runs(u: np.ndarray) -> np.ndarray:
+        return state.least_of_response(model(*state.places(u, eta)))
+
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]
 
-    remaining = runs
+    remaining = model.runs
     for k in range(options.max_rounds):
-        at = near.u[rng.permutation(len(near.u))[: runs // options.learning_part]]
+        at = near.u[rng.permutation(len(near.u))[: model.runs // options.learning_part]]
         if not len(at):
             break
-        run_margins, remaining = model(at), remaining - len(at)
+        run_margins, remaining = least_of_runs(at), remaining - len(at)
         if k >= options.min_rounds and np.all(run_margins < 0):
             break
-        known = known.with_runs(at, run_margins - least(at))
+        missed = np.concatenate([known.missed, run_margins - least(at)])
+        known = DiscrepancyModel(np.concatenate([known.u, at]), missed)
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
         near = rare(margin, n, rng, scouts=False, options=importance.subset)
         kept = kept[: importance.subset.level_samples]
@@ -175,22 +155,22 @@ def corrected(
     scatter = options.widened * known.expected(u)[1]
     scatter = np.maximum(scatter, options.min_scatter * np.std(least(u)))
     which, values = _drawn(h / scatter, w, remaining, rng, options)
-    other = (model(u[which]) < 0).astype(float) - inside[which]
-    z = (other * values[which])[other != 0]
+    differences = (least_of_runs(u[which]) < 0).astype(float) - inside[which]
+    z = (differences * values[which])[differences != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
     sizes = np.concatenate([z, [usual[0], -usual[1]]])
     repeats = options.repeats
     parts = rng.standard_exponential((repeats, len(sizes)))
     rest = rng.standard_gamma(len(which) - len(z), repeats)
     moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
-    noise = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
-    low, high = np.quantile(moved * noise, (0.025, 0.975))
+    of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
+    low, high = np.quantile(moved * of_base, (0.025, 0.975))
     if importance.uneven(w[inside], len(w)):
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += near.probability * (not len(near.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
-    return Correction(probability, low, high, runs, len(z))
+    return Correction(probability, low, high, model.runs, len(z), noise)
 
 
 def _samples(
@@ -207,9 +187,9 @@ def _samples(
         samples, weights, margins = (
             np.concatenate(column) for column in zip(*batches, strict=True)
         )
-        some = weights * (margins < 0)
-        enough = np.std(some) <= accuracy * np.mean(some) * np.sqrt(len(some))
-        full = len(some) + options.batch_samples > options.max_samples
+        beyond = weights * (margins < 0)
+        enough = np.std(beyond) <= accuracy * np.mean(beyond) * np.sqrt(len(beyond))
+        full = len(beyond) + options.batch_samples > options.max_samples
         if enough or full or not len(near.u):
             return samples, weights, margins
 

@@ -12,8 +12,9 @@ rises there, and how far another place may exceed it, is the noise of the search
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -28,50 +29,33 @@ from flexband.uncertainty.inputs.sampling import sobol
 
 @dataclass(frozen=True)
 class EndOptions:
-    """How the least and the largest probability over the interval inputs are searched.
-
-    Attributes
-    ----------
-    samples, compared_samples : common samples of the search, and those with which its best places
-        are compared.
-    smoothing, scatter_samples : s, in standard deviations of a margin, and samples that give these.
-    max_vertices, inside_points : most vertices of the box, and other points, from which the search
-        starts.
-    slack : margins up to this part of the standard deviation of the least margin decide as well.
-    rough_points : points that are the best by the means and scatters of margins, which are looked
-        at as well.
-    omitted_share : part of the probability at some η, by the means and scatters of margins, of a
-        time left out.
-    starts : points that are improved, for each end.
-    steps, fine_steps : steps in η of the pattern search, and of that from the best place.
-    importance : how probabilities are estimated, and rare samples searched.
-    """
+    """How the least and the largest probability over the interval inputs are searched."""
 
     samples: int = 512
+    """Common samples of the search."""
     compared_samples: int = 4000
+    """Samples with which the best places of the search are compared."""
     smoothing: float = 0.05
+    """The s of the smoothing, in standard deviations of a margin."""
     scatter_samples: int = 32
+    """Samples that give standard deviations of margins."""
     max_vertices: int = 128
+    """Most vertices of the box from which the search starts."""
     inside_points: int = 32
+    """Other points from which the search starts."""
     slack: float = 0.3
+    """Margins that decide as well, in standard deviations of the least one."""
     rough_points: int = 2
+    """Points that are best by means and scatters of margins, and looked at as well."""
     omitted_share: float = 0.01
+    """Part of the probability, by means and scatters of margins, at a time left out."""
     starts: int = 3
+    """Points that are improved, for each end."""
     steps: tuple[float, ...] = (0.5, 0.25, 0.1, 0.04)
+    """Steps of the pattern search in η."""
     fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)
+    """Steps of the search from the best place."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
-
-
-def places(m: int, rng: np.random.Generator, options: EndOptions) -> np.ndarray:
-    """Return η from which ends are searched, shape (points, m): vertices and points inside."""
-    if m == 0:
-        return np.zeros((1, 0))
-    if 2**m <= options.max_vertices:
-        corners = np.array(list(product((-1.0, 1.0), repeat=m)))
-    else:
-        corners = rng.choice([-1.0, 1.0], (options.max_vertices, m))
-    faces = np.concatenate([np.zeros((1, m)), np.eye(m), -np.eye(m)])
-    return np.concatenate([corners, faces, 2 * sobol(options.inside_points, m) - 1])
 
 
 def ends(
@@ -83,159 +67,134 @@ def ends(
     thin: bool = True,
     options: EndOptions = EndOptions(),
 ) -> tuple[np.ndarray, list[Rare], np.ndarray, LimitState]:
-    """Return η of the least and of the largest probability, and rare samples at both.
+    """Return η of the least and of the largest probability, (2, m), and rare samples at both.
 
-    Parameters
-    ----------
-    n, m : numbers of variables u and η.
-    thin : whether only times are searched that decide about some rare samples.
-
-    Returns
-    -------
-    η, shape (2, m); rare samples at each; the noise of the search, as a logarithm of the
-    probability, (2,); the state at the times that decide in the search.
+    Then the noise of the search, as a logarithm of the probability, (2,), and the state at the
+    times that decide in the search: those that decide about some rare samples, if it is `thin`.
+    There are n variables u, and m of η.
     """
-    subset, count = options.importance.subset, options.samples
+    search, count = _EndSearch(n, rng, options), options.samples
     if m == 0:
-        alone = rare(lambda u: state.least(u, np.zeros(0)), n, rng, options=subset)
-        return np.zeros((2, 0)), [alone, alone], np.zeros(2), state
+        known = search.rare(state, np.zeros(0))
+        return np.zeros((2, 0)), [known, known], np.zeros(2), state
 
     def least(z: np.ndarray) -> np.ndarray:
         return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
-    joint = rare(least, n + m, rng, options=subset)
+    joint = rare(least, n + m, rng, options=options.importance.subset)
     near = joint.u if len(joint.u) else rng.standard_normal((count, n + m))
-    points = np.concatenate([places(m, rng, options), erf(near[:8, n:] / np.sqrt(2))])
+    points = np.concatenate([search.starts(m), erf(near[:8, n:] / np.sqrt(2))])
     scatter = state.scatter(ndtri(sobol(options.scatter_samples, n)), points)
     chances = [ndtr(-mean / std) for mean, std in scatter]
     rough = np.sum([chance.sum(axis=(1, 2)) for chance in chances], axis=0)
-    deciding_state, alike = state, state.in_parts_of([std.mean(axis=0) for _, std in scatter])
+    alike = state.in_parts_of([std.mean(axis=0) for _, std in scatter])
     if thin:
         u, eta = near[:count, :n], erf(near[:count, n:] / np.sqrt(2))
-        times = state.deciding(u, eta, options.slack * _spread(state, n, eta, rng, options))
+        times = state.deciding(u, eta, options.slack * search.spread(state, eta))
         # Rare samples hardly see times that decide at few η only.
         floor = options.omitted_share * rough[:, None, None]
         likely = [np.any(chance > floor, axis=(0, 1)) for chance in chances]
         times = [mask | other for mask, other in zip(times, likely, strict=True)]
-        deciding_state, alike = deciding_state.at(times), alike.at(times)
-    mixture = Mixture.of(joint.u[:, :n], rng, options=subset.mixture)
-    size = _sizes(alike, mixture, rng, count, options)
+        state, alike = state.at(times), alike.at(times)
+    mixture = search.mixture([joint.u[:, :n]])
+    size = search.sizes(alike, mixture, count)
     sizes = np.array([size(point) for point in points])
-    some = points[[sizes.argmin(), sizes.argmax(), *np.argsort(-rough)[: options.rough_points]]]
-    rare_samples = (_rare_at(deciding_state, point, n, rng, options) for point in some)
-    mixtures = [Mixture.of(known.u, rng, options=subset.mixture) for known in rare_samples]
-    size = _sizes(alike, Mixture.mean(mixture, Mixture.mean(*mixtures)), rng, count, options)
+    extremes = [sizes.argmin(), sizes.argmax(), *np.argsort(-rough)[: options.rough_points]]
+    at_extremes = search.mixture(search.rare(state, point).u for point in points[extremes])
+    size = search.sizes(alike, Mixture.mean(mixture, at_extremes), count)
     sizes = np.array([size(point) for point in points])
     eta, noise = np.empty((2, m)), np.empty(2)
     for end, sign in enumerate((-1.0, 1.0)):
         likely = [np.argsort(-sign * heights)[: options.rough_points] for heights in (sizes, rough)]
-        improved = _improved(size, points, sign * sizes, sign, options)
-        tried = [improved[None], *(points[k] for k in likely)]
-        places_tried = np.unique(np.concatenate(tried), axis=0)
-        eta[end], noise[end] = _best(deciding_state, alike, places_tried, n, sign, rng, options)
-    known = [_rare_at(deciding_state, place, n, rng, options) for place in eta]
-    return eta, known, noise, deciding_state
+        order = np.argsort(-sign * sizes, kind="stable")
+        climbed = (_climbed(size, points[k], sign, options.steps) for k in order[: options.starts])
+        highest, _ = max(climbed, key=lambda pair: pair[1])
+        tried = np.concatenate([highest[None], *(points[k] for k in likely)])
+        eta[end], noise[end] = search.best(state, alike, np.unique(tried, axis=0), sign)
+    return eta, [search.rare(state, place) for place in eta], noise, state
 
 
-def _rare_at(
-    state: LimitState,
-    eta: np.ndarray,
-    n: int,
-    rng: np.random.Generator,
-    options: EndOptions,
-    count: int | None = None,
-) -> Rare:
-    return rare(lambda u: state.least(u, eta), n, rng, count, options=options.importance.subset)
+@dataclass(frozen=True)
+class _EndSearch:
+    """A search over η with common samples of n variables u."""
 
+    n: int
+    rng: np.random.Generator
+    options: EndOptions
 
-def _best(
-    state: LimitState,
-    alike: LimitState,
-    several: np.ndarray,
-    n: int,
-    sign: float,
-    rng: np.random.Generator,
-    options: EndOptions,
-) -> tuple[np.ndarray, float]:
-    """Return the η with the largest probability, or the least if the sign is −1, and the noise.
+    def starts(self, m: int) -> np.ndarray:
+        """Return η from which ends are searched, (points, m): vertices and points inside."""
+        most = self.options.max_vertices
+        if 2**m <= most:
+            corners = np.array(list(product((-1.0, 1.0), repeat=m)))
+        else:
+            corners = self.rng.choice([-1.0, 1.0], (most, m))
+        faces = np.concatenate([np.zeros((1, m)), np.eye(m), -np.eye(m)])
+        return np.concatenate([corners, faces, 2 * sobol(self.options.inside_points, m) - 1])
 
-    The common samples are around rare samples at all of the places: those of a few may hardly see
-    what leaves the limits at another.
+    def rare(self, state: LimitState, eta: np.ndarray, count: int | None = None) -> Rare:
+        """Return rare samples at one η."""
+        least, subset = partial(state.least, eta=eta), self.options.importance.subset
+        return rare(least, self.n, self.rng, count, options=subset)
 
-    Parameters
-    ----------
-    alike : the state with margins in parts of their scatter, for the search near the best place.
-    several : the places that are compared, shape (places, m).
-    """
-    importance, count = options.importance, options.compared_samples
-    known = [_rare_at(state, eta, n, rng, options, options.samples) for eta in several]
-    mixture = Mixture.mean(
-        *(Mixture.of(samples.u, rng, options=importance.subset.mixture) for samples in known)
-    )
-    u = mixture.sample(count, rng)
-    weights = mixture.weights(u)
-    out = np.array([weights * (state.least(u, eta) < 0) for eta in several])
-    heights = [
-        (sign * p, sign * rare_samples.probability)
-        for p, rare_samples in zip(out.mean(1), known, strict=True)
-    ]
-    best = heights.index(max(heights))
-    at, probability = several[best], float(out[best].mean())
-    if not len(known[best].u) or not probability:
-        return at, 0.0
-    gain, scatter = sign * (out - out[best]).mean(axis=1), (out - out[best]).std(axis=1)
-    scatter = scatter / np.sqrt(count) + 1e-300
-    z = gain / scatter
-    density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
-    exceeded = gain * ndtr(z) + scatter * density  # expectation
-    noise = float(np.log1p(exceeded.max() / probability)) if len(several) > 1 else 0.0
-    near = mixture_around(lambda u: state.least(u, at), known[best].u, rng, options=importance)
-    size = _sizes(alike, near, rng, count, options)
-    at, _ = _climbed(size, at, sign, options.fine_steps)
-    fresh = _sizes(alike, near, rng, count, options)
-    return at, noise + _climbed(fresh, at, sign, options.fine_steps)[1] - sign * fresh(at)
+    def mixture(self, groups: Iterable[np.ndarray]) -> Mixture:
+        """Return a mixture around several groups of rare samples, in equal parts."""
+        how = self.options.importance.subset.mixture
+        return Mixture.mean(*(Mixture.of(u, self.rng, options=how) for u in groups))
 
+    def spread(self, state: LimitState, points: np.ndarray) -> float:
+        """Return how much the least margin varies with u: its standard deviation, mean over η."""
+        count = self.options.scatter_samples
+        points = points[:count]
+        u = self.rng.standard_normal((len(points) * count, self.n))
+        least = state.least(u, np.repeat(points, count, axis=0))
+        return float(least.reshape(-1, count).std(axis=1).mean())
 
-def _spread(
-    state: LimitState, n: int, points: np.ndarray, rng: np.random.Generator, options: EndOptions
-) -> float:
-    """Return how much the least margin varies with u: its standard deviation, mean over η."""
-    count = options.scatter_samples
-    points = points[:count]
-    u = rng.standard_normal((len(points) * count, n))
-    least = state.least(u, np.repeat(points, count, axis=0))
-    return float(least.reshape(-1, count).std(axis=1).mean())
+    def sizes(
+        self, state: LimitState, mixture: Mixture, count: int
+    ) -> Callable[[np.ndarray], float]:
+        """Return a function of η: the logarithm of a smoothed probability, by common samples."""
+        u = mixture.sample(count, self.rng)
+        weights = np.log(mixture.weights(u))
 
+        def size(eta: np.ndarray) -> float:
+            logs = weights + log_ndtr(-state.least(u, eta) / self.options.smoothing)
+            return float(np.logaddexp.reduce(logs))
 
-def _sizes(
-    state: LimitState,
-    mixture: Mixture,
-    rng: np.random.Generator,
-    count: int,
-    options: EndOptions,
-) -> Callable[[np.ndarray], float]:
-    """Return a function of η: the logarithm of a smoothed probability, by common samples."""
-    u = mixture.sample(count, rng)
-    weights = np.log(mixture.weights(u))
+        return size
 
-    def size(eta: np.ndarray) -> float:
-        logs = weights + log_ndtr(-state.least(u, eta) / options.smoothing)
-        return float(np.logaddexp.reduce(logs))
+    def best(
+        self, state: LimitState, alike: LimitState, places: np.ndarray, sign: float
+    ) -> tuple[np.ndarray, float]:
+        """Return the η with the largest probability, or the least if the sign is −1, and the noise.
 
-    return size
-
-
-def _improved(
-    size: Callable[[np.ndarray], float],
-    points: np.ndarray,
-    heights: np.ndarray,
-    sign: float,
-    options: EndOptions,
-) -> np.ndarray:
-    """Return the best η that a pattern search finds from the best points; heights = sign size."""
-    starts = points[np.argsort(-heights, kind="stable")[: options.starts]]
-    climbed = (_climbed(size, at, sign, options.steps) for at in starts)
-    return max(climbed, key=lambda pair: pair[1])[0]
+        The common samples are around rare samples at all of the `places`, (places, m), that are
+        compared: those of a few may hardly see what leaves the limits at another. For the search
+        near the best place, the state `alike` has margins in parts of their scatter.
+        """
+        options, count = self.options, self.options.compared_samples
+        known = [self.rare(state, eta, options.samples) for eta in places]
+        mixture = self.mixture(samples.u for samples in known)
+        u = mixture.sample(count, self.rng)
+        weights = mixture.weights(u)
+        out = np.array([weights * (state.least(u, eta) < 0) for eta in places])
+        pairs = zip(out.mean(1), known, strict=True)
+        heights = [(sign * p, sign * samples.probability) for p, samples in pairs]
+        best = heights.index(max(heights))
+        at, probability = places[best], float(out[best].mean())
+        if not len(known[best].u) or not probability:
+            return at, 0.0
+        gain, scatter = sign * (out - out[best]).mean(axis=1), (out - out[best]).std(axis=1)
+        scatter = scatter / np.sqrt(count) + 1e-300
+        z = gain / scatter
+        density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
+        exceeded = gain * ndtr(z) + scatter * density  # expectation
+        noise = float(np.log1p(exceeded.max() / probability)) if len(places) > 1 else 0.0
+        least = partial(state.least, eta=at)
+        near = mixture_around(least, known[best].u, self.rng, options=options.importance)
+        at, _ = _climbed(self.sizes(alike, near, count), at, sign, options.fine_steps)
+        fresh = self.sizes(alike, near, count)
+        return at, noise + _climbed(fresh, at, sign, options.fine_steps)[1] - sign * fresh(at)
 
 
 def _climbed(
@@ -248,8 +207,8 @@ def _climbed(
         while moved:
             moved = False
             for v, change in product(range(len(at)), (step, -step)):
-                other = at.copy()
-                other[v] = np.clip(at[v] + change, -1, 1)
-                if other[v] != at[v] and (other_height := sign * size(other)) > height + 1e-12:
-                    at, height, moved = other, other_height, True
+                trial = at.copy()
+                trial[v] = np.clip(at[v] + change, -1, 1)
+                if trial[v] != at[v] and (trial_height := sign * size(trial)) > height + 1e-12:
+                    at, height, moved = trial, trial_height, True
     return at, height

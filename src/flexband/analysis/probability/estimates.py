@@ -8,8 +8,8 @@ between the times, and with the limits moved by an error.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.special import gammaincinv, ndtri
@@ -17,7 +17,7 @@ from scipy.special import gammaincinv, ndtri
 from flexband.analysis.peaks import drops, lowest_between
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.states import LimitedOutputs, LimitState, least_of
-from flexband.analysis.probability.subset import Rare, SubsetOptions, rare
+from flexband.analysis.probability.subset import Margins, Rare, SubsetOptions, rare
 from flexband.uncertainty.surrogates.sigmas import growth
 
 TWO_SIDED = 1.96
@@ -26,30 +26,26 @@ TWO_SIDED = 1.96
 
 @dataclass(frozen=True)
 class ImportanceOptions:
-    """How a probability is estimated by importance sampling.
-
-    Attributes
-    ----------
-    batch_samples, max_samples : samples of a batch, and of an estimate at most.
-    mixture_rounds, mixture_samples : mixtures after the first one, and samples around which each is
-        built.
-    moved_samples : samples of a level that find a mixture for limits that are moved.
-    rough_factor : factor within which subset simulation is right.
-    max_unevenness : the largest mean square of the weights of samples that leave the limits, in
-        parts of their squared mean, with which theirs is trusted.
-    min_equal_samples : samples of equal weights with which a probability at one time is stated.
-    subset : how rare samples are searched.
-    """
+    """How a probability is estimated by importance sampling."""
 
     batch_samples: int = 1000
+    """Samples of a batch."""
     max_samples: int = 32_000
+    """Most samples of an estimate."""
     mixture_rounds: int = 2
+    """Mixtures after the first one."""
     mixture_samples: int = 600
+    """Samples around which a mixture is built."""
     moved_samples: int = 500
+    """Samples of a level that find a mixture for limits that are moved."""
     rough_factor: float = 2.5
+    """Factor within which subset simulation is right."""
     max_unevenness: float = 25.0
+    """Largest mean square of weights beyond limits, over their squared mean."""
     min_equal_samples: int = 9
+    """Samples of equal weights with which a probability at one time is stated."""
     subset: SubsetOptions = field(default_factory=SubsetOptions)
+    """How rare samples are searched."""
 
     def uneven(self, weights: np.ndarray, count: int) -> bool:
         """Return whether weights of samples that leave limits are very unequal, or these too many.
@@ -66,35 +62,23 @@ class ImportanceOptions:
 class Estimate:
     """The probability of leaving limits at one η.
 
-    Attributes
-    ----------
-    probability : of leaving them at any time, with the times as points.
-    error : its standard error.
-    looser, tighter : the same with the limits moved by what may be missed there.
-    between : the same between the times too: at least, by parabolas if there are no impacts, and by
-        what all runs do there that were looked at; at most, by corners after impacts, and by what
-        any of the runs does; and the standard errors of both.
-    at_each, at_each_error : at each output and time, and standard errors, (series,).
-    count : samples; 0 if none was found that leaves the limits.
-    most : the rough estimate of subset simulation; its upper bound if there is no sample.
-    u, weights, margins : the samples, their weights and least margins.
-    options : with which it was made.
-    noise : of the search for η, as a logarithm of the probability: by how much that at the best η
-        may be beyond this one.
+    `between` is that between the times too: at least, by parabolas if there are no impacts, and by
+    what all runs do there that were looked at; at most, by corners after impacts, and by what any
+    of the runs does; and the standard errors of both. `noise` is that of the search for η, as a
+    logarithm of the probability: by how much that at the best η may be beyond this one.
     """
 
-    probability: float
-    error: float
-    looser: float
+    probability: float  # of leaving them at any time, with the times as points
+    error: float  # its standard error
+    looser: float  # the probability with the limits moved by what may be missed there
     tighter: float
     between: tuple[float, ...]
-    at_each: np.ndarray
-    at_each_error: np.ndarray
-    count: int
-    most: float
+    at_each: np.ndarray  # at each output and time, (series,)
+    at_each_error: np.ndarray  # its standard errors, (series,)
+    most: float  # the rough estimate of subset simulation; its upper bound without a sample
     u: np.ndarray
     weights: np.ndarray
-    margins: np.ndarray
+    margins: np.ndarray  # the least of each sample
     options: ImportanceOptions
     noise: float = 0.0
 
@@ -132,10 +116,7 @@ class Estimate:
 def interval(
     probability: np.ndarray, error: np.ndarray, most: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return confidence intervals of estimates with standard errors, by their logarithm.
-
-    Where there is none, the interval is [0, most].
-    """
+    """Return confidence intervals of estimates by their logarithm; [0, most] where one is zero."""
     some = probability > 0
     relative = np.divide(error, probability, out=np.zeros(probability.shape), where=some)
     factor = np.exp(TWO_SIDED * relative)
@@ -167,11 +148,6 @@ def clear(
     return estimates, low, np.where(few, np.minimum(most, np.maximum(none, bound)), high)
 
 
-def deviations(probability: float) -> float:
-    """Return how many standard deviations from the mean a limit is, at least 1."""
-    return max(1.0, -float(ndtri(min(max(probability, 1e-300), 0.5))))
-
-
 def missed_at(k: float) -> float:
     """Return what may be missed k standard deviations from the mean, in parts of what is expected.
 
@@ -196,8 +172,10 @@ def estimate(
     Mixtures are found around `known` rare samples with `near`, the state at the times that decide.
     Sampling ends at the relative standard error `accuracy`.
     """
-    moved = missed_at(deviations(known.probability))
-    mixture = mixture_around(lambda u: near.least(u, eta), known.u, rng, options=options)
+    # How many standard deviations from the mean the limit is, at least 1.
+    k = max(1.0, -float(ndtri(min(max(known.probability, 1e-300), 0.5))))
+    moved = missed_at(k)
+    mixture = mixture_around(partial(near.least, eta=eta), known.u, rng, options=options)
     sums, batch = _Sums(state, moved, options), options.batch_samples
     while True:
         u = mixture.sample(batch, rng)
@@ -208,13 +186,8 @@ def estimate(
             break
     if state.exact:
         return result
-    tighter = state.tighter(moved)
-
-    def least(u: np.ndarray) -> np.ndarray:
-        return tighter.least(u, eta)
-
-    subset = options.subset
-    first = rare(least, known.u.shape[1], rng, options.moved_samples, options=subset)
+    least = partial(state.tighter(moved).least, eta=eta)
+    first = rare(least, known.u.shape[1], rng, options.moved_samples, options=options.subset)
     mixture = mixture_around(least, first.u, rng, rounds=1, options=options)
     u = mixture.sample(batch, rng)
     inside = mixture.weights(u) * (least(u) < 0)
@@ -223,20 +196,16 @@ def estimate(
 
 
 def mixture_around(
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     known: np.ndarray,
     rng: np.random.Generator,
     rounds: int | None = None,
     *,
     options: ImportanceOptions = ImportanceOptions(),
 ) -> Mixture:
-    """Return a mixture around rare samples, and then around those that it finds.
+    """Return a mixture around `known` rare samples, (count, n), and then around those it finds.
 
-    Parameters
-    ----------
-    least : returns margins, shape (points,), of samples of shape (points, n).
-    known : rare samples, shape (count, n); there may be none.
-    rounds : mixtures after the first one; those of the options unless given.
+    There may be none; `rounds` are the mixtures after the first one, by default the options'.
     """
     mixture = Mixture.of(known, rng, options=options.subset.mixture)
     for _ in range((rounds or options.mixture_rounds) * bool(len(known))):
@@ -306,8 +275,8 @@ class _Sums:
         return Estimate(
             float(least), float(error), float(min(looser, least)), float(least),
             (*map(float, np.maximum(between, least)), *map(float, errors)),
-            np.minimum(least, each), each_error,
-            count if least else 0, most, np.concatenate(self.u), weights, margins[0], self.options,
+            np.minimum(least, each), each_error, most,
+            np.concatenate(self.u), weights, margins[0], self.options,
         )  # fmt: skip
 
 
@@ -316,12 +285,8 @@ def probabilities(out: np.ndarray, every: np.ndarray, count: int) -> tuple[np.nd
 
     The mean of all weights is one, so that those of samples that stay within the limits tell the
     probability as well: without error, if there are none. Whichever has the smaller error is taken.
-
-    Parameters
-    ----------
-    out : sums of the weights of samples that leave the limits, and of their squares, (2, any).
-    every : the same sums of all samples, (2,).
-    count : number of samples.
+    `out` are the sums of the weights of samples that leave the limits, and of their squares,
+    (2, any), and `every` those of all samples, (2,).
     """
     leave, stay = out / count, (every[:, None] - out) / count
     errors = [np.sqrt(np.maximum(b - a**2, 0.0) / count) for a, b in (leave, stay)]

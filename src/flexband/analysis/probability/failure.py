@@ -18,7 +18,7 @@ from flexband.analysis.probability.statements import (
     error_of_runs,
     withheld,
 )
-from flexband.analysis.probability.texts import described, in_words
+from flexband.analysis.probability.texts import described, verdict_on
 from flexband.analysis.requirements.corridors import check_instantaneous, joint, offsets_in_words
 from flexband.analysis.requirements.requirement import Requirements, corridors
 from flexband.analysis.requirements.scatter import Scatter, scattering
@@ -32,9 +32,6 @@ from flexband.response import ResponseFunction
 from flexband.uncertainty.surrogates.bands import remark
 
 ANY = "any limit"
-
-PLACES = "samples", "runs", "disagreements", "probability_at", "probability_choice"
-"""What is no probability."""
 
 RUNS = 64
 """Runs of the model that correct a probability, unless another number is given."""
@@ -137,8 +134,7 @@ def failure_probability(
         )
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
-    for name in ("limit", "probability", "probability_at", "samples"):
-        check_free(name, labels)
+    check_free(labels, "limit", "probability", "probability_at", "samples")
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
@@ -172,11 +168,13 @@ def failure_probability(
             ]
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
-            results[label] = xr.concat(each, "limit").assign_coords(limit=names)
-    known_of = {label: _known(dataset) for label, dataset in results.items()}
-    result = known_of[""] if "" in known_of else _over_choices(known_of)
+            joined = xr.concat(each, "limit").assign_coords(limit=names)
+            groups = (AT_EACH,) if "runs" in joined else (STATED, BETWEEN, AT_EACH)
+            results[label] = bounded(joined, joined["exact"], *groups).drop_vars("exact")
+    result = results[""] if "" in results else _over_choices(results)
     if any(map(missed_tolerance, surrogates.values())):
-        kept = {*PLACES, *(("surrogate_probability", *STATED, *BETWEEN) * ("runs" in result))}
+        kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
+        kept |= {"surrogate_probability", *STATED, *BETWEEN} if "runs" in result else set()
         result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     label, case = next(iter(surrogates.items()))
@@ -187,13 +185,12 @@ def failure_probability(
         where = f" with {label}" if label else ""
         reasons = doubts_of(case, corrected=known[label] is not None)
         doubts += [f"Not reliable: {reason}{where}" for reason in reasons]
-    words = [in_words(result.isel(limit=k)) for k in range(len(names))]
     attrs = {
         "accuracy": accuracy,
         "seed": seed,
         "confidence": 0.95,
         "error": source or "not estimated",
-        "verdict": ". ".join([*words, *doubts]),
+        "verdict": verdict_on(result.assign_attrs(doubts=doubts)),
         "doubts": doubts,
     }
     return described(result.assign_attrs(remark(spaces[0]) | attrs))
@@ -212,12 +209,6 @@ def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:
             kind = next((k for k in kinds if str(name).startswith(k)), "probability")
             union[name] = limit[name].where(more[kind], union[name])
     return union
-
-
-def _known(result: xr.Dataset) -> xr.Dataset:
-    """Return a result with bounds in the place of rare probabilities that no run corrects."""
-    groups = (AT_EACH,) if "runs" in result else (STATED, BETWEEN, AT_EACH)
-    return bounded(result, result["exact"], *groups).drop_vars("exact")
 
 
 def _over_choices(results: Mapping[str, xr.Dataset]) -> xr.Dataset:

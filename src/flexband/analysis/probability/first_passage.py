@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -15,8 +14,7 @@ from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
-from flexband.analysis.probability.states import LimitState, PartsState
-from flexband.analysis.probability.subset import Rare
+from flexband.analysis.probability.states import LimitState
 from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.results import INDICATOR, Variables, places
@@ -28,20 +26,13 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 @dataclass(frozen=True)
 class ProbabilityOptions:
-    """How the probability of leaving a limit is computed.
-
-    Attributes
-    ----------
-    ends : the search over the interval inputs, and importance sampling.
-    at_each_time : the same at single times.
-    correction : how runs correct probabilities.
-    max_unseen : part of a probability that may be due to times at which bounds are not searched.
-    """
+    """How the probability of leaving a limit is computed."""
 
     ends: EndOptions = field(default_factory=EndOptions)
     at_each_time: AtEachTimeOptions = field(default_factory=AtEachTimeOptions)
     correction: CorrectionOptions = field(default_factory=CorrectionOptions)
     max_unseen: float = 0.03
+    """Most of a probability at times that the search for bounds leaves out."""
 
 
 def first_passage(
@@ -64,28 +55,24 @@ def first_passage(
     n, m = space.random_dimension, space.interval_dimension
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
-        state, model = _of_parts(state, model, tolerances)
+        state = replace(state, tolerances=tolerances)
     for thin in (True, False):
         eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
-        found = [
+        estimates = [
             estimate(state, near, at, rare, accuracy, rng, options=options.ends.importance)
             for at, rare in pairs
         ]
-        unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, found, strict=True)]
+        unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, estimates, strict=True)]
         if max(unseen) <= options.max_unseen:
             break
-    raw = [replace(part, noise=float(e)) for part, e in zip(found, noise, strict=False)]
+    raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final: list[Estimate] | list[Correction] = raw
     if model is not None:
-
-        def correction(at: np.ndarray, rare: Rare, noise: float) -> Correction:
-            margins = partial(state.least, eta=at), partial(_least, state, model, at)
-            runs, how = model.runs, options.correction
-            result = corrected(*margins, rare, runs, accuracy, rng, options=how)
-            return replace(result, noise=noise)
-
-        final = [correction(*pair, part.noise) for pair, part in zip(pairs, raw, strict=True)]
+        final = [
+            corrected(state, model, at, rare, accuracy, rng, part.noise, options=options.correction)
+            for (at, rare), part in zip(pairs, raw, strict=True)
+        ]
     if not m:
         raw, final = raw * 2, final * 2
     elif final[0].probability > final[1].probability:  # both ends of what hardly depends on η
@@ -115,8 +102,10 @@ def first_passage(
         **dict(zip(BETWEEN, between, strict=True)),
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
-        **_run_counts(final),
     }
+    if corrections := [part for part in final if isinstance(part, Correction)]:
+        of_bounds["runs"] = [part.runs for part in corrections]
+        of_bounds["disagreements"] = [part.disagreements for part in corrections]
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = bool(source) and state.exact
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
@@ -125,24 +114,6 @@ def first_passage(
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
-
-
-def _of_parts(
-    state: LimitState, model: ResponseModel | None, tolerances: ScatteringTolerances
-) -> tuple[PartsState, ResponseModel | None]:
-    """Return a state and a model of parts whose tolerances scatter."""
-    scattering = None if model is None else replace(model, tolerances=tolerances)
-    return PartsState.of_parts(state, tolerances), scattering
-
-
-def _run_counts(final: Sequence[Estimate | Correction]) -> dict[str, list[int]]:
-    """Return how many runs correct the probabilities, and disagree; nothing without runs."""
-    corrections = [part for part in final if isinstance(part, Correction)]
-    counts = {
-        "runs": [part.runs for part in corrections],
-        "disagreements": [part.disagreements for part in corrections],
-    }
-    return counts if corrections else {}
 
 
 def _everywhere(
@@ -165,21 +136,16 @@ def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) ->
     `raw` are those of the surrogate, `final` has what runs correct.
     """
     probabilities = []
-    for part, other in zip(raw, final, strict=True):
+    for part, correction in zip(raw, final, strict=True):
         low, high = part.confidence_between()
         value = part.between[0]
-        if other is not part:
-            (low, high), grown = other.confidence(), np.ones(2)
+        if isinstance(correction, Correction):
+            (low, high), grown = correction.confidence(), np.ones(2)
             if part.probability:  # as many more samples leave the limits between the times
                 grown = np.array(part.between[:2]) / part.probability
-            value, low, high = other.probability * grown[0], low * grown[0], high * grown[1]
+            value, low, high = correction.probability * grown[0], low * grown[0], high * grown[1]
         probabilities.append(np.minimum([value, low, high], 1.0))
     return np.sort(np.transpose(probabilities), axis=1)
-
-
-def _least(state: LimitState, model: ResponseModel, eta: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Return the least margins of runs of the model at u and one η, (points,)."""
-    return state.least_of_response(model(u, eta))
 
 
 def _unseen(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:

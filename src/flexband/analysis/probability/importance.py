@@ -16,48 +16,39 @@ import scipy
 
 @dataclass(frozen=True)
 class MixtureOptions:
-    """How a mixture is built.
-
-    Attributes
-    ----------
-    max_groups, min_members : most groups, and samples per variable that a group must have for a
-        covariance of its own.
-    rounds : of Lloyd's algorithm, which finds the groups.
-    all_directions : variables of which all directions are used.
-    min_excess : by which factor second moments must exceed their noise in other directions.
-    widened : by which standard deviations of a group are multiplied.
-    wide_std : standard deviation of the wide density.
-    group_share, unit_share, input_share, wide_share : parts of the densities with the covariances
-        of the groups, with unit covariance around them, that of the inputs, and the wide one.
-    """
+    """How a mixture is built; its shares are those of the densities."""
 
     max_groups: int = 8
+    """Most groups of rare samples."""
     min_members: int = 6
+    """Samples per variable of a group with a covariance of its own."""
     rounds: int = 12
+    """Rounds of Lloyd's algorithm, which finds the groups."""
     all_directions: int = 4
+    """Variables of which all directions are used."""
     min_excess: float = 1.3
+    """Factor of second moments over their noise in other directions."""
     widened: float = 1.3
+    """Factor of the standard deviations of a group."""
     wide_std: float = 1.5
+    """Standard deviation of the wide density."""
     group_share: float = 0.6
+    """Part of the densities with the covariances of the groups."""
     unit_share: float = 0.25
+    """Part of those with unit covariance around the groups."""
     input_share: float = 0.1
+    """Part of the density of the inputs."""
     wide_share: float = 0.05
+    """Part of the wide density."""
 
 
 @dataclass(frozen=True)
 class Mixture:
-    """A mixture of normal densities.
+    """A mixture of normal densities."""
 
-    Attributes
-    ----------
-    means : shape (count, n).
-    factors : Cholesky factors of the covariances, (count, n, n).
-    shares : of each density, (count,); their sum is one.
-    """
-
-    means: np.ndarray
-    factors: np.ndarray
-    shares: np.ndarray
+    means: np.ndarray  # shape (count, n)
+    factors: np.ndarray  # Cholesky factors of the covariances, (count, n, n)
+    shares: np.ndarray  # of each density, (count,); their sum is one
 
     @staticmethod
     def of(

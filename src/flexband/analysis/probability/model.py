@@ -1,4 +1,4 @@
-"""Runs of a model at standard normal variables."""
+"""Runs of a model that correct probabilities."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
-from flexband.errors import check_function, check_integer
+from flexband.errors import check_integer
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
-from flexband.uncertainty.inputs.sampling import of_normals
-from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 MIN_RUNS, MAX_RUNS = 16, 100_000
@@ -24,33 +21,16 @@ MIN_RUNS, MAX_RUNS = 16, 100_000
 
 @dataclass(frozen=True)
 class ResponseModel:
-    """A response, of which runs can be made.
+    """A response, of which runs can be made."""
 
-    Attributes
-    ----------
-    space : its inputs.
-    runs : how many runs a probability may take.
-    evaluate : makes runs at (ξ, η).
-    tolerances : how they scatter, if they do.
-    """
-
-    space: Space
-    runs: int
+    runs: int  # how many a probability may take
     evaluate: Runs
-    tolerances: ScatteringTolerances | None = None
 
-    def __call__(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return the response at u of shape (points, n) and one η, shape (points, …).
-
-        Where tolerances scatter, u has their variables after those of ξ, and η has no effect.
-        """
-        n = self.space.random_dimension
-        places = np.broadcast_to(eta, (len(u), len(eta)))
-        if self.tolerances is not None:
-            places = self.tolerances.eta(u[:, n:])
-        made = self.evaluate((of_normals(u[:, :n], self.space.families), places))
-        assert made.values is not None
-        return made.values.values
+    def __call__(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        """Return the response, (points, …), at ξ (points, n) and at η (points, m) or (m,)."""
+        evaluated = self.evaluate((xi, np.broadcast_to(eta, (len(xi), eta.shape[-1]))))
+        assert evaluated.values is not None
+        return evaluated.values.values
 
 
 @contextmanager
@@ -64,20 +44,16 @@ def models(
 ) -> Iterator[dict[str, ResponseModel | None]]:
     """Give the model of every combination of options, None without a response.
 
-    Parameters
-    ----------
-    runs : of a probability, of which there are so many for every combination.
-    options : store and executor.
+    It makes so many `runs` for each of the `probabilities`; `options` are store and executor.
     """
     if response is None:
         yield dict.fromkeys(surrogates)
         return
-    check_function("response", response)
     runs = check_integer("runs", runs, MIN_RUNS, MAX_RUNS)
-    given = next(iter(surrogates.values())).space.given
+    inputs = next(iter(surrogates.values())).space.given
     advance = counted(progress, runs * probabilities * len(surrogates))
-    with runs_as_expanded(response, given, **options) as runs_of:
+    with runs_as_expanded(response, inputs, **options) as runs_of:
         yield {
-            label: ResponseModel(surrogate.space, runs, runs_of(surrogate, label, advance))
+            label: ResponseModel(runs, runs_of(surrogate, label, advance))
             for label, surrogate in surrogates.items()
         }

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.margins import error_of
 from flexband.analysis.probability.estimates import Estimate
-from flexband.analysis.results import POINTWISE_ERRORS
+from flexband.analysis.results import POINTWISE_ERRORS, error_of
 from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -27,10 +26,7 @@ RARE = 1e-4
 
 
 def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
-    """Return which diagnostic tells what is expected to be missed of a run, and how much that is.
-
-    It has the shape of the response.
-    """
+    """Return which diagnostic tells what is missed of a run, and its values, (outputs …, times)."""
     source, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
     return source, error / share(surrogate.space.interval_dimension)
 
@@ -39,29 +35,21 @@ def allowance(estimate: Estimate) -> np.ndarray:
     """Return by which factors what may be missed moves the ends of an interval, (2,)."""
     if not estimate.probability:
         return np.ones(2)
-    return (
-        np.array([estimate.looser, max(estimate.tighter, estimate.probability)])
-        / estimate.probability
-    )
+    ends = [estimate.looser, max(estimate.tighter, estimate.probability)]
+    return np.array(ends) / estimate.probability
 
 
 def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> xr.Dataset:
-    """Return a result without the rare probabilities of surrogates that are not `exact`.
+    """Return a result with 0, and bounds, for rare probabilities of surrogates not `exact`.
 
-    They are 0, with intervals from 0 to what can be rare at most. A group has the names of a
-    probability and of the ends of its interval.
+    A group has the names of a probability and of the ends of its interval.
     """
     for names in groups:
         value, low, high = (result[name] for name in names)
         rare = ~exact & (value < RARE)
-        new = value.where(~rare, 0.0), low.where(~rare, 0.0)
-        new = *new, high.where(~rare, np.maximum(high, RARE))
-        result = result.assign(
-            {
-                name: variable.transpose(*value.dims)
-                for name, variable in zip(names, new, strict=True)
-            }
-        )
+        bounds = (0.0, 0.0, np.maximum(high, RARE))
+        for name, array, bound in zip(names, (value, low, high), bounds, strict=True):
+            result = result.assign({name: array.where(~rare, bound).transpose(*value.dims)})
     return result
 
 

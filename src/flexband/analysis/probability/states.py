@@ -11,6 +11,7 @@ import numpy as np
 from flexband.analysis.peaks import spacing
 from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.requirements.scatter import ScatteringTolerances
+from flexband.analysis.results import beyond_neighbours
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
@@ -24,23 +25,17 @@ Reduced = TypeVar("Reduced")
 class LimitedOutputs:
     """Some outputs of one expansion at some times, and where they must be.
 
-    Attributes
-    ----------
-    expansion : shape (outputs, times).
-    lower, upper : in the outputs' units, (outputs, times).
-    error : what is expected to be missed of a run, in the outputs' units, (outputs, times).
-    scale : unit of the margins, (outputs, times).
-    series : numbers of outputs and times in the response, (outputs, times).
-    beyond : by how much values go below and above two neighbouring ones, from each time to the
-        next, in the outputs' units: the least and the most of some runs, (2, 2, outputs, times).
+    All arrays have the shape (outputs, times), and the outputs' units; `beyond`, (2, 2, outputs,
+    times), is by how much values go below and above two neighbouring ones, from each time to the
+    next: the least and the most of some runs.
     """
 
     expansion: Expansion
     lower: np.ndarray
     upper: np.ndarray
-    error: np.ndarray
-    scale: np.ndarray
-    series: np.ndarray
+    error: np.ndarray  # what is expected to be missed of a run
+    scale: np.ndarray  # unit of the margins
+    series: np.ndarray  # numbers of outputs and times in the response
     beyond: np.ndarray
 
     def sides(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
@@ -98,20 +93,15 @@ class LimitState:
     """The margins of a surrogate, as functions of standard normal variables u and of η.
 
     The margins of an output are given in parts of its standard deviation over all inputs, so that
-    those of different outputs can be compared.
-
-    Attributes
-    ----------
-    families : of the random variables.
-    parts : outputs and times that are limited.
-    steps : between the times; None where there is nothing between them.
-    impacts : whether outputs may turn at once between times.
+    those of different outputs can be compared. Where tolerances scatter, u has their variables
+    after those of ξ, and η has no effect.
     """
 
-    families: tuple[Family, ...]
+    families: tuple[Family, ...]  # of the random variables
     parts: tuple[LimitedOutputs, ...]
-    steps: np.ndarray | None
-    impacts: bool
+    steps: np.ndarray | None  # between the times; None where there is nothing between them
+    impacts: bool  # whether outputs may turn at once between times
+    tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
 
     @staticmethod
     def of(
@@ -122,7 +112,8 @@ class LimitState:
         times = surrogate.times
         lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
         limited = np.isfinite(lower) | np.isfinite(upper)
-        number, beyond = np.arange(limited.size).reshape(limited.shape), _beyond(surrogate)
+        number = np.arange(limited.size).reshape(limited.shape)
+        beyond = beyond_neighbours(surrogate.diagnostics, labels).reshape(2, 2, -1, times)
         pilot = 256  # samples that tell how much each output varies
         u = rng.standard_normal((pilot, space.random_dimension))
         eta = rng.uniform(-1, 1, (pilot, space.interval_dimension))
@@ -140,9 +131,9 @@ class LimitState:
             size = np.abs(values).max(axis=(0, 2))[:, None]
             scale = np.maximum(spread, 1e-12 * size + 1e-300)
             index = np.ix_(outputs, at)
-            own_error = error.reshape(-1, times)[index]
-            scale = np.broadcast_to(scale, own_error.shape)
-            bounds = lower[index], upper[index], own_error, scale, number[index]
+            part_error = error.reshape(-1, times)[index]
+            scale = np.broadcast_to(scale, part_error.shape)
+            bounds = lower[index], upper[index], part_error, scale, number[index]
             parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
         impacts = bool(surrogate.diagnostics.attrs.get("impacts"))
         return LimitState(space.families, tuple(parts), spacing(labels), impacts)
@@ -179,12 +170,8 @@ class LimitState:
     ) -> list[Reduced]:
         """Return what a function makes of the margins of blocks of samples, in several threads.
 
-        Parameters
-        ----------
-        u : shape (points, n).
-        eta : shape (points, m) or (m,).
-        reduce : is given a block and its margins, one array (points, outputs, times) per part, or
-            what `of` returns of a part.
+        It is given a block and its margins, one array (points, outputs, times) per part, or what
+        `of` returns of a part. The shapes of u and η are (points, n), and (points, m) or (m,).
         """
         eta = np.atleast_2d(eta)
         block = max(256, 100_000 // self.width)  # samples whose margins stay in the cache
@@ -193,15 +180,21 @@ class LimitState:
 
         def solve(number: int) -> None:
             rows = blocks[number]
-            xi = of_normals(u[rows], self.families)
-            places = eta if len(eta) == 1 else eta[rows]
-            results[number] = reduce(rows, [of(part, xi, places) for part in self.parts])
+            places = self.places(u[rows], eta if len(eta) == 1 else eta[rows])
+            results[number] = reduce(rows, [of(part, *places) for part in self.parts])
 
         if len(blocks) == 1:  # less work than starting a thread
             solve(0)
         else:
             in_threads(solve, range(len(blocks)))
         return [results[number] for number in range(len(blocks))]
+
+    def places(self, u: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ξ and η of samples u; these η unless tolerances scatter."""
+        n = len(self.families)
+        if self.tolerances is not None:
+            eta = self.tolerances.eta(u[:, n:])
+        return of_normals(u[:, :n], self.families), eta
 
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
@@ -254,45 +247,3 @@ class LimitState:
             if near.any():
                 parts.append(part.at(np.flatnonzero(near)))
         return replace(self, parts=tuple(parts))
-
-
-@dataclass(frozen=True, eq=False)
-class PartsState(LimitState):
-    """The margins of parts whose tolerances scatter: u has their variables after those of ξ.
-
-    Attributes
-    ----------
-    tolerances : how they scatter.
-    """
-
-    tolerances: ScatteringTolerances
-
-    @staticmethod
-    def of_parts(state: LimitState, tolerances: ScatteringTolerances) -> PartsState:
-        """Return the state of parts with the margins of another one."""
-        return PartsState(state.families, state.parts, state.steps, state.impacts, tolerances)
-
-    def reduced(
-        self,
-        u: np.ndarray,
-        eta: np.ndarray,
-        reduce: Callable[[slice, list[np.ndarray]], Reduced],
-        of: Callable[[LimitedOutputs, np.ndarray, np.ndarray], np.ndarray] = LimitedOutputs.margins,
-    ) -> list[Reduced]:
-        """Return what `LimitState.reduced` does, at the η that u has."""
-        n = len(self.families)
-        return super().reduced(u[:, :n], self.tolerances.eta(u[:, n:]), reduce, of)
-
-
-def _beyond(surrogate: Surrogate) -> np.ndarray:
-    """Return the `beyond` of all outputs, (2, 2, outputs, times): zero where it is not known."""
-    labels, diagnostics = surrogate.labels, surrogate.diagnostics
-    times = surrogate.times
-    if "above_between" not in diagnostics:
-        return np.zeros((2, 2, int(np.prod(labels.shape[1:])) // times, times))
-    excesses = [
-        diagnostics[f"{side}_between{kind}"].transpose(*labels.dims[1:]).values.reshape(-1, times)
-        for kind in ("_least", "")
-        for side in ("below", "above")
-    ]
-    return np.reshape(excesses, (2, 2, -1, times))

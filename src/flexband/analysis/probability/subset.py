@@ -20,54 +20,50 @@ from scipy.special import chdtri
 
 from flexband.analysis.probability.importance import Mixture, MixtureOptions
 
+Margins = Callable[[np.ndarray], np.ndarray]
+"""Standard normal variables u, shape (points, n) -> least margins, (points,)."""
+
 
 @dataclass(frozen=True)
 class SubsetOptions:
-    """How rare samples are searched.
-
-    Attributes
-    ----------
-    level_samples, level_share : samples of a level, and which part of them is below the next.
-    min_probability : smaller probabilities are not looked for.
-    accepted_share : the part of the steps of a chain that are accepted.
-    scouts, scout_scales : scouts of each scale, in standard deviations of the inputs.
-    beyond_scouts : probability of larger radii than those of scouts.
-    scout_chains, scout_renewals : chains that scouts start, and how often each makes ten steps.
-    unlike_factor, new_region_share : weight of samples that a mixture around others hardly sees, in
-        parts of those of the others, and part of them from which on they are another region.
-    mixture : the mixtures that compare both.
-    """
+    """How rare samples are searched."""
 
     level_samples: int = 1000
+    """Samples of a level."""
     level_share: float = 0.1
+    """Part of a level that is below the next one."""
     min_probability: float = 1e-10
+    """Smallest probability that is looked for."""
     accepted_share: float = 0.44
+    """Part of the steps of a chain that are accepted."""
     scouts: int = 600
+    """Scouts of each scale."""
     scout_scales: tuple[float, ...] = (1.3, 2.0, 3.0)
+    """Scales of scouts, in standard deviations of the inputs."""
     beyond_scouts: float = 1e-12
+    """Probability of larger radii than those of scouts."""
     scout_chains: int = 200
+    """Chains that scouts start."""
     scout_renewals: int = 3
+    """Times that each of these chains makes ten steps."""
     unlike_factor: float = 10.0
+    """Factor of the weights of samples that a mixture around others hardly sees."""
     new_region_share: float = 0.02
+    """Part of such samples from which on they are another region."""
     mixture: MixtureOptions = field(default_factory=MixtureOptions)
+    """Mixtures that compare both."""
 
 
 @dataclass(frozen=True)
 class Rare:
-    """Samples with negative margins.
+    """Samples with negative margins."""
 
-    Attributes
-    ----------
-    u : the samples, (count, n); none if no margin is negative.
-    probability : of a negative margin, a rough estimate; an upper bound if there is no sample.
-    """
-
-    u: np.ndarray
-    probability: float
+    u: np.ndarray  # (count, n); none if no margin is negative
+    probability: float  # of a negative margin, about; an upper bound if there is no sample
 
 
 def rare(
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     dimension: int,
     rng: np.random.Generator,
     count: int | None = None,
@@ -75,14 +71,7 @@ def rare(
     scouts: bool = True,
     options: SubsetOptions = SubsetOptions(),
 ) -> Rare:
-    """Return samples of standard normal variables with negative margins.
-
-    Parameters
-    ----------
-    least : returns margins, shape (points,), of samples of shape (points, dimension).
-    count : samples of a level; those of the options unless given.
-    scouts : whether scouts are sent, too.
-    """
+    """Return samples with negative margins; `count` is that of a level, by default the options'."""
     u = rng.standard_normal((count or options.level_samples, dimension))
     margin, probability, step, share = least(u), 1.0, 0.6, options.level_share
     few = round(len(u) * share)
@@ -105,7 +94,7 @@ def rare(
 
 def _with_scouts(
     known: Rare,
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     n: int,
     rng: np.random.Generator,
     options: SubsetOptions,
@@ -140,7 +129,7 @@ def _with_scouts(
 
 
 def _chains(
-    least: Callable[[np.ndarray], np.ndarray],
+    least: Margins,
     u: np.ndarray,
     margin: np.ndarray,
     step: float,
@@ -151,11 +140,12 @@ def _chains(
     level, places, margins = margin.max(), [], []
     for _ in range(round(1 / options.level_share)):
         z = rng.standard_normal(u.shape)
-        other = math.sqrt(1 - step**2) * u + step * z
-        other_margin = least(other)
-        better = other_margin <= level
-        u, margin = np.where(better[:, None], other, u), np.where(better, other_margin, margin)
-        step = min(0.99, step * math.exp(float(better.mean()) - options.accepted_share))
+        proposed = math.sqrt(1 - step**2) * u + step * z
+        proposed_margin = least(proposed)
+        accepted = proposed_margin <= level
+        u = np.where(accepted[:, None], proposed, u)
+        margin = np.where(accepted, proposed_margin, margin)
+        step = min(0.99, step * math.exp(float(accepted.mean()) - options.accepted_share))
         places.append(u)
         margins.append(margin)
     return np.concatenate(places), np.concatenate(margins), step

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.probability.statements import BETWEEN
 from flexband.analysis.requirements.least_margin import inputs_in_words
 from flexband.words import number_of
 
@@ -44,8 +45,7 @@ def chance(result: xr.Dataset, *, places: bool = False) -> str:
 
     With `places`, it has the values of the interval inputs at the bounds.
     """
-    names = ("between_times", "between_times_low", "between_times_high")
-    values, low, high = (result[k].values for k in names)
+    values, low, high = (result[k].values for k in BETWEEN)
     if np.isnan(values).any():
         return (
             f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
@@ -58,9 +58,8 @@ def chance(result: xr.Dataset, *, places: bool = False) -> str:
     text = _bounds(result, values, high, where, sure)
     at_times = result["probability"].values
     if _clearly_more(values, at_times).any():
-        bounds_text = _bounds(
-            result, at_times, result["confidence_high"].values, ["", ""], ["", ""]
-        )
+        none = ["", ""]
+        bounds_text = _bounds(result, at_times, result["confidence_high"].values, none, none)
         text += f"; at the output times alone, {bounds_text}"
     return text
 
@@ -88,8 +87,7 @@ def _differs(result: xr.Dataset) -> bool:
 
 def told(result: xr.Dataset) -> str:
     """Return one bound of a probability with its confidence interval, or how large it may be."""
-    names = ("between_times", "between_times_low", "between_times_high")
-    value, low, high = (float(result[k]) for k in names)
+    value, low, high = (float(result[k]) for k in BETWEEN)
     if np.isnan(value):
         return NOT_GIVEN
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"

@@ -22,19 +22,12 @@ FOR_CONSTANT_OFFSETS = "for constant offsets of pins and guides"
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Where a response must be.
+    """Where a response must be."""
 
-    Attributes
-    ----------
-    output : name of the output; "" if the response has one only, or for several outputs.
-    lower, upper : shape of the response without its runs; ∓∞ where nothing is required.
-    where : index of the output in these arrays.
-    """
-
-    output: str
-    lower: np.ndarray
-    upper: np.ndarray
-    where: tuple[int | slice | EllipsisType, ...]
+    output: str  # its name; "" if the response has one output only, or for several
+    lower: np.ndarray  # shape of the response without its runs; −∞ where nothing is required
+    upper: np.ndarray  # the same; ∞ where nothing is required
+    where: tuple[int | slice | EllipsisType, ...]  # index of the output in these arrays
 
     def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
@@ -122,11 +115,8 @@ def chosen_output(label: str, output: str | None, labels: xr.DataArray) -> tuple
                 f"got {output!r}"
             )
         return str(labels.name or ""), None
-    count = labels.sizes["output"]
-    names = [
-        str(v) for v in (labels["output"].values if "output" in labels.coords else range(count))
-    ]
-    if output is None and count == 1:
+    names = list(map(str, labels["output"].values))  # numbers where the dim has no labels
+    if output is None and len(names) == 1:
         return names[0], 0
     if output not in names:
         raise InputError(f"{label} output must be one of {', '.join(names)}; got {output!r}")
@@ -160,8 +150,7 @@ def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> 
     if callable(bound):
         _, times = _times(name, output_labels)
         bound = check_finite(name, returned(bound, times, f"the function of {name}"), rank=None)
-    fits = np.shape(bound) in ((), shape[-1:], shape)
-    if not fits:
+    if np.shape(bound) not in ((), shape[-1:], shape):
         allowed = " or ".join(str(s) for s in dict.fromkeys([shape[-1:], shape]))
         raise InputError(
             f"{name} must be one number, or numbers of shape {allowed}; got shape {np.shape(bound)}"
@@ -170,15 +159,12 @@ def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> 
 
 
 def _times(name: str, output_labels: xr.DataArray) -> tuple[Hashable, np.ndarray]:
-    dim = output_labels.dims[-1]
-    if (
-        output_labels.ndim < 2
-        or dim not in output_labels.coords
-        or output_labels[dim].dtype.kind not in "iuf"
-    ):
-        where = f"its last dim {dim!r} has none" if output_labels.ndim > 1 else "it has no dim"
+    dim, coordinates = output_labels.dims[-1], output_labels.coords
+    has_dim = output_labels.ndim > 1
+    if not has_dim or dim not in coordinates or coordinates[dim].dtype.kind not in "iuf":
+        where = f"its last dim {dim!r} has none" if has_dim else "it has no dim"
         raise InputError(f"{name} requires times, which the response must give; {where}")
-    return dim, output_labels[dim].values.astype(float)
+    return dim, coordinates[dim].values.astype(float)
 
 
 def _aligned(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.ndarray:
@@ -189,17 +175,12 @@ def _aligned(name: str, bound: xr.DataArray, output_labels: xr.DataArray) -> np.
             raise InputError(f"{name} must have dims of the output ({allowed}); got {dim!r}")
         same = bound.sizes[dim] == output_labels.sizes[dim]
         if same and dim in bound.coords and dim in output_labels.coords:
-            ours, theirs = output_labels[dim].values, bound[dim].values
-            numeric = ours.dtype.kind in "iuf" and theirs.dtype.kind in "iuf"
-            size = np.abs(ours).max(initial=0) if numeric else 0.0
-            same = (
-                np.allclose(ours, theirs, rtol=0, atol=1e-9 * size)
-                if numeric
-                else np.array_equal(ours, theirs)
-            )
+            pair = output_labels[dim].values, bound[dim].values
+            same = np.array_equal(*pair)
+            if all(values.dtype.kind in "iuf" for values in pair):
+                same = np.allclose(*pair, rtol=0, atol=1e-9 * np.abs(pair[0]).max(initial=0))
         if not same:
             raise InputError(f"{name} must have the values of {dim!r} that the output has")
-    dims = [dim for dim in output_labels.dims[1:] if dim in bound.dims]
-    values = bound.transpose(*dims).values
-    index = tuple(slice(None) if dim in dims else None for dim in output_labels.dims[1:])
-    return np.broadcast_to(values[index], output_labels.shape[1:])
+    missing = [dim for dim in output_labels.dims[1:] if dim not in bound.dims]
+    values = bound.expand_dims(missing).transpose(*output_labels.dims[1:]).values
+    return np.broadcast_to(values, output_labels.shape[1:])

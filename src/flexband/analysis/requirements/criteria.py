@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_numbers
+from flexband.errors import check_fraction
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 
 
@@ -44,7 +44,7 @@ class Probability:
     at_most: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "at_most", _checked_share("Probability at_most", self.at_most))
+        object.__setattr__(self, "at_most", check_fraction("Probability at_most", self.at_most))
 
 
 @frozen()
@@ -64,14 +64,7 @@ class ShareOfParts:
     at_most: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "at_most", _checked_share("ShareOfParts at_most", self.at_most))
+        object.__setattr__(self, "at_most", check_fraction("ShareOfParts at_most", self.at_most))
 
 
 Criterion = WorstCase | Probability | ShareOfParts
-
-
-def _checked_share(name: str, value: float) -> float:
-    share = float(check_numbers(name, value))
-    if not 0 < share < 1:
-        raise InputError(f"{name} must be between 0 and 1; got {share:g}")
-    return share

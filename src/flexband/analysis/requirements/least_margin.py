@@ -24,30 +24,19 @@ WORST_FIRST = LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED, LimitVerdict.KEPT
 
 @dataclass(frozen=True)
 class LeastMargin:
-    """A verdict on a limit with its numbers, of which all texts are made.
+    """A verdict on a limit with its numbers, of which all texts are made."""
 
-    Attributes
-    ----------
-    limit : the limit in words.
-    verdict : whether it is kept.
-    margin, error, unit : the least margin, its expected error, and their unit.
-    dim, dim_unit : the last dimension of the output, such as time; "" if there is none.
-    place : where the least margin is, along this dimension.
-    between, place_before : the least margin between the times, and the time before it.
-    inputs : values of the inputs there, in words.
-    """
-
-    limit: str
+    limit: str  # in words
     verdict: LimitVerdict
-    margin: float
-    error: float
-    unit: str
-    dim: str
+    margin: float  # the least one
+    error: float  # expected of it
+    unit: str  # of both
+    dim: str  # the last dimension of the output, such as time; "" if there is none
     dim_unit: str
-    place: float | str
-    between: float
-    place_before: float | str
-    inputs: list[str]
+    place: float | str  # of the least margin along this dimension
+    between: float  # the least margin between the times
+    place_before: float | str  # the time before it
+    inputs: list[str]  # values of the inputs there, in words
 
     @staticmethod
     def of(result: xr.Dataset) -> LeastMargin:

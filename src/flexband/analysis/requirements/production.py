@@ -108,14 +108,10 @@ def with_yield(production: xr.Dataset) -> xr.Dataset:
     for name, words in LONG_NAMES.items():
         if name in production:
             production[name].attrs = {"long_name": words, "units": "1"}
-    words = [in_words(production.isel(limit=k)) for k in range(production.sizes["limit"])]
-    return production.assign_attrs(verdict=". ".join(words))
-
-
-def in_words(production: xr.Dataset) -> str:
-    """Return the yield of one requirement as a sentence without its full stop."""
     worst = production if "bound" not in production.dims else production.isel(bound=-1)
-    return f"{production['limit'].values}: {share_in_words(worst)}"
+    shares = [share_in_words(worst.isel(limit=k)) for k in range(worst.sizes["limit"])]
+    words = [f"{limit}: {text}" for limit, text in zip(worst["limit"].values, shares, strict=True)]
+    return production.assign_attrs(verdict=". ".join(words))
 
 
 def share_in_words(production: xr.Dataset) -> str:

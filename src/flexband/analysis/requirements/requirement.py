@@ -104,8 +104,9 @@ class Requirement:
         if self.during is not None:
             first, last = map(float, check_numbers(f"{self.label} during", self.during, 2))
             if first > last:
-                text = f"{self.label} during must be first and last time; got {self.during}"
-                raise InputError(text)
+                raise InputError(
+                    f"{self.label} during must be first and last time; got {self.during}"
+                )
             object.__setattr__(self, "during", (first, last))
 
     def __repr__(self) -> str:
@@ -171,10 +172,9 @@ class Requirement:
         curves = {}
         for label, values in cases.items():
             check_instance(f"{self.label} nominal", values, xr.DataArray, "study.nominal()")
-            labels = values.expand_dims("sample")
-            chosen = chosen_output(self.label, self.output, labels)[1]
-            curve_of = values if chosen is None else values.isel(output=chosen)
-            curves[label] = curve_of.drop_vars([k for k in curve_of.coords if k not in values.dims])
+            number = chosen_output(self.label, self.output, values.expand_dims("sample"))[1]
+            output = values if number is None else values.isel(output=number)
+            curves[label] = output.drop_vars([k for k in output.coords if k not in values.dims])
         return replace(self, nominal=curves)
 
     def in_unit(self, unit: str, known: str) -> Requirement:
@@ -194,46 +194,32 @@ class Requirement:
         (self.around(zeros) if self.needs_nominal else self).corridor(labels)
 
     def corridor(self, labels: xr.DataArray, case: str = "") -> Corridor:
-        """Return where the response must be, at every output and time.
+        """Return where a response, (runs, …), must be, with a combination of options.
 
-        Parameters
-        ----------
-        labels : a response of shape (runs, …), for its dims and coordinates.
-        case : the combination of options; "" without choices.
-
-        Raises
-        ------
-        InputError
-            If the response has no such output, a curve does not fit it, no time is within
-            `during`, the unit is not one of the output, or bounds leave nothing between them.
+        Raise `InputError` if the response has no such output, a curve does not fit it, no time is
+        within `during`, the unit is not one of the output, or bounds leave nothing between them.
         """
-        name, chosen = chosen_output(self.label, self.output, labels)
-        output_labels = labels.isel({"output": chosen} if chosen is not None else {})
+        name, number = chosen_output(self.label, self.output, labels)
+        output_labels, where = labels, (...,)
+        if number is not None:
+            output_labels = labels.isel(output=number)
+            where = (*[slice(None)] * (labels.dims.index("output") - 1), number)
         at_times = within_times(self.label, self.during, output_labels)
-        scale = self.scale(output_labels)
-        low, high = self._ends(output_labels, case, scale)
-        self._check_ends(np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf))
-        place = (slice(None),) * (labels.dims.index("output") - 1) if chosen is not None else ()
+        low, high = self._ends(output_labels, case, self.scale(output_labels))
+        low, high = np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf)
+        self._check_ends(low, high)
         lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
-        where = (*place, chosen) if chosen is not None else (...,)
-        lower[where], upper[where] = (
-            np.where(at_times, low, -np.inf),
-            np.where(at_times, high, np.inf),
-        )
+        lower[where], upper[where] = low, high
         return Corridor(name, lower, upper, where)
 
     def scale(self, output_labels: xr.DataArray) -> float:
         """Return the unit of the requirement in units of its output.
 
-        Raises
-        ------
-        InputError
-            If the output has no unit, or one of another dimension.
+        Raise `InputError` if the output has no unit, or one of another dimension.
         """
         if not self.unit:
             return 1.0
-        known = output_labels.coords.get("unit", [])
-        units = set(np.ravel(known).tolist())
+        units = set(np.ravel(output_labels.coords.get("unit", [])).tolist())
         if len(units) != 1:
             raise InputError(
                 f"{self.label} unit requires an output with a unit, by which numbers are "
@@ -273,13 +259,10 @@ class Requirement:
             raise InputError(f"{label} must have either within, or below and above; got both")
         width = float(check_positive(f"{label} within", check_numbers(f"{label} within", within)))
         object.__setattr__(self, "within", width)
-        if isinstance(self.of, str):
-            if self.of != NOMINAL:
-                raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got {self.of!r}")
-            return
-        if self.of is None:
-            raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got None")
-        object.__setattr__(self, "of", checked_bound(f"{label} of", self.of))
+        if self.of is not None and not isinstance(self.of, str):
+            object.__setattr__(self, "of", checked_bound(f"{label} of", self.of))
+        elif self.of != NOMINAL:
+            raise InputError(f"{label} of must be {NOMINAL!r} or a bound; got {self.of!r}")
 
     def _check_ends(self, low: np.ndarray, high: np.ndarray) -> None:
         """Raise `InputError` if nothing is left between two ends, where both have a value."""
@@ -340,9 +323,8 @@ Requirements = Requirement | Sequence[Requirement]
 def several(requirements: Requirements, name: str = "limits") -> tuple[Requirement, ...]:
     """Return a requirement, or several, as a tuple; raise `InputError` if they are none."""
     sequence = [requirements] if isinstance(requirements, Requirement) else requirements
-    if not isinstance(sequence, Sequence) or not all(
-        isinstance(requirement, Requirement) for requirement in sequence
-    ):
+    listed = isinstance(sequence, Sequence)
+    if not listed or not all(isinstance(each, Requirement) for each in sequence):
         kind = "a Limit" if name == "limits" else "a Requirement"
         raise InputError(f"{name} must be {kind} or a list of them; got {shown(requirements)}")
     return tuple(sequence)
@@ -364,18 +346,6 @@ def by_name(requirements: Requirements) -> dict[str, Requirement]:
 def corridors(
     requirements: Requirements, labels: xr.DataArray, case: str = ""
 ) -> dict[str, Corridor]:
-    """Return the corridor of each requirement, by the requirement in words.
-
-    Parameters
-    ----------
-    case : the combination of options; "" without choices.
-
-    Raises
-    ------
-    InputError
-        If `requirements` are none, or one does not fit the response.
-    """
-    return {
-        name: requirement.corridor(labels, case)
-        for name, requirement in by_name(requirements).items()
-    }
+    """Return the corridor of each requirement, in words; raise `InputError` if one does not fit."""
+    named = by_name(requirements)
+    return {name: requirement.corridor(labels, case) for name, requirement in named.items()}

@@ -12,7 +12,7 @@ from flexband.errors import InputError, check_instance, check_numbers, check_opt
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution
 from flexband.uncertainty.inputs.distributions.normal import TruncatedNormal
-from flexband.uncertainty.inputs.inputs import Interval
+from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space, check_no_play
@@ -76,27 +76,18 @@ Scatter = Mapping[str, Distribution | Capability | Correlated]
 
 @dataclass(frozen=True)
 class ScatteringTolerances:
-    """The interval variables η of a surrogate as functions of standard normal variables.
+    """The interval variables η of a surrogate as functions of standard normal variables."""
 
-    Attributes
-    ----------
-    space : of the distributions, by the names of the tolerances.
-    intervals, plays : of the surrogate; the latter scatter by themselves.
-    """
-
-    space: Space
-    intervals: Mapping[str, Interval]
-    plays: Mapping[str, FreePair]
+    space: Space  # of the distributions, by the names of the tolerances
+    intervals: Mapping[str, Interval]  # of the surrogate
+    plays: Mapping[str, FreePair]  # of the surrogate; they scatter by themselves
 
     @staticmethod
     def of(scatter: Scatter, space: Space) -> ScatteringTolerances:
         """Return how all tolerances of a space scatter.
 
-        Raises
-        ------
-        InputError
-            If a name is no tolerance, a tolerance has no distribution, or a distribution goes
-            beyond the interval of the runs.
+        Raise `InputError` if a name is no tolerance, a tolerance has no distribution, or a
+        distribution goes beyond the interval of the runs.
         """
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
         tolerances: dict[str, Interval] = {}
@@ -108,13 +99,9 @@ class ScatteringTolerances:
                 raise InputError(f"scatter is of tolerances, each an Interval; {name} is a {kind}")
             tolerances[name] = interval
         groups = {name: _within(name, group, tolerances) for name, group in scatter.items()}
-        distributions = {
-            member: distribution
-            for name, group in groups.items()
-            for member, distribution in (
-                group.inputs.items() if isinstance(group, Correlated) else [(name, group)]
-            )
-        }
+        distributions = {}
+        for name, group in groups.items():
+            distributions |= group.inputs if isinstance(group, Correlated) else {name: group}
         for name, distribution in distributions.items():
             check_option("a name in scatter", name, tolerances)
             _check_support(name, distribution, tolerances[name])
@@ -166,7 +153,7 @@ def _within(
     return given.within(tolerances[name])
 
 
-def _check_support(name: str, distribution: object, interval: Interval) -> None:
+def _check_support(name: str, distribution: Input, interval: Interval) -> None:
     """Raise `InputError` if values beyond an interval are possible."""
     if not isinstance(distribution, Distribution) or distribution.intervals:
         raise InputError(

@@ -14,16 +14,10 @@ from flexband.errors import InputError, shown
 
 
 class Unit(NamedTuple):
-    """A unit in words of the SI.
+    """A unit in words of the SI."""
 
-    Attributes
-    ----------
-    scale : how many SI units one of it is.
-    powers : of metre, kilogram, second, radian, ampere, kelvin.
-    """
-
-    scale: float
-    powers: tuple[int, ...]
+    scale: float  # how many SI units one of it is
+    powers: tuple[int, ...]  # of metre, kilogram, second, radian, ampere, kelvin
 
 
 def _powers(m: int = 0, kg: int = 0, s: int = 0, rad: int = 0, A: int = 0, K: int = 0) -> tuple:
@@ -69,17 +63,7 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def unit_of(name: str, text: str) -> Unit:
-    """Return the unit that a text says.
-
-    Parameters
-    ----------
-    name : what the error message calls it.
-
-    Raises
-    ------
-    InputError
-        If the text is no unit that is known.
-    """
+    """Return the unit that a text says; raise `InputError`, with a name, if it is not known."""
     scale, powers, sign = 1.0, _powers(), 1
     plain = text.translate(SUPERSCRIPTS) if isinstance(text, str) else ""
     factors = [part for part in re.split(r"([·*/\s]+)", plain.strip()) if part]
@@ -105,26 +89,17 @@ def unit_of(name: str, text: str) -> Unit:
 
 def _symbol(text: str) -> Unit | None:
     """Return a unit with or without a prefix; None if there is none of this name."""
-    known = {**PREFIXABLE, **OTHERS}
-    if text in known:
-        return known[text]
     prefix, rest = text[:1], text[1:]
-    if prefix in PREFIXES and rest in PREFIXABLE:
+    plain = PREFIXABLE.get(text) or OTHERS.get(text)
+    if plain is None and prefix in PREFIXES and rest in PREFIXABLE:
         return Unit(PREFIXES[prefix] * PREFIXABLE[rest].scale, PREFIXABLE[rest].powers)
-    return None
+    return plain
 
 
 def factor(name: str, unit: str, into: str) -> float:
     """Return by what a number in one unit is multiplied to be one in another.
 
-    Parameters
-    ----------
-    name : what the error message calls the unit.
-
-    Raises
-    ------
-    InputError
-        If one of them is no unit, or they have different dimensions.
+    Raise `InputError`, with a name, if one is no unit, or they have different dimensions.
     """
     first, second = unit_of(name, unit), unit_of(name, into)
     if first.powers != second.powers:

@@ -17,7 +17,7 @@ import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.results import Variables, answer, check_free, expected_error, places
-from flexband.analysis.selection import AnySurrogate, Labels, check_surrogate
+from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_flag
 from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.narrowing import fixed
@@ -87,7 +87,6 @@ def contributions(
     >>> result["name"].values.tolist(), result["contribution"].values.round(4)
     (['length', 'pivot'], array([0.4, 0.2]))
     """
-    check_surrogate(surrogate)
     k, shapley = checked_sigmas(sigmas), check_flag("shapley", shapley)
     joint = over_intervals(lambda case: _contributions(case, k, shapley=shapley), surrogate, at)
     share = joint["mean_share"]
@@ -105,8 +104,7 @@ def groups(surrogate: Surrogate) -> dict[str, list[str]]:
 def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
     """Return what `contributions` does, for one combination of options."""
     labels, members = surrogate.labels, groups(surrogate)
-    for name in ("name", "bound", "input"):
-        check_free(name, labels)
+    check_free(labels, "name", "bound", "input")
     names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
     if shapley and len(names) > 8:  # 2⁸ bands are to be found
         raise InputError(f"shapley takes at most 8 inputs; got {len(names)}: {', '.join(names)}")
@@ -120,9 +118,10 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
         """Return the width with some inputs fixed."""
         if len(some) == len(names):
             return np.zeros(shape)
-        return _width(surrogate, [member for k in some for member in members[k]], sigmas).reshape(
-            shape
-        )
+        substitution = fixed(surrogate.space, [member for k in some for member in members[k]])
+        parts = [expansion.substituted(*substitution) for expansion in surrogate.expansions]
+        low, high = extremes_of(parts, sigmas=sigmas, of=(-1.0, 1.0))
+        return (high.values[1] - low.values[0]).reshape(shape)
 
     contribution = np.stack([width - narrower([name]) for name in names])
     data: Variables = {
@@ -135,31 +134,24 @@ def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.
     if shapley:
         values = _shapley(names, width, narrower, contribution)
         data["shapley"] = ("name", *dims), values
-        data |= {
-            f"shapley_{k}": variable
-            for k, variable in _shares(values, width, vary, surrogate).items()
-        }
+        shares = _shares(values, width, vary, surrogate)
+        data |= {f"shapley_{name}": variable for name, variable in shares.items()}
     eta = np.stack([lower.places[0], upper.places[1]])
     data |= places("worst_at", surrogate.space, eta, ("bound", *dims), (2, *shape))
-    error = expected_error(surrogate, sigmas)
-    if error is not None:
+    if (error := expected_error(surrogate, sigmas)) is not None:
         data["expected_error"] = dims, 2 * error
-    result = answer(surrogate, data, {"name": names}, {"sigmas": sigmas}, LONG_NAMES)
-    for name in (key for key in result if "share" in str(key) or key == "varies"):
-        result[name].attrs.pop("units", None)
-        if surrogate.time is None and name != "varies":
-            result[name].attrs["long_name"] = "part of the width"
-    return result
+    shares = [name for name in LONG_NAMES if "share" in name]
+    long_names = LONG_NAMES
+    if surrogate.time is None:
+        long_names = LONG_NAMES | dict.fromkeys(shares, "part of the width")
+    attrs = {"sigmas": sigmas}
+    return answer(surrogate, data, {"name": names}, attrs, long_names, unitless=shares)
 
 
 def _shares(
     each: np.ndarray, width: np.ndarray, vary: np.ndarray, surrogate: Surrogate
 ) -> Variables:
-    """Return parts of the width: means over time, and where it is the widest; 0 of constants.
-
-    `each` is what every input has of the width, (names, …, times), and `vary` which outputs are not
-    constant, (…).
-    """
+    """Return what inputs have of the width, (names, …, times), in parts of it; 0 of constants."""
     times, dims, shape = surrogate.times, surrogate.labels.dims[1:], width.shape
     outer = shape if surrogate.time is None else shape[:-1]
     width, each = width.reshape(*outer, times), each.reshape(-1, *outer, times)
@@ -172,27 +164,13 @@ def _shares(
     }
 
 
-def _width(surrogate: Surrogate, names: list[str], sigmas: float) -> np.ndarray:
-    """Return the width of the error bar with some inputs fixed, shape (outputs, times)."""
-    substitutions, families = fixed(surrogate.space, names)
-    expansions = [
-        expansion.substituted(substitutions, families) for expansion in surrogate.expansions
-    ]
-    lower, upper = extremes_of(expansions, sigmas=sigmas, of=(-1.0, 1.0))
-    return upper.values[1] - lower.values[0]
-
-
 def _shapley(
     names: list[str],
     width: np.ndarray,
     narrower: Callable[[Collection[str]], np.ndarray],
     alone: np.ndarray,
 ) -> np.ndarray:
-    """Return Shapley's values, shape (names, …).
-
-    The width is that with no input fixed; `narrower` returns it with some inputs fixed; `alone` are
-    contributions.
-    """
+    """Return Shapley's values, (names, …), of a width; `alone` are contributions."""
     n = len(names)
     known = {frozenset[str](): width}
     known |= {frozenset([name]): width - alone[k] for k, name in enumerate(names)}

@@ -93,8 +93,7 @@ def sobol_indices(
 def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     """Return what `sobol_indices` does, for one combination of options."""
     space, labels = surrogate.space, surrogate.labels
-    for name in ("name", "bound", "input", "total", "first_order", "defined"):
-        check_free(name, labels)
+    check_free(labels, "name", "bound", "input", "total", "first_order", "defined")
     random = space.of_kind(random=True)
     ends = np.cumsum([0, *(input_.dimension for input_ in random.values())])
     variables = dict(zip(random, (range(*pair) for pair in pairwise(ends)), strict=True))
@@ -148,17 +147,13 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
     if errors.any():
         attrs["sampling"] = _sampling(each, std)
     result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
-    for name in ("first_order", "total", "defined", "sampling_error", "expected_error"):
-        if name in result:
-            result[name].attrs["units"] = "1"
+    for name in {"first_order", "total", "defined", "sampling_error", "expected_error"} & {*data}:
+        result[name].attrs["units"] = "1"
     return result
 
 
 def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
-    """Return how large sampling errors are where σ is largest, in words.
-
-    Errors have the shape (2, names, outputs, times), σ has (outputs, times).
-    """
+    """Return how large errors (2, names, outputs, times) are where σ is largest, in words."""
     widest = std.argmax(axis=1)
     percent = 100 * errors[:, :, np.arange(len(widest)), widest].max()
     size = f"± {percent:.1f} % of the variance at most" if percent >= 0.1 else "below 0.1 %"
@@ -167,18 +162,11 @@ def _sampling(errors: np.ndarray, std: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class _Indices:
-    """First-order and total indices of one output, numbered by bound, index, and time.
-
-    Attributes
-    ----------
-    variances : of the output.
-    times : number of times.
-    least : variances up to this are due to rounding.
-    """
+    """First-order and total indices of one output, numbered by bound, index, and time."""
 
     variances: Variances
     times: int
-    least: float
+    least: float  # variances up to this are due to rounding
 
     def shares(self, eta: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all indices, NaN without variance, and the variance.
@@ -193,23 +181,15 @@ class _Indices:
         index = mean[1:] / known
         return index + (parts[1:] - index * variance) / known, mean[0, :, 0]
 
-    def __call__(self, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """Return what is minimized: indices for lower bounds, and the others with minus sign."""
-        target, time = np.divmod(which, self.times)
-        shares = self.shares(eta, time)[0].mean(axis=2)
-        upper, index = np.divmod(target, len(shares))
-        values = np.where(upper, -1.0, 1.0) * shares[index, np.arange(len(eta))]
-        return np.where(np.isnan(values), WORSE, values)
-
-    def scanned(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return what is minimized of all bounds and indices, (2 indices, rows)."""
+    def minimized(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return what is minimized: indices for lower bounds, then minus these, (both, rows)."""
         shares = self.shares(eta, times)[0].mean(axis=2)
         both = np.concatenate([shares, -shares])
         return np.where(np.isnan(both), WORSE, both)
 
     def search(self, scan: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return η of the bounds, (2, indices, times, m), and where all of a scan is defined."""
-        eta, values = lowest_over_times(self.scanned, self, scan, self.times, tolerance=1e-5)
+        eta, values = lowest_over_times(self.minimized, scan, self.times, tolerance=1e-5)
         return eta.reshape(2, len(eta) // 2, *eta.shape[1:]), np.all(values < WORSE, axis=(0, 1))
 
     def at(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -219,12 +199,10 @@ class _Indices:
         flat = eta.reshape(math.prod(shape), eta.shape[-1])
         shares, variance = self.shares(flat, time)
         shares = shares[index, np.arange(len(flat))]
-        error = np.zeros(len(flat))
-        if shares.shape[1] > 1:
-            error = sampling_error(shares, axis=1)
-        return (
-            shares.mean(axis=1).reshape(shape), error.reshape(shape), variance.reshape(shape)
-        )  # fmt: skip
+        exact = shares.shape[1] == 1
+        error = np.zeros(len(flat)) if exact else sampling_error(shares, axis=1)
+        mean = shares.mean(axis=1)
+        return mean.reshape(shape), error.reshape(shape), variance.reshape(shape)
 
 
 LONG_NAMES = {

@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.analysis.allocation.tolerances import with_tolerance
 from flexband.analysis.results import answer, check_free
 from flexband.analysis.selection import AnySurrogate, surrogates_of
-from flexband.errors import InputError, check_numbers, shown, without_warnings
+from flexband.errors import InputError, check_fraction, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Sizing
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.fields.random_field import RandomField
@@ -66,12 +66,10 @@ def tolerance_for(
     if len(several) > 1:
         raise InputError("tolerance_for takes a surrogate without choices, that of one option")
     (plain_surrogate,) = several.values()
-    share = float(check_numbers("share", share))
-    if not 0 < share < 1:
-        raise InputError(f"share must be above 0 and below 1; got {share:g}")
+    share = check_fraction("share", share)
     tolerance, input_ = _tolerance(plain_surrogate, name)
     labels = plain_surrogate.labels
-    check_free("bound", labels)
+    check_free(labels, "bound")
     dims, shape, time, _ = axes_of(labels)
 
     def ends(part: Surrogate) -> tuple[np.ndarray, np.ndarray]:
@@ -86,10 +84,8 @@ def tolerance_for(
         return (upper - lower).reshape(*shape, -1).max(axis=-1)
 
     lower, upper = ends(plain_surrogate)
-    before, vary = (
-        (upper - lower).reshape(*shape, -1).max(axis=-1),
-        not_constant(lower, upper, units_of(labels)).reshape(shape),
-    )
+    before = (upper - lower).reshape(*shape, -1).max(axis=-1)
+    vary = not_constant(lower, upper, units_of(labels)).reshape(shape)
     factors, least = np.linspace(0.0, 1.0, 9), 1e-6  # a part of the tolerance that counts as none
     widths = np.stack([width(max(f, least)) for f in factors[:-1]])
     target_width = share * before
@@ -113,26 +109,21 @@ def tolerance_for(
     }
     attrs = {"sigmas": k, "share": share, "input": name}
     frame = labels if time is None else labels.isel({time: 0}, drop=True)
-    result = answer(plain_surrogate, data, {}, attrs, LONG_NAMES, frame).drop_vars("bound")
-    for kind in ("varies", "factor", "tolerance"):
-        result[kind].attrs.pop("units", None)
-    return result
+    unitless = "factor", "tolerance"
+    result = answer(plain_surrogate, data, {}, attrs, LONG_NAMES, frame, unitless)
+    return result.drop_vars("bound")
 
 
 def _tolerance(surrogate: Surrogate, name: str) -> tuple[float, Input]:
     inputs = surrogate.space.inputs
     allowed = with_tolerance(surrogate.space)
     allowed = {k: v for k, v in allowed.items() if not isinstance(inputs[k], Sizing)}
-    for input_name, input_ in surrogate.space.inputs.items():
-        if (
-            isinstance(input_, RandomField)
-            and input_.distribution == "normal"
-            and is_number(input_.std)
-        ):
-            allowed[input_name] = float(input_.std)
+    for input_name, field in inputs.items():
+        if isinstance(field, RandomField) and field.distribution == "normal":
+            allowed |= {input_name: float(field.std)} if is_number(field.std) else {}
     if not isinstance(name, str) or name not in allowed:
         raise InputError(
             "name must be an input with a tolerance, an interval, a distribution with a std or a "
             f"normal RandomField, which are {', '.join(allowed) or 'none'}; got {shown(name)}"
         )
-    return allowed[name], surrogate.space.inputs[name]
+    return allowed[name], inputs[name]

@@ -23,17 +23,14 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 @dataclass(frozen=True)
 class VarianceOptions:
-    """How variances are computed.
-
-    Attributes
-    ----------
-    samples, searched_samples : of each set if there are phases, and those of a search.
-    values_at_once : numbers that are computed together.
-    """
+    """How variances are computed."""
 
     samples: int = 2048
+    """Samples of each set if there are phases."""
     searched_samples: int = 128
+    """Samples of a search."""
     values_at_once: int = 2**17
+    """Numbers that are computed together."""
 
 
 class Variances(Protocol):
@@ -75,25 +72,21 @@ class Exact:
     options: VarianceOptions
 
     @cached_property
-    def _parts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return γ_j, with which the parts are sums, and where the terms of each Ψ_j start."""
+    def _parts(self) -> np.ndarray:
+        """Return γ_j, with which the parts are sums, (1 + 2 groups, N)."""
         hybrid = self.series.hybrid
         index = hybrid.random_index
         contains = np.stack([np.any(index[:, list(k)] > 0, axis=1) for k in self.groups])
         count = np.sum(contains, axis=0, keepdims=True)
-        which = np.concatenate([count > 0, contains & (count == 1), contains])
-        order = np.argsort(hybrid.j, kind="stable")
-        starts = np.searchsorted(hybrid.j[order], np.arange(len(hybrid.random_index)))
-        return which * hybrid.norms, order, starts
+        return np.concatenate([count > 0, contains & (count == 1), contains]) * hybrid.norms
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
         hybrid = self.series.hybrid
-        parts, order, starts = self._parts
-        blocks, most = [], max(1, self.options.values_at_once // len(order))
+        blocks, most = [], max(1, self.options.values_at_once // len(hybrid.j))
         for first in range(0, len(eta), most):
             rows = slice(first, first + most)
             terms = hybrid.coefficients[:, times[rows]] * hybrid.chebyshev(eta[rows])[:, hybrid.i].T
-            blocks.append(parts @ np.add.reduceat(terms[order], starts, axis=0) ** 2)
+            blocks.append(self._parts @ self.series.sums(terms) ** 2)
         return np.concatenate(blocks, axis=1)[..., None]
 
 
@@ -101,16 +94,13 @@ class Exact:
 class Sampled:
     """Variances by samples of pairs that share the values of some groups.
 
-    Attributes
-    ----------
-    psi : polynomials of two independent sets of samples, and of the first with the values of each
-        group from the second, shape (sets × replicates × samples, N).
-    sets : their number.
+    There are two independent sets of samples, and one for each group: the first with the values of
+    this group from the second.
     """
 
     series: SampledSeries
-    psi: np.ndarray
-    sets: int
+    psi: np.ndarray  # polynomials of the samples, (sets × replicates × samples, N)
+    sets: int  # their number
     options: VarianceOptions
 
     @staticmethod
@@ -126,12 +116,10 @@ class Sampled:
         n, count = len(families), samples // REPLICATES
         u = [sobol(count, 2 * n, seed * REPLICATES + k) for k in range(REPLICATES)]
         both = ndtri(np.concatenate(u))
-        first_set, second_set = (of_normals(v, families) for v in (both[:, :n], both[:, n:]))
-        sets = [first_set, second_set]
+        sets = [of_normals(v, families) for v in (both[:, :n], both[:, n:])]
         for group in groups:
-            mixed = first_set.copy()
-            mixed[:, group] = second_set[:, group]
-            sets.append(mixed)
+            sets.append(sets[0].copy())
+            sets[-1][:, group] = sets[1][:, group]
         return Sampled(series, series.basis(np.concatenate(sets)), len(sets), options)
 
     def __call__(self, eta: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -143,10 +131,8 @@ class Sampled:
             first_set, second_set, mixed = values[0], values[1], values[2:]
             # of the same pairs: their errors cancel in indices
             variance = _half_square(first_set, second_set)
-            alone, total = (
-                variance - _half_square(second_set, mixed),
-                _half_square(first_set, mixed),
-            )
+            alone = variance - _half_square(second_set, mixed)
+            total = _half_square(first_set, mixed)
             variances.append(np.concatenate([variance[None], alone, total]))
         return np.concatenate(variances, axis=1)
 

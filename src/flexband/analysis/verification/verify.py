@@ -28,10 +28,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.results import error_of
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
-from flexband.errors import check_function, check_integer
+from flexband.errors import check_integer
 from flexband.progress import Progress, counted
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.bounds.discs import in_discs
@@ -58,49 +59,35 @@ TINY = 1e-140
 
 @dataclass(frozen=True)
 class VerificationOptions:
-    """Where verification runs are, and how they judge.
-
-    Attributes
-    ----------
-    anywhere : one of so many runs is a sample of the space, the others are at bounds, farther out.
-    farthest : standard deviations up to which the others are spread along a direction of ξ.
-    times : number of times at which bounds are computed.
-    round_off : errors below this part of an output are none.
-    min_pairs : pairs of runs per interval that is left out from which their effects are computed
-        one by one.
-    betting_factors : values of λ.
-    min_part, halvings : of the search for what is missed at least: its lowest value, in parts of
-        the mean, and steps.
-    """
+    """Where verification runs are, and how they judge."""
 
     anywhere: int = 4
+    """One of so many runs is a sample of the space, the others are at bounds."""
     farthest: float = 3.0
+    """Standard deviations to which the others spread along a direction of ξ."""
     times: int = 48
+    """Times at which bounds are computed."""
     round_off: float = 1e-12
+    """Errors below this part of an output are none."""
     min_pairs: int = 2
+    """Pairs per interval left out from which effects are computed one by one."""
     betting_factors: tuple[float, ...] = (0.01, 0.02, *np.linspace(0.05, 0.95, 19))
+    """Values of λ."""
     min_part: float = 1e-6
+    """Lowest value of what is missed at least, in parts of the mean."""
     halvings: int = 60
+    """Halvings of the search for what is missed at least."""
 
 
 class VerificationPoints(NamedTuple):
-    """Where verification runs are.
+    """Where verification runs are."""
 
-    Attributes
-    ----------
-    xi, eta : shapes (runs, n) and (runs, m).
-    weight : ratio of the density of samples to that of the run, shape (runs,).
-    sampled : which runs are samples of the whole space, shape (runs,).
-    place : of every run, in words.
-    pairs : numbers of runs that differ in the intervals that are left out alone, shape (pairs, 2).
-    """
-
-    xi: np.ndarray
-    eta: np.ndarray
-    weight: np.ndarray
-    sampled: np.ndarray
-    place: list[str]
-    pairs: np.ndarray
+    xi: np.ndarray  # (runs, n)
+    eta: np.ndarray  # (runs, m)
+    weight: np.ndarray  # ratio of the density of samples to that of the run, (runs,)
+    sampled: np.ndarray  # which runs are samples of the whole space, (runs,)
+    place: list[str]  # of every run, in words
+    pairs: np.ndarray  # runs that differ in the intervals that are left out alone, (pairs, 2)
 
 
 def verify(
@@ -160,7 +147,6 @@ def verify(
     >>> fb.verify(surrogate, response, runs=8).attrs["confirmed"]
     'yes'
     """
-    check_function("response", response)
     surrogates = surrogates_of(surrogate)
     runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
@@ -235,36 +221,31 @@ def _verified(
     if values := space.numbers_at(xi, eta):
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
-    attrs: dict[str, Any] = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
+    attrs = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     if made.failed:
         attrs["runs_failed"] = len(made.failed)
     checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
-    judgement = verdict(checked, labels, good, sampled, _held_out(surrogate))
-    return checked.assign_attrs(judgement | _corrected(surrogate, str(judgement["verdict"])))
+    return checked.assign_attrs(_judgement(checked, surrogate, good, sampled))
 
 
-def _corrected(surrogate: Surrogate, text: str) -> dict[str, Any]:
-    """Return the verdict with what is corrected in runs and surrogate, if something is."""
-    corrected = surrogate.diagnostics.attrs.get("corrected", "")
-    if not surrogate.correction:
-        return {}
-    runs = f"The verification runs are corrected like the surrogate: {corrected}"
-    return {"corrected": corrected, "verdict": f"{text}. {runs}"}
-
-
-def _held_out(surrogate: Surrogate) -> int:
-    """Return the number of held-out runs that are samples of the whole space."""
-    known = surrogate.diagnostics.attrs
-    return 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
+def _judgement(
+    checked: xr.Dataset, surrogate: Surrogate, good: np.ndarray, sampled: int
+) -> dict[str, Any]:
+    """Return the verdict on a surrogate, with what is corrected in its runs, if something is."""
+    known = surrogate.diagnostics.attrs  # which count held-out runs of the whole space
+    held_out = 0 if "runs_inside" in known else int(known.get("runs_generic", 0))
+    judgement = verdict(checked, surrogate.labels, good, sampled, held_out)
+    if surrogate.correction:
+        judgement["corrected"] = known.get("corrected", "")
+        corrected = f"corrected like the surrogate: {judgement['corrected']}"
+        judgement["verdict"] = f"{judgement['verdict']}. The verification runs are {corrected}"
+    return judgement
 
 
 def _at_least(
     square: np.ndarray, options: VerificationOptions = VerificationOptions()
 ) -> np.ndarray:
-    """Return what is missed at least, root mean square, (outputs,): less would be refuted.
-
-    `square` is the mean square of what is missed in each run, (runs, outputs).
-    """
+    """Return the root mean square missed at least, (outputs,): (runs, outputs) refute less."""
     scale = np.sqrt(square.mean(axis=0)) + TINY
     threshold, factors = np.log(square.shape[1] / (1 - CONFIDENCE)), options.betting_factors
     low, high = (np.full(len(scale), end) for end in (options.min_part, 1.0))
@@ -288,15 +269,9 @@ def _independent(square: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 def _at_corner(F: np.ndarray, eta: np.ndarray, pairs: np.ndarray, min_pairs: int) -> np.ndarray:
     """Return what intervals that are left out do at their worst corner, (outputs,).
 
-    It is a root mean square over time.
-    Their effects are linear, a η. They are told one by one if there are enough pairs; fewer pairs
-    tell Σ a², and Σ |a| is √m times its root at most.
-
-    Parameters
-    ----------
-    F : the runs, shape (runs, outputs, times).
-    eta : of the intervals that are left out, shape (runs, m).
-    pairs : numbers of runs that differ in these alone, shape (pairs, 2).
+    It is a root mean square over time. Their effects are linear, a η, of shape (runs, m). They are
+    told one by one if there are enough `pairs` of runs F, (runs, outputs, times), that differ in
+    these alone; fewer pairs tell Σ a², and Σ |a| is √m times its root at most.
     """
     if not pairs.size:
         return np.zeros(F.shape[1])
@@ -355,10 +330,7 @@ def _points(
 
 def _expected(surrogate: Surrogate) -> np.ndarray | None:
     """Return the error expected of μ ± σ of the expansion at any point, (outputs, times)."""
-    known = {"pointwise_error": 1 / AT_ONE_TIME}
-    known |= {"error_bar_expansion_error": 1.0, "error_bar_expected_error": 1.0}
-    for name, factor in known.items():
-        if name in surrogate.diagnostics:
-            error = surrogate.diagnostics[name].transpose(*surrogate.labels.dims[1:]).values
-            return factor * error.reshape(-1, surrogate.times)
-    return None
+    names = "pointwise_error", "error_bar_expansion_error", "error_bar_expected_error"
+    name, error = error_of(surrogate.diagnostics, surrogate.labels, names)
+    factor = 1 / AT_ONE_TIME if name == "pointwise_error" else 1.0
+    return factor * error.reshape(-1, surrogate.times) if name else None

@@ -168,9 +168,13 @@ def _targets(statement: ast.stmt) -> Iterator[ast.Name]:
             yield target
 
 
-def _documented(body: list[ast.stmt], index: int) -> bool:
+def _documented(module: Module, body: list[ast.stmt], index: int) -> bool:
+    """Return whether a text follows a declaration, or a comment is beside it or above."""
     following = body[index + 1] if index + 1 < len(body) else None
-    return isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
+    if isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant):
+        return True
+    lines, line = module.text.splitlines(), body[index].lineno - 1
+    return "  # " in lines[line] or lines[line - 1].lstrip().startswith("# ")
 
 
 def _is_number(node: ast.expr | None) -> bool:
@@ -193,7 +197,7 @@ def tuning_constants(package: Package) -> float:
                         statement.value
                     ):
                         names = [target.id for target in _targets(statement)]
-                        described = _documented(node.body, index) or all(
+                        described = _documented(module, node.body, index) or all(
                             re.search(rf"\b{name}\b", text) for name in names
                         )
                         count += 0 if described else len(names)

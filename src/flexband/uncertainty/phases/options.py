@@ -11,7 +11,7 @@ class MomentOptions(NamedTuple):
     # blocks of times, and times per block. Early blocks, whose phases have moved little, need fewer
     # points than late ones
     max_blocks: int = 12
-    min_block_times: int = 128
+    min_block_times: int = 64
     max_rule_points: int = 700  # of a rule for ξ that resolves the phase
     small_reach: float = 0.2  # phase change [rad] below which Gauss points of the density suffice
     # standard deviations up to which the trapezoidal rule extends: 6e-7 of all values are beyond.

@@ -50,7 +50,7 @@ def test_coefficients_take_the_place_of_runs():
     runs, points = stage(1), np.random.default_rng(2).uniform(-1, 1, (4, 3))
     own, wanted = [], np.empty((4, ROWS, TIMES))
     for design, rows in zip(DESIGNS, ([1], [0, 3], [2, 4]), strict=True):
-        first = runs.runs(slice(len(design)))
+        first = runs.part(slice(len(design)))
         fit = design.fit(first).of_rows(ROWS, np.array(rows), slice(None))
         expected = reference(design, first.base).of_rows(ROWS, np.array(rows), slice(None))
         own.append(fit)

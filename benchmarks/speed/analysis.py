@@ -2,7 +2,8 @@
 
 Formulas of many inputs, of which half are intervals and half normal, with decreasing effects. Each
 case is propagated in a process of its own, after a small one of its kind that loads what is
-compiled. Last, the command `flexband run` on the main example and on the paper's study.
+compiled. Then the analysis of the recorded runs of the main example and of the paper's study, and
+bands for one of their intervals at half its width; last, the command `flexband run` on both.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.harness import ROOT, alternate, medians, options, report
 from flexband.cli.messages import ExitStatus
+from flexband.study.study import load_study
 
 CASES = {
     "600 times, 2 outputs, 2 inputs": (600, 2, 2, False),
@@ -31,7 +33,9 @@ CASES = {
     "240 times, 1 output that rings, 14 inputs": (240, 1, 14, True),
     "6000 times, 20 outputs, 6 inputs": (6000, 20, 6, False),
 }
-COMMANDS = [f"flexband run examples/{name}.py" for name in ("slider_crank", "paper/slider_crank")]
+EXAMPLES = "slider_crank", "paper/slider_crank"
+COMMANDS = [f"flexband run examples/{name}.py" for name in EXAMPLES]
+RECORDED = [f"{kind} of examples/{name}.py" for name in EXAMPLES for kind in ("analysis", "bands")]
 COLD = ", nothing compiled, once"
 DECAY = 0.6
 """Ratio of the effects of an input and the one before."""
@@ -71,6 +75,28 @@ def child(case: str) -> None:
     print(time.process_time() - begin, wall, bands.attrs["runs"], peak)
 
 
+def recorded(case: str) -> None:
+    """Print as `child` what the recorded runs of an example take, or its narrowed bands."""
+    kind, _, file = case.split()
+    study = load_study(ROOT / file)
+    with tempfile.TemporaryDirectory() as folder:
+        expand = partial(fb.expand, study.response, study.inputs, study.method, store=folder)
+        surrogate = expand()
+        name, whole = next((k, v) for k, v in study.inputs.items() if isinstance(v, fb.Interval))
+        middle, quarter = (whole.lower + whole.upper) / 2, (whole.upper - whole.lower) / 4
+        half = fb.Interval(middle - quarter, middle + quarter)
+
+        def narrowed() -> xr.Dataset:
+            return surrogate.narrowed(**{name: half}).bands()
+
+        work: Callable[[], object] = expand if kind == "analysis" else narrowed
+        work()
+        begin, wall = time.process_time(), time.perf_counter()
+        work()
+        seconds = time.process_time() - begin, time.perf_counter() - wall
+    print(*seconds, surrogate.bands().attrs["runs"], 0)
+
+
 def measured(case: str, notes: dict[str, list[str]]) -> float:
     """Return CPU seconds of a case; keep wall seconds, runs and peak memory in the notes."""
     command = [sys.executable, "-m", __spec__.name, "child", case]
@@ -97,7 +123,7 @@ def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True
 
 def main() -> None:
     chosen = options(__doc__, 256)
-    cases = list(CASES) if chosen.samples >= 256 else list(CASES)[:2]
+    cases = [*CASES, *RECORDED] if chosen.samples >= 256 else list(CASES)[:2]
     notes: dict[str, list[str]] = {}
     for case in cases:  # also compiles
         measured(case, notes)
@@ -115,6 +141,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["child"]:
-        child(sys.argv[2])
+        (recorded if sys.argv[2] in RECORDED else child)(sys.argv[2])
     else:
         main()

@@ -132,10 +132,7 @@ def store_each(typingctx, arrays, row, values):
     """Write each lane of a tuple to row `row` of one array of another tuple."""
 
     def code(context, builder, sig, args):
-        arrays, values = (
-            unpack_tuple(builder, args[0]),
-            unpack_tuple(builder, args[2]),
-        )
+        arrays, values = unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2])
         for kind, array, value in zip(sig.args[0], arrays, values, strict=True):
             builder.store(value, _row_pointer(context, builder, kind, array, args[1]), align=8)
         return context.get_dummy_value()
@@ -174,11 +171,7 @@ def plus(typingctx, a, factor, b):
     """Return a + factor × b for tuples of lanes a and b of one length."""
 
     def code(context, builder, sig, args):
-        pairs = zip(
-            unpack_tuple(builder, args[0]),
-            unpack_tuple(builder, args[2]),
-            strict=True,
-        )
+        pairs = zip(unpack_tuple(builder, args[0]), unpack_tuple(builder, args[2]), strict=True)
         sums = [
             builder.fadd(x, builder.fmul(args[1], y, flags=FLAGS), flags=FLAGS) for x, y in pairs
         ]

@@ -69,7 +69,8 @@ def _sampled(
     study, near, options = progress.study, HorizonOptions(), SamplingOptions()
     cases = surrogates_of(surrogate)
     spaces = {label: case.space for label, case in cases.items()}
-    if not any(study.source.impacts(**s.arguments_at(*s.nominal())) for s in spaces.values()):
+    values = (space.arguments_at(*space.nominal()) for space in spaces.values())
+    if not any(study.source.description(**nominal).impacts for nominal in values):
         return None
     folder, store = progress.folder.path, progress.store
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from flexband.errors import InputError, named, returned
+from flexband.errors import InputError, named, returned_at
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.words import number_of
 
@@ -76,7 +76,7 @@ class Evaluation:
         return np.broadcast_to(f, (self.columns, len(times))).T
 
     def _one_by_one(self, times: np.ndarray) -> np.ndarray:
-        rows = [np.ravel(returned(self.function, time)) for time in times.tolist()]
+        rows = map(np.ravel, returned_at(self.function, times.tolist()))
         return np.array([np.broadcast_to(row, self.columns) for row in rows])
 
     @staticmethod
@@ -89,7 +89,7 @@ class Evaluation:
 
 def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
     """Return a function of time at the times, shape (times, n) or (times, 1)."""
-    values = [returned(function, time, name) for time in times.tolist()]
+    values = returned_at(function, times.tolist(), name)
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:
         raise InputError(

@@ -29,9 +29,10 @@ class Sizes(NamedTuple):
     def of(index: np.ndarray, size: np.ndarray) -> Sizes:
         """Return the sum of what has the same orders, without what is zero."""
         index, size = index[size > 0], size[size > 0]
-        number = index @ _weights(index.shape[1])  # another one for each of the different orders
-        _, first, which = np.unique(number, return_index=True, return_inverse=True)
-        return Sizes(index[first], np.bincount(which, size, len(first)))
+        order, first = _grouped(index)
+        return Sizes(
+            index[order[first]], np.add.reduceat(size[order], first) if len(first) else size
+        )
 
     def plus(self, other: Sizes) -> Sizes:
         """Return the sums of sizes of the same orders."""
@@ -48,6 +49,14 @@ class Sizes(NamedTuple):
     def largest(self, count: int) -> Sizes:
         chosen = np.argsort(-self.size, kind="stable")[:count]
         return Sizes(self.orders[chosen], self.size[chosen])
+
+
+def _grouped(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return an order of the rows in which equal ones follow each other, and where these start."""
+    number = orders @ _weights(orders.shape[1])  # another one for each of the different orders
+    order = np.argsort(number, kind="stable")
+    number = number[order]
+    return order, np.flatnonzero(np.append(len(number) > 0, number[1:] != number[:-1]))
 
 
 @cache
@@ -128,8 +137,10 @@ def closed(index: np.ndarray) -> np.ndarray:
     for v in range(index.shape[1]):
         steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
         lower = np.concatenate(list(steps))
-        index = np.unique(lower[lower[:, v] >= 0], axis=0)
-    return index if index.shape[1] else index[:1]
+        lower = lower[lower[:, v] >= 0]
+        order, first = _grouped(lower)
+        index = lower[order[first]]
+    return index[np.lexsort(index.T[::-1])] if index.shape[1] else index[:1]
 
 
 def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:

@@ -20,7 +20,7 @@ from flexband.uncertainty.phases.carriers import split, track
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moment_orders import smooth_moments
+from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
@@ -148,7 +148,8 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
     phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
     own = terms.PartTerms.of(s.parts, s.columns)
-    polynomials, smooth = smooth_moments(own)
+    own_polynomials = MomentPolynomials.of(*moment_orders([own]))
+    polynomials, smooth = own_polynomials.expansion, own_polynomials.coefficients(own)
     eta = r.uniform(-1, 1, (40, 2))
     true = own.table(eta)
     found = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -87,8 +88,29 @@ class Evaluation:
             return False
 
 
-def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
-    """Return a function of time at the times, shape (times, n) or (times, 1)."""
+def table(
+    function: TimeFunction, samples: int, times: np.ndarray, name: str = "", *, compared: int = 8
+) -> tuple[np.ndarray, Evaluation]:
+    """Return a function of time at the times, (times, n) or (times, 1), and how it is evaluated.
+
+    It is called with all times at once if it takes arrays, and if these values are those of single
+    times at one of `compared` times, and at the last one.
+    """
+    some = np.unique([*range(0, len(times), compared), len(times) - 1])
+    known = at_each(function, samples, times[some], name)
+    at = Evaluation(function, known.shape[1], times)
+    if at.at_once:
+        with suppress(Exception):  # whatever it raises where it takes single times only
+            values = np.array(at(times))
+            same = np.abs(values[some] - known).max() <= 1e-12 * np.abs(known).max()
+            if same and np.isfinite(values).all():
+                return values, at
+    values = at_each(function, samples, times, name)
+    return values, Evaluation(function, values.shape[1], times)
+
+
+def at_each(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
+    """Return a function of time, called with one time after the other, (times, n) or (times, 1)."""
     values = returned_at(function, times.tolist(), name)
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:

@@ -25,7 +25,7 @@ from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
 
 if TYPE_CHECKING:
-    from flexband.study.results.limit_check import LimitCheck
+    from flexband.study.results.answers import LimitCheck
 
 
 def sampled_parts(

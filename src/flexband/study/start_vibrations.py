@@ -8,8 +8,7 @@ drives that move at full speed.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,8 +28,7 @@ PREFIX = "ringing_"
 """Of attributes of bands."""
 
 
-@dataclass(frozen=True)
-class StartVibration:
+class StartVibration(NamedTuple):
     """A vibration of an output that the start excites.
 
     Attributes
@@ -45,30 +43,8 @@ class StartVibration:
     share: float
 
 
-@dataclass(frozen=True)
-class VibrationSearch:
-    """How vibrations from the start are looked for.
-
-    Attributes
-    ----------
-    parts : of the simulated time that the slow starts take, one after the other, until one takes
-        enough periods.
-    least_periods : of a vibration in the slow start, which would excite it otherwise.
-    least_cycles : of a vibration in the motion.
-    least_share : of the error bar's mean width.
-    """
-
-    parts: tuple[int, ...] = (40, 20, 10, 5)
-    least_periods: float = 2.0
-    least_cycles: float = 4.0
-    least_share: float = 0.1
-
-
 def start_vibrations(
-    study: Study,
-    surrogate: AnySurrogate,
-    bands: xr.Dataset,
-    search: VibrationSearch = VibrationSearch(),
+    study: Study, surrogate: AnySurrogate, bands: xr.Dataset
 ) -> list[StartVibration]:
     """Return the vibrations of a nominal motion that its start excites, the largest first.
 
@@ -82,7 +58,7 @@ def start_vibrations(
             return []
         try:
             given = response(**values).isel(sample=0).sel(output=bands["output"].values)
-            return _compared(response, values, given, bands, search)
+            return _compared(response, values, given, bands)
         except (InputError, RunError):  # there is no rest, or no way from it
             return []
 
@@ -92,8 +68,17 @@ def _compared(
     values: Mapping[str, Any],
     given: xr.DataArray,
     bands: xr.Dataset,
-    search: VibrationSearch,
+    *,
+    parts: tuple[int, ...] = (40, 20, 10, 5),
+    least_periods: float = 2.0,
+    least_cycles: float = 4.0,
+    least_share: float = 0.1,
 ) -> list[StartVibration]:
+    """Compare the given motion with slow starts that take these `parts` of the time, in turn.
+
+    A vibration has `least_periods` in the slow start, which would excite it otherwise,
+    `least_cycles` in the motion, and `least_share` of the error bar's mean width.
+    """
     times = given["time"].values
     step, steps = times[1] - times[0], len(times) - 1
     bar = bands["error_bar"].isel({d: 0 for d in bands["error_bar"].dims if d == "choice"})
@@ -102,7 +87,7 @@ def _compared(
     known: dict[int, StartVibration] = {}
     sizes = abs(given).max("time").values
     uncertain = set(np.flatnonzero(Units.along(given, ["output"]).varies(width, sizes)).tolist())
-    for half in dict.fromkeys(max(1, steps // (2 * part)) for part in search.parts):
+    for half in dict.fromkeys(max(1, steps // (2 * part)) for part in parts):
         if uncertain <= known.keys():
             break
         softly = response.started_softly(2 * half * step)
@@ -113,9 +98,9 @@ def _compared(
             share = float(np.abs(apart[k]).max() / width[k])
             frequency = _frequency(apart[k], step)
             if (
-                share >= search.least_share
-                and frequency * 2 * half * step >= search.least_periods
-                and frequency * times[-1] >= search.least_cycles
+                share >= least_share
+                and frequency * 2 * half * step >= least_periods
+                and frequency * times[-1] >= least_cycles
             ):
                 known[k] = StartVibration(str(given["output"].values[k]), frequency, share)
     return sorted(known.values(), key=lambda vibration: -vibration.share)
@@ -137,8 +122,8 @@ def _frequency(values: np.ndarray, step: float) -> float:
 
 def attributes(vibrations: list[StartVibration]) -> dict[str, list[Any]]:
     """Return vibrations as attributes of bands; none if there are none."""
-    rows = [asdict(vibration) for vibration in vibrations]
-    return {f"{PREFIX}{name}": [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    columns = zip(StartVibration._fields, zip(*vibrations, strict=True), strict=False)
+    return {f"{PREFIX}{name}": list(column) for name, column in columns}
 
 
 def of_attributes(attrs: Mapping[str, Any]) -> list[StartVibration]:

@@ -133,7 +133,7 @@ class Friction(NamedTuple):
     centres: np.ndarray  # such a term -> vector between the centres
     rubbed: np.ndarray  # frictions of contacts
     contact_force: np.ndarray  # such a one -> row of z with the force of its contact
-    action: int  # first of three vectors of each of these, see `contact.geometry.travel.Action`
+    action: int  # first of three vectors of each of these, see `contact.geometry.geometry.Action`
 
 
 class WatchedForms(NamedTuple):
@@ -216,7 +216,7 @@ class FrictionValues(NamedTuple):
     rise: np.ndarray  # µs − µk while it slides
     viscous: np.ndarray  # c
     inverse_square: np.ndarray  # 1/v²
-    radius: np.ndarray  # of the first circle in contacts, see `contact.geometry.travel.Action`
+    radius: np.ndarray  # of the first circle in contacts, see `contact.geometry.geometry.Action`
 
 
 class Values(NamedTuple):

@@ -19,7 +19,7 @@ from flexband.errors import (
     returned,
     shown,
 )
-from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 
 

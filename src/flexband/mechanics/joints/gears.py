@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_positive
 from flexband.mechanics.contact.friction import Coulomb, FrictionEntry
-from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.joints.joint import (
     Held,
     HoldingJoint,

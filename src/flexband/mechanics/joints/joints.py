@@ -27,7 +27,7 @@ from flexband.mechanics.contact.geometry.circle_on_line import (
     travel_on_line,
 )
 from flexband.mechanics.contact.geometry.circles import gap_in_circle, travel_on_circle
-from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.contact.normal_laws import NormalLaw
 from flexband.mechanics.joints.joint import (
     Couple,

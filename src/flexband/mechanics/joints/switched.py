@@ -16,7 +16,7 @@ from flexband.errors import (
     returned,
 )
 from flexband.mechanics.contact.friction import Activity, Coulomb, FrictionEntry, as_activity
-from flexband.mechanics.contact.geometry.travel import Travel
+from flexband.mechanics.contact.geometry.geometry import Travel
 from flexband.mechanics.joints.joint import (
     Held,
     HoldingJoint,

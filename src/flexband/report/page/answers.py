@@ -16,8 +16,7 @@ from flexband.report.text.numbers import number
 from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.presentation.display import Display
-from flexband.study.results.answers import Unusable, read_answers
-from flexband.study.results.limit_check import LimitCheck
+from flexband.study.results.answers import LimitCheck, Unusable, read_answers
 
 TITLES = {
     "allocation": "Allocated tolerances",

@@ -16,7 +16,7 @@ from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
-from flexband.study.results.limit_check import LimitCheck
+from flexband.study.results.answers import LimitCheck
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
 from flexband.study.results.verdicts import largest_around

@@ -16,8 +16,7 @@ from flexband.analysis.requirements.requirement import Requirement
 from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
-from flexband.study.results.answers import answer_file
-from flexband.study.results.limit_check import OF_QUESTION, OF_STUDY, LimitCheck
+from flexband.study.results.answers import OF_QUESTION, OF_STUDY, LimitCheck, answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 
 

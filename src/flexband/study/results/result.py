@@ -15,9 +15,8 @@ from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.nominal import around_nominal
 from flexband.study.presentation.display import Display
-from flexband.study.results.answers import Unusable, read_answers
+from flexband.study.results.answers import OF_STUDY, LimitCheck, Unusable, read_answers
 from flexband.study.results.files import stale_results
-from flexband.study.results.limit_check import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts

@@ -15,7 +15,7 @@ from flexband.analysis.requirements.scatter import OF_SAMPLES
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
 if TYPE_CHECKING:
-    from flexband.study.results.limit_check import LimitCheck
+    from flexband.study.results.answers import LimitCheck
 
 
 class Verdict(StrEnum):

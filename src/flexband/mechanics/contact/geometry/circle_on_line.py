@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_non_negative, check_numbers, check_pair
-from flexband.mechanics.contact.geometry.geometry import Geometry
-from flexband.mechanics.contact.geometry.travel import NO_LEVER, Action, Travel
+from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
 from flexband.mechanics.kernels.forms import Frame, Vector, angle, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,

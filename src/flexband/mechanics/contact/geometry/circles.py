@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
-from flexband.mechanics.contact.geometry.geometry import Geometry
-from flexband.mechanics.contact.geometry.travel import NO_LEVER, Action, Travel
+from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
 from flexband.mechanics.kernels.forms import Frame, angle, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 

@@ -1,16 +1,34 @@
-"""The interface of the geometry of a contact: gap, normal and material points."""
+"""The geometry of a contact: gap, normal and material points, and how surfaces slide."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.contact.geometry.travel import Travel
-from flexband.mechanics.kernels.forms import Frame
+from flexband.mechanics.kernels.forms import Form, Frame, Vector, fixed
+
+NO_LEVER = fixed((0.0, 0.0))
+
+
+class Action(NamedTuple):
+    """Where friction acts on the two bodies of a contact."""
+
+    along: Vector  # direction, of any length, in which it acts on the second body where λ > 0
+    first: Vector  # from the first point to where it acts, or to the centre of the first circle
+    second: Vector  # the same from the second point
+    radius: ArrayLike  # from this centre to where it acts: θ₁ enters s with it
+
+
+class Travel(NamedTuple):
+    """How two surfaces slide: along s, whose rate is the sliding speed."""
+
+    travel: Form  # s, of the coordinates and of angles
+    action: Action | None = None  # of a contact
+    orbit: Form | None = None  # φ, whose product with the length of ``action.second`` is added to s
 
 
 class Geometry(ABC):

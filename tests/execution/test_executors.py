@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.execution.executors import FlowOptions, with_executor
+from flexband.execution.executors import with_executor
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
 
@@ -54,7 +54,7 @@ def test_quick_calls_are_submitted_several_at_a_time_with_the_same_results():
 @pytest.mark.parametrize("workers", [2, 40])
 def test_as_many_calls_are_under_way_as_keep_the_workers_busy(workers):
     executor = Remote(workers)
-    perform = with_executor(executor, options=FlowOptions(first=4, work=0.0))
+    perform = with_executor(executor, first=4, least_work=0.0)
     tasks = [lambda k=k: {"a": float(k)} for k in range(60 * workers // 8)]
     outcomes = dict(perform(slow, tasks))
     assert [outcomes[k].value for k in range(len(tasks))] == list(range(len(tasks)))
@@ -65,7 +65,7 @@ def test_a_call_that_fails_leaves_the_others_of_its_submission():
     def reciprocal(a):
         return 1.0 / a
 
-    perform = with_executor(Remote(1), options=FlowOptions(first=1, work=10.0))
+    perform = with_executor(Remote(1), first=1, least_work=10.0)
     tasks = [lambda k=k: {"a": float(k % 10)} for k in range(100)]
     outcomes = dict(perform(reciprocal, tasks))
     failed = {k for k, outcome in outcomes.items() if outcome.error is not None}

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import cloudpickle
 
@@ -36,12 +36,10 @@ class Outcome(NamedTuple):
     lost: bool = False
 
 
-class Performing(Protocol):
-    """Yields numbers and outcomes of tasks as they finish; ends those left when it is closed."""
+Outcomes = Generator[tuple[int, Outcome], None, None]
+"""Numbers and outcomes of tasks as they finish; those left are ended when it is closed."""
 
-    def __call__(
-        self, response: ResponseFunction, tasks: Tasks
-    ) -> Generator[tuple[int, Outcome], None, None]: ...
+Performing = Callable[[ResponseFunction, Tasks], Outcomes]
 
 
 class Workers(ABC):
@@ -64,9 +62,7 @@ def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
     return Outcome(value, error, time.perf_counter() - begin)
 
 
-def in_process(
-    response: ResponseFunction, tasks: Tasks
-) -> Generator[tuple[int, Outcome], None, None]:
+def in_process(response: ResponseFunction, tasks: Tasks) -> Outcomes:
     """Perform one task after another in this process."""
     for number, arguments in enumerate(tasks):
         yield number, perform(response, arguments())

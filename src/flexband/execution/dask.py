@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -15,6 +15,7 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, RunError, check_numbers, check_positive, shown
 from flexband.execution.calls import (
     Outcome,
+    Outcomes,
     Performing,
     Tasks,
     Workers,
@@ -99,9 +100,7 @@ class _Timed:
         self.loaded: set[tuple[str, int]] = set()
         self.returning_until = float("-inf")
 
-    def perform(
-        self, response: ResponseFunction, tasks: Tasks
-    ) -> Generator[tuple[int, Outcome], None, None]:
+    def perform(self, response: ResponseFunction, tasks: Tasks) -> Outcomes:
         """Yield the numbers and outcomes of tasks as they finish."""
         pickled, modules = sent_by(response)
         waiting, attempts = deque(range(len(tasks))), Counter[int]()

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import copy_context
-from dataclasses import dataclass
 from queue import SimpleQueue
-from typing import Any, NamedTuple
+from typing import Any
 
 import cloudpickle
 
@@ -18,6 +17,7 @@ from flexband.errors import InputError
 from flexband.execution.calls import (
     Arguments,
     Outcome,
+    Outcomes,
     Performing,
     Tasks,
     Workers,
@@ -36,27 +36,14 @@ ExecutorLike = Workers | Executor | DaskClient | str | None
 """Where runs are made, as users give it."""
 
 
-@dataclass(frozen=True)
-class FlowOptions:
-    """How many calls are under way at a time."""
-
-    first: int = 1000
-    """Tasks under way before any has finished. A task that has waited for less time than it worked
-    shows that workers may be idle, and one more is under way from then on."""
-    work: float = 1.0
-    """Time [s] of work that one submission should hold: calls that are shorter are submitted
-    several at a time, unless workers would be without."""
-
-
-class _Submission(NamedTuple):
-    """Calls that one worker makes, one after another, and when [s] they were submitted."""
-
-    numbers: list[int]
-    begin: float
-
-
 class _Flow:
-    """Calls of a response by an executor, as many at a time as keep its workers busy."""
+    """Calls of a response by an executor, as many at a time as keep its workers busy.
+
+    `first` submissions are under way before any has finished. One that has waited for less time
+    than it worked shows that workers may be idle, and one more is under way from then on. Calls
+    that take less than the time `least_work` [s] are submitted several at a time, unless workers
+    would be without.
+    """
 
     def __init__(
         self,
@@ -64,9 +51,10 @@ class _Flow:
         response: ResponseFunction,
         tasks: Tasks,
         client: DaskClient | None,
-        options: FlowOptions,
+        first: int,
+        least_work: float,
     ) -> None:
-        self.executor, self.response, self.tasks, self.options = executor, response, tasks, options
+        self.executor, self.response, self.tasks = executor, response, tasks
         self.shared = isinstance(executor, ThreadPoolExecutor)
         self.sent: tuple[Any, ...] = ()
         if not self.shared:
@@ -74,12 +62,12 @@ class _Flow:
             self.sent = pickled, *modules
         if client is not None:  # each worker gets it once, from the scheduler or another worker
             self.sent = tuple(client.submit(_kept, part, pure=False) for part in self.sent)
-        self.limit, self.work, self.calls = options.first, 0.0, 0
+        self.limit, self.least_work, self.work, self.calls = first, least_work, 0.0, 0
         self.begin = time.perf_counter()
-        self.running: dict[Future, _Submission] = {}
+        self.running: dict[Future, tuple[list[int], float]] = {}  # calls, and when submitted [s]
         self.finished: SimpleQueue[tuple[Future, float]] = SimpleQueue()
 
-    def perform(self) -> Generator[tuple[int, Outcome], None, None]:
+    def perform(self) -> Outcomes:
         """Yield the numbers and outcomes of calls as they finish."""
         waiting, lost = deque(range(len(self.tasks))), list[int]()
         try:
@@ -102,7 +90,7 @@ class _Flow:
         """Return the number of calls of the next submission, of so many that are waiting."""
         if not self.calls:
             return 1
-        enough = self.options.work * self.calls / max(self.work, 1e-6)
+        enough = self.least_work * self.calls / max(self.work, 1e-6)
         busy = max(1.0, self.work / (time.perf_counter() - self.begin))  # workers, on average
         return max(1, int(min(enough, waiting / (2 * busy))))
 
@@ -118,7 +106,7 @@ class _Flow:
                 future = self.executor.submit(_in_turn_elsewhere, pickled, *self.sent)
         except RuntimeError as error:  # it is shut down or broken
             raise gone(error) from error
-        self.running[future] = _Submission(numbers, time.perf_counter())
+        self.running[future] = numbers, time.perf_counter()
         future.add_done_callback(lambda done: self.finished.put((done, time.perf_counter())))
 
     def next_outcomes(self) -> list[tuple[int, Outcome]]:
@@ -155,13 +143,16 @@ def with_executor(
     executor: Executor,
     client: DaskClient | None = None,
     *,
-    options: FlowOptions = FlowOptions(),
+    first: int = 1000,
+    least_work: float = 1.0,
 ) -> Performing:
     """Return what performs tasks by an executor, once more if their worker dies.
 
     They are then performed one after another: an executor cannot tell which one ended a worker.
     """
-    return lambda response, tasks: _Flow(executor, response, tasks, client, options).perform()
+    return lambda response, tasks: _Flow(
+        executor, response, tasks, client, first, least_work
+    ).perform()
 
 
 @contextmanager

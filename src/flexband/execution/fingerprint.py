@@ -223,11 +223,8 @@ def _of_user(top: str, file: str | None) -> bool:
 
 def _names(code: types.CodeType) -> set[str]:
     """Return all names that code looks up, in the functions inside it as well."""
-    names = set(code.co_names)
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            names |= _names(constant)
-    return names
+    inner = (constant for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return set(code.co_names).union(*map(_names, inner))
 
 
 def _assigned(code: types.CodeType) -> set[str]:

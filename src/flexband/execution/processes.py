@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, Listener
 from multiprocessing.connection import wait as wait_for
@@ -22,7 +22,7 @@ import cloudpickle
 
 from flexband.arguments import frozen
 from flexband.errors import check_integer, check_numbers, check_positive
-from flexband.execution.calls import Outcome, Performing, Tasks, Workers, dumped, received
+from flexband.execution.calls import Outcome, Outcomes, Performing, Tasks, Workers, dumped, received
 from flexband.response import ResponseFunction
 
 
@@ -145,9 +145,7 @@ class _Pool:
             worker.end()
         self.workers = []
 
-    def perform(
-        self, response: ResponseFunction, tasks: Tasks
-    ) -> Generator[tuple[int, Outcome], None, None]:
+    def perform(self, response: ResponseFunction, tasks: Tasks) -> Outcomes:
         """Perform tasks; tasks that are left when the caller stops are ended."""
         pickled = dumped(response)
         waiting, attempts = deque(range(len(tasks))), [0] * len(tasks)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -25,12 +24,8 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 
-
-class Drawing(NamedTuple):
-    """A figure that is still to be drawn."""
-
-    caption: str
-    draw: Callable[[], Figure]
+Drawing = tuple[str, Callable[[], Figure]]
+"""The caption of a figure, and what draws it."""
 
 
 def write_comparison_report(
@@ -45,29 +40,29 @@ def write_comparison_report(
     PCCI and improved PCCI are drawn for the orders k and q, with the reference and adaptive PCCI.
     """
     bands = "Interval mean and interval error bar"
-    fields, response, drawn = study.fields(), study.nominal(), []
+    fields, response, drawn = study.fields(), study.nominal(), list[Drawing]()
     adaptive = AdaptivePCCI(correct=False)
     along = field_axes(study.source, study.inputs) if fields else {}
     if random := {k: field for k, field in fields.items() if isinstance(field, RandomField)}:
         caption = "Variance error of the random fields after discretization"
         draw = partial(figures.variance_error_figure, random, along)
-        drawn.append(Drawing(caption, draw))
+        drawn.append((caption, draw))
     if fields:
         draw = partial(figures.fields_figure, fields, along)
-        drawn.append(Drawing("Realizations of the fields", draw))
+        drawn.append(("Realizations of the fields", draw))
     if outputs := drawable_outputs(response):
         draw = partial(figures.response_figure, response, outputs)
-        drawn.append(Drawing("Response without uncertainty", draw))
+        drawn.append(("Response without uncertainty", draw))
     for name in outputs:
         for k, q in dict.fromkeys(orders):
             compared = results[0].method, PCCI(k, q), ImprovedPCCI(k, q), adaptive
             chosen = {r.method.label: r.bands for r in results if r.method in compared}
             caption = f"{bands} of {name}, k = {k}, q = {q}"
             draw = partial(figures.bands_figure, chosen, name)
-            drawn.append(Drawing(caption, draw))
+            drawn.append((caption, draw))
         caption = f"Relative errors of {name} against runs"
         draw = partial(figures.errors_figure, results, name)
-        drawn.append(Drawing(caption, draw))
+        drawn.append((caption, draw))
     definitions = ". ".join(bounds(results[0].bands).values()) + "."
     text = [*tables.comparison_remarks(fields), definitions]
     about = f"{len(results)} methods, compared with {results[0].method.label}"

@@ -46,7 +46,12 @@ class RequestedPoints:
             raise StoreError(f"{file} is damaged: {error}") from None
 
     def ask(self, needed: RunsNeeded, inputs: GivenInputs) -> Path:
-        """Write the points that are needed as a table, and keep them; return its path."""
+        """Write the points that are needed as a table, and keep them; return its path.
+
+        Raise `InputError` if an input is neither a number nor a text.
+        """
+        if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
+            raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
         if self.names != list(needed.names):
             self.names, self.asked = list(needed.names), []
         known = {point: k for k, point in enumerate(self.asked, start=1)}
@@ -120,16 +125,6 @@ class RequestedPoints:
                     raise InputError(
                         f"{place}: {name} must be {value!r}, as point {number} has it; got {cell!r}"
                     )
-
-
-def ask_points(folder: Path, needed: RunsNeeded, inputs: GivenInputs) -> Path:
-    """Write the points that are to be run elsewhere into a folder; return the path of their table.
-
-    Raise `InputError` if an input is neither a number nor a text.
-    """
-    if any(isinstance(uncertain, RandomField) for uncertain in inputs.values()):
-        raise InputError("a response elsewhere takes numbers and texts; got a RandomField")
-    return RequestedPoints.of(folder).ask(needed, inputs)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.progress import Budget, Progress, ProgressListener, listener, listening
 from flexband.study.folder import StudyFolder
-from flexband.study.points import ask_points
+from flexband.study.points import RequestedPoints
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import cases
 from flexband.uncertainty.methods.method import as_method
@@ -86,7 +86,7 @@ class StudyProgress(ProgressListener):
     def _end(self, error: BaseException) -> None:
         """Write why the study has ended; leave nothing of one that has no store yet."""
         if self.store is not None and isinstance(error, RunsNeeded):
-            file = ask_points(self.folder.path, error, self.study.inputs)
+            file = RequestedPoints.of(self.folder.path).ask(error, self.study.inputs)
             points = {"count": len(error.points), "file": str(file)}
             self.write("waiting", points=points)
         elif self.store is not None and self.opened:

@@ -10,9 +10,8 @@ import pytest
 
 import flexband as fb
 from flexband.files import write_json
-from flexband.report.page.given import given_by
+from flexband.report.page.given import given_by, study_motion
 from flexband.report.page.motion.motion import motion_data
-from flexband.report.page.motion.studies import study_motion
 from flexband.report.page.page_file import read_given
 from flexband.uncertainty.inputs.space import Space
 

@@ -9,7 +9,6 @@ margin: these are the cheapest of all.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -20,29 +19,23 @@ from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBoun
 from flexband.errors import InputError
 
 
-@dataclass(frozen=True)
-class GradeOptions:
-    """How the cheapest grades are searched."""
-
-    max_rounds: int = 2000
-    """Most choices of grades that are tried."""
-    negative: float = -1e-9
-    """Part of the scale below which a margin is negative."""
-
-
 def cheapest_grades(
     worst: WorstCaseBounds,
     points: WatchedPlaces,
     x: np.ndarray | None = None,
     *,
-    options: GradeOptions = GradeOptions(),
+    max_rounds: int = 2000,
+    negative: float = -1e-9,
 ) -> Allocated:
-    """Return the cheapest grades that keep all margins, watched at `points`; no start x is used."""
-    grades, negative = worst.tolerances.grades, options.negative
+    """Return the cheapest grades that keep all margins, watched at `points`; no start x is used.
+
+    At most `max_rounds` choices are tried; margins below a `negative` part of the scale count.
+    """
+    grades = worst.tolerances.grades
     pairs = zip(grades, worst.tolerances.largest, strict=True)
     logs = [np.log(input_grades.tolerances / largest) for input_grades, largest in pairs]
     cuts: list[np.ndarray] = []
-    for _ in range(options.max_rounds):
+    for _ in range(max_rounds):
         x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
         violated = points.of(worst.values(x[None], points)[0] < negative * scale)
@@ -54,7 +47,7 @@ def cheapest_grades(
             return allocated(worst, x, points, with_multipliers=False)
         each = (violated.of(np.array([k])) for k in range(len(violated)))
         cuts += [_cut(worst, point, x, logs, negative) for point in each]
-    raise InputError(f"limits: no grades that keep them were found in {options.max_rounds} rounds")
+    raise InputError(f"limits: no grades that keep them were found in {max_rounds} rounds")
 
 
 def _chosen(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.at_each import AtEachTimeOptions, at_each_time
-from flexband.analysis.probability.correction import Correction, CorrectionOptions, corrected
+from flexband.analysis.probability.at_each import at_each_time
+from flexband.analysis.probability.correction import Correction, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
@@ -24,17 +24,6 @@ from flexband.uncertainty.surrogates.bands import BOUNDS
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
-@dataclass(frozen=True)
-class ProbabilityOptions:
-    """How the probability of leaving a limit is computed."""
-
-    ends: EndOptions = field(default_factory=EndOptions)
-    at_each_time: AtEachTimeOptions = field(default_factory=AtEachTimeOptions)
-    correction: CorrectionOptions = field(default_factory=CorrectionOptions)
-    max_unseen: float = 0.03
-    """Most of a probability at times that the search for bounds leaves out."""
-
-
 def first_passage(
     surrogate: Surrogate,
     corridor: Corridor,
@@ -43,11 +32,13 @@ def first_passage(
     seed: int,
     *,
     tolerances: ScatteringTolerances | None = None,
-    options: ProbabilityOptions = ProbabilityOptions(),
+    search: EndOptions = EndOptions(),
+    max_unseen: float = 0.03,
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for one limit and one combination of options.
 
-    Where tolerances do not scatter, probabilities are bounded over the intervals.
+    Where tolerances do not scatter, probabilities are bounded over the intervals. The search for
+    bounds leaves out times at which there is `max_unseen` of a probability, at most.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)
@@ -57,20 +48,20 @@ def first_passage(
         space, n, m = Space({}), n + tolerances.dimension, 0
         state = replace(state, tolerances=tolerances)
     for thin in (True, False):
-        eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=options.ends)
+        eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=search)
         pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
         estimates = [
-            estimate(state, near, at, rare, accuracy, rng, options=options.ends.importance)
+            estimate(state, near, at, rare, accuracy, rng, options=search.importance)
             for at, rare in pairs
         ]
         unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, estimates, strict=True)]
-        if max(unseen) <= options.max_unseen:
+        if max(unseen) <= max_unseen:
             break
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final: list[Estimate] | list[Correction] = raw
     if model is not None:
         final = [
-            corrected(state, model, at, rare, accuracy, rng, part.noise, options=options.correction)
+            corrected(state, model, at, rare, accuracy, rng, part.noise)
             for (at, rare), part in zip(pairs, raw, strict=True)
         ]
     if not m:
@@ -81,7 +72,7 @@ def first_passage(
         raw, final = raw[::-1], final[::-1]
     dims = labels.dims[1:]
     if m:
-        limited = at_each_time(state, m, known, raw, rng, options=options.at_each_time)
+        limited = at_each_time(state, m, known, raw, rng)
     else:
         limited = np.stack(raw[0].told_at_each())[:, None], np.zeros((1, state.width, 0))
     each, places_of = _everywhere(state, *limited, labels.shape[1:])

@@ -69,12 +69,8 @@ class Label(NamedTuple):
     lettering: Lettering = Lettering()
 
 
-class Dimension(NamedTuple):
-    """A length to be written along a line [m], at least `beside` metres away from the line."""
-
-    points: np.ndarray
-    text: str
-    beside: float
+Dimension = tuple[np.ndarray, str, float]
+"""The line [m] of a length, its text, and how far [m] it is at least written from the line."""
 
 
 @dataclass
@@ -112,7 +108,7 @@ class Canvas:
             self.draw_field(field_arrow)
         if self.dimensions:
             self.measured += [
-                Dimension(self.places(stroke), f"{length:.4g} m", beside)
+                (self.places(stroke), f"{length:.4g} m", beside)
                 for stroke, length, beside in sketch.lengths
             ]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,25 +31,16 @@ def mechanism_picture(mechanism: Mechanism) -> str:
     return svg_address(width, height, [axes.picture(BEFORE[0], AFTER[1])])
 
 
-class FieldSeries(NamedTuple):
-    """What is drawn of a field at x, (points,): `realizations`, and `lines` that `key` names."""
-
-    x: np.ndarray
-    realizations: np.ndarray
-    lines: list[np.ndarray]
-    key: str
-
-
-def field_series(field: Field, points: int) -> FieldSeries:
-    """Return what is drawn of a field that has a domain."""
+def field_series(field: Field, points: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], str]:
+    """Return x of a field's domain, (points,), realizations, and lines there with their name."""
     realizations = 8
     x = np.linspace(*field.located, points)
     drawn = field.realizations(x, realizations)
     if isinstance(field, RandomField):
         middle, deviation = field.nominal(x), field.deviation(x)
-        return FieldSeries(x, drawn, [middle - deviation, middle + deviation], "μ ± σ")
+        return x, drawn, [middle - deviation, middle + deviation], "μ ± σ"
     lines = list(field.limits(x)) if isinstance(field, IntervalField) else []
-    return FieldSeries(x, drawn, lines, "limits")
+    return x, drawn, lines, "limits"
 
 
 def fields_picture(fields: Mapping[str, Field], along: Mapping[str, str]) -> str:

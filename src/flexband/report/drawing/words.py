@@ -14,7 +14,7 @@ def write(canvas: Canvas) -> None:
     """Write dimensions, names and notes; the longest names come first."""
     short = [d for d in canvas.measured if not _write_dimension(canvas, d)]
     grey = Lettering("length")
-    labels = canvas.labels + [Label(d.points.mean(axis=0), d.text, False, grey) for d in short]
+    labels = canvas.labels + [Label(p.mean(axis=0), text, False, grey) for p, text, _ in short]
     boxes: list[tuple[np.ndarray, np.ndarray]] = []
     for label in sorted(_merged(canvas, labels), key=lambda label: -len(label.text)):
         _write_label(canvas, label, boxes)

@@ -101,7 +101,7 @@ def legend_above(axes: Axes) -> None:
     axes.legend(**place, ncols=columns, handlelength=1.5, columnspacing=1.2, fontsize="small")
 
 
-def title_above(axes: Axes, text: str, size: float = 10.0) -> None:
+def title_above(axes: Axes, text: str) -> None:
     """Write a title, in lines as wide as a figure of a report, above the axes and their legend."""
     legend, rows = axes.get_legend(), 0
     if legend is not None:
@@ -110,5 +110,5 @@ def title_above(axes: Axes, text: str, size: float = 10.0) -> None:
             entry.get_text().count("\n") for entry in legend.get_texts()
         )
     axes.set_title(
-        textwrap.fill(text, TITLE), fontsize=size, pad=6.0 + (5.0 + 12.5 * rows) * (rows > 0)
+        textwrap.fill(text, TITLE), fontsize=10.0, pad=6.0 + (5.0 + 12.5 * rows) * (rows > 0)
     )

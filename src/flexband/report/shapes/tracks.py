@@ -30,7 +30,7 @@ class Track(Sensor):
 
 
 class Tracks:
-    """Positions [m], directions and forces [N] of a mechanism, numbered as they are made."""
+    """Positions [m], directions of any length, and forces [N], numbered as they are made."""
 
     def __init__(self, mechanism: Mechanism):
         self.mechanism = mechanism
@@ -44,18 +44,14 @@ class Tracks:
         """Return the number of a position; one of the same key is recorded once."""
         return self._number("position", vector, key)
 
-    def direction(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
-        """Return the number of a direction, whose length does not matter."""
-        return self._number("direction", vector, key)
-
     def turn(self, point: PointName) -> int:
         """Return the number of the normal of the section at a point, which turns with a body."""
-        return self.direction(lambda model: model.frame(point).normal, _key(point))
+        return self._number("direction", lambda model: model.frame(point).normal, _key(point))
 
     def axis(self, point: PointName, axis: tuple[float, float]) -> int:
         """Return the number of a direction that is given in the frame of a point."""
         key = ("axis", _key(point), *axis)
-        return self.direction(lambda model: along(model.frame(point), axis), key)
+        return self._number("direction", lambda model: along(model.frame(point), axis), key)
 
     def at_start(self, start: Configuration) -> tuple[np.ndarray, np.ndarray]:
         """Return positions [m] and directions at the start, each of shape (tracks, 2)."""

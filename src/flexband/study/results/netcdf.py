@@ -52,11 +52,11 @@ def _stored(variable: xr.Variable) -> xr.Variable:
     return xr.Variable(variable.dims, values, _attributes(variable.attrs))
 
 
-def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:
+def read_netcdf(file: Path) -> xr.Dataset:
     """Return a dataset that `write_netcdf` has written.
 
     Raise `FileNotFoundError` if there is no such file, `InputError` if it cannot be read, or is not
-    as written; then the message says how it is `restored`.
+    as written.
     """
     try:
         data = read_unlinked(file)
@@ -66,7 +66,7 @@ def read_netcdf(file: Path, restored: str = RESTORED) -> xr.Dataset:
         raise InputError(f"{file} cannot be read: {error}") from None
     content, seal = data[: -len(SEAL) - DIGITS], data[-len(SEAL) - DIGITS :]
     if seal != SEAL + checksum(content):
-        raise InputError(f"{file} is not as written; {restored}")
+        raise InputError(f"{file} is not as written; {RESTORED}")
     with xr.open_dataset(BytesIO(content), engine="scipy", decode_times=False) as opened:
         dataset = opened.load()
     return dataset.assign_attrs({k: _attribute(value) for k, value in dataset.attrs.items()})

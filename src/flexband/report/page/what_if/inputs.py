@@ -12,6 +12,7 @@ from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
 from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.space import Space
+from flexband.words import with_article
 
 RELATIVE = "coefficient of variation"
 """What is scaled of a LogNormal; it has no unit."""
@@ -60,7 +61,7 @@ def _kind(input_: Input) -> str:
         name += " with intervals as parameters"
     elif isinstance(input_, RandomField) and callable(input_.std):
         name += " whose std is a function"
-    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+    return with_article(name)
 
 
 def _scatter(input_: Input, old: str) -> JsonRecord | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -14,14 +13,6 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_numbers, check_positive, warn
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
 from flexband.words import number_of
-
-
-class Kernels(NamedTuple):
-    """Equal normal densities: their centres, weights of sum one, and standard deviation."""
-
-    centres: np.ndarray
-    weights: np.ndarray
-    width: float
 
 
 @frozen(repr=False)
@@ -99,8 +90,8 @@ class Samples(Distribution):
         return -np.inf, np.inf
 
     @cached_property
-    def kernels(self) -> Kernels:
-        """The kernels, one for values that are almost equal."""
+    def kernels(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Centres, weights and standard deviation of the kernels, one for almost equal values."""
         # in standard deviations of the values. Wider kernels give the same distribution,
         # a normal one.
         largest_bandwidth = 1e8
@@ -114,7 +105,7 @@ class Samples(Distribution):
         count = np.bincount(group)
         centres, weights = np.bincount(group, x - mean) / count, count / len(x)
         shrink = std / np.sqrt(weights @ centres**2 + width**2)
-        return Kernels(mean + shrink * centres, weights, float(shrink * width))
+        return mean + shrink * centres, weights, float(shrink * width)
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         at_once = 10**6  # numbers in memory when kernels are summed

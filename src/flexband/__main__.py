@@ -41,8 +41,6 @@ def main() -> None:
             after_in_parent=lambda: mask(signal.SIG_UNBLOCK, ENDING),
             after_in_child=_leave_to_parent,
         )
-    # Idle threads of OpenBLAS keep their cores busy for 2^20 ticks, half a millisecond, not 2^26.
-    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "20")
     gc.disable()  # nothing that imports make is dropped before the end of the process
     app = import_module("flexband.cli").app
     import_module("flexband.cli.commands").load(sys.argv[1:])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
@@ -20,12 +20,9 @@ from flexband.files import try_write
 from flexband.progress import counted, listener
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
-from flexband.study.results.answers import answer_file
+from flexband.study.results.answers import LimitCheck, answer_file
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
-
-if TYPE_CHECKING:
-    from flexband.study.results.answers import LimitCheck
 
 
 def sampled_parts(

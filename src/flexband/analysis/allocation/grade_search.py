@@ -29,7 +29,8 @@ def cheapest_grades(
 ) -> Allocated:
     """Return the cheapest grades that keep all margins, watched at `points`; no start x is used.
 
-    At most `max_rounds` choices are tried; margins below a `negative` part of the scale count.
+    At most `max_rounds` choices are tried. A margin below `negative`, in parts of the scale, is
+    violated.
     """
     grades = worst.tolerances.grades
     pairs = zip(grades, worst.tolerances.largest, strict=True)

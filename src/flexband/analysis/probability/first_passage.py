@@ -37,8 +37,8 @@ def first_passage(
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for one limit and one combination of options.
 
-    Where tolerances do not scatter, probabilities are bounded over the intervals. The search for
-    bounds leaves out times at which there is `max_unseen` of a probability, at most.
+    Where tolerances do not scatter, probabilities are bounded over the intervals. At most
+    `max_unseen` of a probability is at times that the search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)

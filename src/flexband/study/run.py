@@ -21,7 +21,6 @@ from flexband.errors import (
     warn,
     without_warnings,
 )
-from flexband.execution.names import FileName
 from flexband.execution.store import Store
 from flexband.progress import Progress, listener
 from flexband.study.compiling import compile_ahead
@@ -232,5 +231,5 @@ def _verification(
     except Exception as error:  # whatever a response raises; the bands are there
         warn(f"the result is not verified: {error_text(error)}")
         return None
-    files.write_dataset(FileName.VERIFICATION, verification)
+    files.write_verification(verification)
     return verification

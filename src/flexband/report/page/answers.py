@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.texts import share_in_words, told
+from flexband.analysis.probability.texts import share_in_words, told, verdict_on
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
@@ -212,6 +212,11 @@ def limits_table(
             row.append(yield_cell(part.isel(bound=-1) if "bound" in part.dims else part))
         rows.append(row)
     return header + ["yield (95 % confidence)"] * (production is not None), rows
+
+
+def limit_remarks(probability: xr.Dataset | None) -> list[str]:
+    """Return with which inputs probabilities of leaving limits are reached."""
+    return [] if probability is None else [verdict_on(probability)]
 
 
 def yield_cell(part: xr.Dataset) -> str:

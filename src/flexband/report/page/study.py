@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.probability.texts import verdict_on
 from flexband.execution.names import FileName
-from flexband.report.page.answers import answers_in, limits_table
+from flexband.report.page.answers import answers_in, limit_remarks, limits_table
 from flexband.report.page.charts import chart_data, nominal_of, numbers
 from flexband.report.page.definitions import definitions
 from flexband.report.page.inputs import with_shares
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
 from flexband.report.page.template import write_page
-from flexband.report.page.verdict import uncertain_ones, verdict
+from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
-from flexband.report.text.doubts import doubt_text
 from flexband.report.text.verdicts import verdict_line
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
@@ -96,7 +94,7 @@ def write_report(
             for field, name in FIELDS.items()
             if field != "title" and given.get("title_block", {}).get(field)
         ],
-        unreliable=[doubt_text(doubt) for doubt in given["doubts"] if doubt.unreliable],
+        unreliable=why_unreliable(given["doubts"]),
         doubts=given["doubts"]
         or given.get("unchecked")
         or (limits is not None and limits.attrs["kept"] != "kept"),
@@ -114,7 +112,7 @@ def write_report(
         limits_of=tables.deviations(limits)
         if limits is not None and "sigmas" in limits.attrs
         else "",
-        limit_remarks=[] if probability is None else [verdict_on(probability)],
+        limit_remarks=limit_remarks(probability),
         yield_of="" if production is None else str(production.attrs["scatter"]),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(held) if charts else [],

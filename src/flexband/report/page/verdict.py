@@ -32,6 +32,11 @@ def uncertain_ones(contributions: xr.Dataset | None, inputs: tables.Table) -> xr
     return contributions.isel(name=np.flatnonzero(keep)) if any(keep) else None
 
 
+def why_unreliable(doubts: Sequence[Doubt]) -> list[str]:
+    """Return why no number of a result is reliable; nothing if they are."""
+    return [doubt_text(doubt) for doubt in doubts if doubt.unreliable]
+
+
 def head_of(result: StudyResult) -> dict[str, Any]:
     """Return what the first lines of a report need that is in no other file."""
     sampled = result.parts if result.unpredictable else None

@@ -57,8 +57,12 @@ class ResultFiles:
 
     def write_bands(self, bands: xr.Dataset) -> None:
         """Write the bands; delete the report of other ones."""
-        if self.write_dataset(FileName.BANDS, bands):
+        if self._write_dataset(FileName.BANDS, bands):
             self._delete_report()
+
+    def write_verification(self, verification: xr.Dataset) -> None:
+        """Write a result of `verify`."""
+        self._write_dataset(FileName.VERIFICATION, verification)
 
     def contributions(self, surrogate: AnySurrogate | None, *, sigmas: float) -> xr.Dataset | None:
         """Write how much each input widens the error bars; warn and return None if that fails."""
@@ -69,7 +73,7 @@ class ResultFiles:
         except Exception as error:  # the bands are there
             warn(f"which input matters is not known: {error}")
             return None
-        self.write_dataset(FileName.CONTRIBUTIONS, shares)
+        self._write_dataset(FileName.CONTRIBUTIONS, shares)
         return shares
 
     def stale(self) -> list[str]:
@@ -79,8 +83,7 @@ class ResultFiles:
             name for name in pictures if (self.folder.path / name).exists()
         ]
 
-    def write_dataset(self, name: str, dataset: xr.Dataset) -> bool:
-        """Write a dataset; return whether that succeeded."""
+    def _write_dataset(self, name: str, dataset: xr.Dataset) -> bool:
         return self._write(name, lambda: write_netcdf(dataset, self.folder.path / name))
 
     def _write(self, name: str, write: Callable[[], object]) -> bool:

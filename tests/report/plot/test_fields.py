@@ -52,9 +52,7 @@ def test_a_comparison_tells_what_fields_are_functions_of(tmp_path, monkeypatch):
     study, drawn = fb.Study(response, inputs, fb.PCCI(1, 1)), {}
     monkeypatch.setattr(
         "flexband.report.results.write_figures",
-        lambda file, title, about, table, figures, text: drawn.update(
-            {one.caption: one.draw for one in figures}
-        ),
+        lambda file, title, about, table, figures, text: drawn.update(figures),
     )
     scan = fb.LHSScanning(4, 2)
     write_comparison_report(tmp_path, "arm", study, compare(study, scan, []), [])

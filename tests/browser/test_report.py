@@ -271,7 +271,7 @@ def move(**p):
 inputs = {f"p{k}": fb.Interval(-1.0, 1.0) for k in range(9)} | {
     "q": fb.LogNormal(1.0, cv=0.1), "r": fb.Normal(0.0, 0.5)}
 study = fb.Study(move, inputs, fb.AdaptivePCCI(0.01), sigmas=1,
-                 limits=[fb.Limit("P_X", below=0.2008), fb.Limit("P_Y", above=-0.3)])
+                 limits=fb.Limit("P_X", below=0.2008))
 """
 
 

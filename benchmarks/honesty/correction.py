@@ -90,7 +90,7 @@ def counted_work() -> Iterator[list[float]]:
 
     def call(response: DynamicResponse, **values) -> xr.DataArray:
         motion = simulate(response, **values)
-        known = response.discretization(**values)
+        known = response.description(**values).discretization
         elements = sum(n for name, n in known.items() if name != "step")
         work.append(motion.sizes["sample"] * response.duration / response.step * max(1, elements))
         return motion

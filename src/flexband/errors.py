@@ -343,19 +343,32 @@ def name_of(function: Callable) -> str:
 
 
 def returned(function: Callable, argument: Any, name: str = "") -> Any:
-    """Return the numbers that a user's function returns; raise `InputError` if it raises an error.
+    """Return what `returned_at` does for one argument."""
+    return returned_at(function, [argument], name)[0]
 
-    They may be infinite or NaN. `name` is that of the function's values, for messages.
+
+def returned_at(function: Callable, arguments: Iterable[Any], name: str = "") -> list[Any]:
+    """Return the numbers that a user's function returns for each of many arguments.
+
+    They may be infinite or NaN. `name` is that of the function's values, for messages. Raise
+    `InputError` if the function raises an error.
     """
-    try:
-        value = function(argument)
-    except InputError:
-        raise
-    except Exception as error:
-        where = f"at {shown(argument)}: {type(error).__name__}: {error}"
-        raise InputError(f"{name or named(function)} raised an error {where}") from error
-    if isinstance(value, float):
-        return value
+    values = []
+    for argument in arguments:
+        try:
+            value = function(argument)
+        except InputError:
+            raise
+        except Exception as error:
+            where = f"at {shown(argument)}: {type(error).__name__}: {error}"
+            raise InputError(f"{name or named(function)} raised an error {where}") from error
+        values.append(
+            value if isinstance(value, float) else _numbers(value, function, argument, name)
+        )
+    return values
+
+
+def _numbers(value: Any, function: Callable, argument: Any, name: str) -> np.ndarray:
     if type(value) is np.ndarray and value.dtype == float:
         return value.copy()  # at once: the text of the argument may take long
     return _real(f"{name or named(function)} at {shown(argument)}", value, "numbers", lists=False)

@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 Answer = TypeVar("Answer")
 
 ResponseFunction = Callable[..., Any]
 """``response(**values)``: takes one array of shape (n,) per input, or a function of position for a
 field, and returns an array of shape (n, ...). `as_response` makes it a `Response`."""
+
+
+class Description(NamedTuple):
+    """What a response says about itself for values of its inputs; the defaults say nothing."""
+
+    left_out: Sequence[str] = ()
+    """What of the discretization is not given, so that the method chooses it."""
+    discretization: Mapping[str, float] = {}
+    """The numbers of the discretization, such as the step, by name."""
+    refinements: Mapping[str, Response] = {}
+    """The response on finer discretizations, by the name of what is finer."""
+    quantities: Sequence[str] = ()
+    """Of which vector or tensor each output is a component, by name."""
+    tensors: Sequence[str] = ()
+    """Which of the quantities are tensors, by name."""
+    impacts: bool = False
+    """Whether bodies may hit each other, so that small differences grow."""
 
 
 class Response(ABC):
@@ -47,9 +64,13 @@ class Response(ABC):
         """The response whose outputs this one makes its own of: a simulation, for example."""
         return self
 
+    def description(self, **values: Any) -> Description:
+        """Return what it says about itself; values are those of a call, as in all methods."""
+        return Description()
+
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        return {}
+        return self.description(**values).refinements
 
     def at_more_times(self, **values: Any) -> Response | None:
         """Return the response at times that divide each of its steps; None if it has no others."""
@@ -59,18 +80,6 @@ class Response(ABC):
         """Return the response whose motion starts at rest within a duration [s]; None if none."""
         return None
 
-    def left_out(self, **values: Any) -> list[str]:
-        """Return what of the discretization is not given, so that the method chooses it."""
-        return []
-
-    def discretization(self, **values: Any) -> dict[str, float]:
-        """Return the numbers of the discretization, such as the step, by name."""
-        return {}
-
-    def impacts(self, **values: Any) -> bool:
-        """Return whether bodies may hit each other, so that small differences grow."""
-        return False
-
     def instantaneous(self, **values: Any) -> list[str] | None:
         """Return the outputs that follow from the inputs' values of one instant; None if unknown.
 
@@ -78,24 +87,18 @@ class Response(ABC):
         """
         return None
 
-    def quantities(self, **values: Any) -> list[str]:
-        """Return of which vector or tensor each output is a component, by name."""
-        return []
-
-    def tensors(self, **values: Any) -> list[str]:
-        """Return which of the quantities are tensors, by name."""
-        return []
-
 
 def as_response(function: ResponseFunction) -> Response:
-    """Return a function, or an object with some of the methods of a `Response`, as one."""
+    """Return a function, or an object that says something about itself, as a `Response`."""
     return function if isinstance(function, Response) else FunctionResponse(function)
 
 
 class FunctionResponse(Response):
-    """A user's function as a response; methods that it has besides are those of a `Response`.
+    """A user's function as a response.
 
-    A method ``refined()`` that returns one finer response is enough for estimates.
+    It may have the methods `at_more_times` and `instantaneous` of a `Response`, and one for each
+    field of a `Description`, which takes the values of a call. A method ``refined()`` that returns
+    one finer response is enough for estimates.
     """
 
     def __init__(self, function: ResponseFunction) -> None:
@@ -111,33 +114,21 @@ class FunctionResponse(Response):
     def original(self) -> ResponseFunction:
         return self.function
 
-    def refinements(self, **values: Any) -> Mapping[str, Response]:
+    def description(self, **values: Any) -> Description:
+        nothing = Description()._asdict()
+        answers = {name: self._answer(name, default, values) for name, default in nothing.items()}
         refined = self._attribute("refined", None)
-        whole = {"discretization": refined()} if callable(refined) else {}
-        finer = self._answer("refinements", whole, values)
-        return {name: as_response(response) for name, response in finer.items()}
+        if callable(refined) and not answers["refinements"]:
+            answers["refinements"] = {"discretization": refined()}
+        finer = {name: as_response(level) for name, level in answers["refinements"].items()}
+        return Description(**answers)._replace(refinements=finer)
 
     def at_more_times(self, **values: Any) -> Response | None:
         response = self._answer("at_more_times", None, {})
         return None if response is None else as_response(response)
 
-    def left_out(self, **values: Any) -> list[str]:
-        return self._answer("left_out", [], values)
-
-    def discretization(self, **values: Any) -> dict[str, float]:
-        return self._answer("discretization", {}, values)
-
-    def impacts(self, **values: Any) -> bool:
-        return self._answer("impacts", False, values)
-
     def instantaneous(self, **values: Any) -> list[str] | None:
         return self._answer("instantaneous", None, values)
-
-    def quantities(self, **values: Any) -> list[str]:
-        return self._answer("quantities", [], values)
-
-    def tensors(self, **values: Any) -> list[str]:
-        return self._answer("tensors", [], values)
 
     def _attribute(self, name: str, default: Answer) -> Answer:
         return getattr(self.function, name, default)
@@ -158,6 +149,12 @@ class WrappingResponse(FunctionResponse):
     @property
     def source(self) -> Response:
         return as_response(self.function).source
+
+    def description(self, **values: Any) -> Description:
+        return as_response(self.function).description(**values)
+
+    def instantaneous(self, **values: Any) -> list[str] | None:
+        return as_response(self.function).instantaneous(**values)
 
     def at_more_times(self, **values: Any) -> Response | None:
         return as_response(self.function).at_more_times(**values)

@@ -49,7 +49,7 @@ def test_bands_of_a_cantilevers_frequencies():
     finer = response.refinements(length=np.ones(1))["elements"]
     one = np.array([1.0])
     np.testing.assert_allclose(finer(length=one), response(length=one), rtol=2e-3)
-    assert response.discretization(length=one) == {"elements of b": 6}
+    assert response.description(length=one).discretization == {"elements of b": 6}
 
 
 def test_modes_keep_their_numbers_where_frequencies_cross():
@@ -110,8 +110,8 @@ def test_components_of_a_sensor_at_rest_are_judged_together():
     inputs = {"stiffness": fb.Interval(80.0, 120.0), "mass": fb.Normal(1.5, 0.05)}
     response = fb.static_response(hanging)
     values = {"stiffness": 100.0, "mass": 1.5}
-    assert response.quantities(**values) == ["m [m]", "m [m]", "force [N]", "force [m]"]
-    assert response.tensors(**values) == []
+    assert response.description(**values).quantities == ["m [m]", "m [m]", "force [N]", "force [m]"]
+    assert response.description(**values).tensors == []
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI())
     assert bands["trusted"].dims == ("output",)
     assert bands["trusted"].all()

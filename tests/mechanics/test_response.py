@@ -125,9 +125,9 @@ def test_outputs_may_be_farther_apart_than_steps():
 def test_what_is_left_out_of_the_discretization_is_told():
     open_ = fb.dynamic_response(lambda modulus: leaf(None, modulus), duration=5e-3)
     values = {"modulus": np.array([2e11])}
-    assert open_.left_out(**values) == ["step", "elements"]
+    assert open_.description(**values).left_out == ["step", "elements"]
     finer = open_.refinements(**values)["elements"].refinements(**values)["step"]
-    assert finer.discretization(**values) == {"step": 5e-6, "elements of leaf": 8}
+    assert finer.description(**values).discretization == {"step": 5e-6, "elements of leaf": 8}
     with (
         pytest.warns(fb.errors.ResolutionWarning, match="step is left out: 1e-05 s is used"),
         pytest.warns(
@@ -136,7 +136,7 @@ def test_what_is_left_out_of_the_discretization_is_told():
     ):
         coarse = open_(**values)
     given = fb.dynamic_response(lambda modulus: leaf(4, modulus), duration=5e-3, step=1e-5)
-    assert given.left_out(**values) == []
+    assert given.description(**values).left_out == []
     np.testing.assert_array_equal(coarse, given(**values))
     rigid = fb.dynamic_response(rigid_slider_crank, duration=0.3, step=1e-3)
     assert list(rigid.refinements(crank_length=0.1, link_length=0.3)) == ["step"]
@@ -243,8 +243,8 @@ def test_a_stress_that_is_zero_in_theory_does_not_drive_the_refinement():
 
     response = fb.dynamic_response(cantilever, duration=0.1)
     values = {"length": np.array([0.5]), "modulus": np.array([2e11])}
-    assert response.quantities(**values) == ["s [Pa]"] * 3 + ["f [N]"] * 2 + ["f [N m]"]
-    assert response.tensors(**values) == ["s [Pa]"]
+    assert response.description(**values).quantities == ["s [Pa]"] * 3 + ["f [N]"] * 2 + ["f [N m]"]
+    assert response.description(**values).tensors == ["s [Pa]"]
     inputs = {"length": fb.Interval(0.49, 0.51), "modulus": fb.Normal(2e11, 1e10)}
     bands = fb.propagate(response, inputs, fb.AdaptivePCCI(0.05))
     assert bands.attrs["expected_error"] < 0.05

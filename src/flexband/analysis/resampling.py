@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from flexband.errors import (
     shown,
     warn,
 )
-from flexband.response import Response, ResponseFunction, WrappingResponse, as_response
+from flexband.response import Description, Response, ResponseFunction, WrappingResponse, as_response
 from flexband.rounding import Units
 
 
@@ -95,19 +95,17 @@ class OverOutput(WrappingResponse):
         self.identity = "over output", response, output, numbers, unit
         self.__wrapped__ = response  # which has the arguments
 
-    def refinements(self, **values: Any) -> Mapping[str, Response]:
-        finer = super().refinements(**values)
-        return {name: self._of(response, self.values) for name, response in finer.items()}
+    def description(self, **values: Any) -> Description:
+        given = super().description(**values)
+        finer = {name: self._of(level, self.values) for name, level in given.refinements.items()}
+        names = [name for name in given.quantities if name.rpartition(" [")[0] != self.output]
+        return given._replace(refinements=finer, quantities=names)
 
     def at_more_times(self, parts: int = 16, /, **values: Any) -> Response:
         """Return the response at more values, each step between two divided into parts."""
         steps = np.linspace(self.values[:-1], self.values[1:], parts, endpoint=False, axis=-1)
         more = np.append(steps.ravel(), self.values[-1])
         return self._of(super().at_more_times(**values) or as_response(self.function), more)
-
-    def quantities(self, **values: Any) -> list[str]:
-        names = super().quantities(**values)
-        return [name for name in names if name.rpartition(" [")[0] != self.output]
 
     def _of(self, response: Response, values: np.ndarray) -> OverOutput:
         return OverOutput(response.original, self.output, values, unit=self.unit)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from flexband.study.presentation.display import Display
-    from flexband.study.results.limits import LimitCheck
+    from flexband.study.results.limit_check import LimitCheck
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[

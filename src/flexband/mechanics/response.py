@@ -23,13 +23,14 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.mechanics.starts import start_of
 from flexband.progress import listener
-from flexband.response import Response
+from flexband.response import Description, Response
 from flexband.words import number_of
 
 Argument = Property
@@ -60,6 +61,10 @@ class MechanismResponse(Response):
             raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
         return mechanism
 
+    def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
+        """Return the vector or tensor of each output, by sensor and unit, and all tensors."""
+        return [], []
+
     @staticmethod
     def with_inputs(
         error: RunError, values: Mapping[str, Argument], difference: str = ""
@@ -80,17 +85,13 @@ class SensorResponse(MechanismResponse):
         """Return the positions, angles and lengths, if the motion is prescribed."""
         return instantaneous(self.built(values))
 
-    def quantities(self, **values: Argument) -> list[str]:
-        """Return of which vector or tensor each output is a component: its sensor and unit."""
-        sensors = self.built(values).sensors.items()
-        return [f"{name} [{unit}]" for name, sensor in sensors for _, unit in sensor.outputs()]
-
-    def tensors(self, **values: Argument) -> list[str]:
-        """Return which of the `quantities` are tensors."""
-        sensors = self.built(values).sensors.items()
-        tensors = [(name, sensor) for name, sensor in sensors if sensor.tensor]
-        names = [f"{name} [{unit}]" for name, sensor in tensors for _, unit in sensor.outputs()]
-        return list(dict.fromkeys(names))
+    def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
+        quantities, tensors = [], []
+        for name, sensor in mechanism.sensors.items():
+            units = [unit for _, unit in sensor.outputs()]
+            quantities += [f"{name} [{unit}]" for unit in units]
+            tensors += [f"{name} [{unit}]" for unit in dict.fromkeys(units) if sensor.tensor]
+        return quantities, tensors
 
 
 @dataclass(frozen=True)
@@ -132,15 +133,22 @@ class DynamicResponse(SensorResponse):
             given=self.given or self,
         )
 
-    def refinements(self, **values: Argument) -> dict[str, DynamicResponse]:
-        """Return the response on half the step, and, with flexible members, on twice the elements.
+    def description(self, **values: Argument) -> Description:
+        """Return what it says about itself.
 
-        The values are those of a call.
+        Its discretization is the step [s] and the number of elements of each flexible member. Half
+        the step is finer, and so are twice the elements. Contacts and friction are its impacts.
         """
+        mechanism = self.built(values)
+        elements = elements_of(mechanism, self.element_parts)
         finer = {"step": self.refined(element_parts=1)}
-        if self.built(values).elements:
+        if elements:
             finer["elements"] = self.refined(step_parts=1)
-        return finer
+        open_step, open_mesh = not self.given_step, bool(mechanism.without_elements)
+        left_out = ["step"] * open_step + ["elements"] * open_mesh
+        impacts = bool(mechanism.contact_laws or mechanism.frictions)
+        numbers = {"step": self.step} | elements
+        return Description(left_out, numbers, finer, *self.components(mechanism), impacts)
 
     def at_more_times(
         self, max_parts: int = 64, max_times: int = 2**15, chosen: int = 8, /, **values: Argument
@@ -175,21 +183,6 @@ class DynamicResponse(SensorResponse):
         if self.start == "periodic":
             return None
         return replace(self, start="static", slow=duration, given=self.given or self)
-
-    def left_out(self, **values: Argument) -> list[str]:
-        """Return which of "step" and "elements" were not given, so that a study chooses them."""
-        mechanism = self.built(values)
-        return ["step"] * (not self.given_step) + ["elements"] * bool(mechanism.without_elements)
-
-    def discretization(self, **values: Argument) -> dict[str, float]:
-        """Return the step [s] and the number of elements of every flexible member."""
-        elements = self.built(values).refined(self.element_parts).elements
-        return {"step": self.step} | {f"elements of {name}": n for name, n in elements.items()}
-
-    def impacts(self, **values: Argument) -> bool:
-        """Return whether its motion or forces may turn at once, by contacts or friction."""
-        mechanism = self.built(values)
-        return bool(mechanism.contact_laws or mechanism.frictions)
 
     @property
     def identity(self) -> tuple[object, ...]:
@@ -258,6 +251,15 @@ class DynamicResponse(SensorResponse):
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""
+
+
+def elements_of(mechanism: Mechanism, parts: int) -> dict[str, int]:
+    """Return how many elements flexible members have if each of theirs is divided into parts."""
+    finer = {
+        name: naming(f"body {name!r}", mechanism.bodies[name].refined, parts)
+        for name in mechanism.elements
+    }
+    return {f"elements of {name}": body.elements for name, body in finer.items()}
 
 
 def samples_of(values: Mapping[str, Argument]) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 import xarray as xr
@@ -13,7 +12,14 @@ import xarray as xr
 from flexband.errors import InputError, RunError, check_function, check_integer
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
-from flexband.mechanics.response import Argument, MechanismResponse, SensorResponse, samples_of
+from flexband.mechanics.response import (
+    Argument,
+    MechanismResponse,
+    SensorResponse,
+    elements_of,
+    samples_of,
+)
+from flexband.response import Description
 from flexband.words import number_of
 
 
@@ -32,18 +38,13 @@ class AtRest(MechanismResponse, ABC):
     def outputs(self, mechanism: Mechanism, values: Mapping[str, Argument]) -> xr.DataArray:
         """Return the outputs, first dim "sample" unless no parameter is an array."""
 
-    def refinements(self, **values: Argument) -> dict[str, Self]:
-        """Return the response on twice the elements, if there are flexible members."""
-        finer = replace(self, element_parts=2 * self.element_parts)
-        return {"elements": finer} if self.mechanism(values).elements else {}
-
-    def left_out(self, **values: Argument) -> list[str]:
-        """Return "elements" if their number is not given, so that a study chooses it."""
-        return ["elements"] * bool(self.built(values).without_elements)
-
-    def discretization(self, **values: Argument) -> dict[str, float]:
-        """Return the number of elements of every flexible member."""
-        return {f"elements of {name}": n for name, n in self.mechanism(values).elements.items()}
+    def description(self, **values: Argument) -> Description:
+        """Return what it says about itself; its discretization is the elements alone."""
+        mechanism, parts = self.built(values), self.element_parts
+        numbers = elements_of(mechanism, parts)
+        finer = {"elements": replace(self, element_parts=2 * parts)} if numbers else {}
+        left_out = ["elements"] * bool(mechanism.without_elements)
+        return Description(left_out, numbers, finer, *self.components(mechanism))
 
     def __call__(self, **values: Argument) -> xr.DataArray:
         """Return the outputs, dims (sample, output).

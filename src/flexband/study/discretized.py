@@ -7,7 +7,7 @@ from typing import Any
 
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import ResolutionWarning, warn, without_warnings
-from flexband.response import ResponseFunction, WrappingResponse, as_response
+from flexband.response import Description, ResponseFunction, WrappingResponse, as_response
 from flexband.study.study import Study
 from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
@@ -33,9 +33,9 @@ class Discretized(WrappingResponse):
         """What has the arguments."""
         return self.function
 
-    def left_out(self, **values: Any) -> list[str]:
-        """Return nothing: all is given."""
-        return []
+    def description(self, **values: Any) -> Description:
+        """Return that of the response, of which nothing is left out."""
+        return super().description(**values)._replace(left_out=())
 
 
 def discretized(study: Study) -> Study:
@@ -50,7 +50,8 @@ def discretized(study: Study) -> Study:
     space = Space(inputs)
     if not response.refines:
         return study
-    if not (missing := response.left_out(**space.arguments_at(*space.nominal()))):
+    missing = response.description(**space.arguments_at(*space.nominal())).left_out
+    if not missing:
         return study
     method = study.method if isinstance(study.method, AdaptivePCCI) else AdaptivePCCI()
     method = replace(method, correct=False)

@@ -1,21 +1,16 @@
-"""How the requirements of a study are judged: by its surrogate, or by samples of the parts."""
+"""How the requirements of a study are judged: by its surrogate, or by samples of the parts.
+
+What judges them is imported where there are some, since that takes a while.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.parts.distribution import (
-    SamplingOptions,
-    distribution,
-    samples_decide,
-    yield_of,
-)
-from flexband.analysis.parts.horizon import HorizonOptions, horizon_of
-from flexband.analysis.parts.points import Parts
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.error_text import error_text
@@ -26,9 +21,11 @@ from flexband.progress import counted, listener
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
 from flexband.study.results.answers import answer_file
-from flexband.study.results.limits import LimitCheck, check_limits_in
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
+
+if TYPE_CHECKING:
+    from flexband.study.results.limit_check import LimitCheck
 
 
 def sampled_parts(
@@ -66,11 +63,14 @@ def _sampled(
     progress: StudyProgress, surrogate: AnySurrogate, **execution: Any
 ) -> xr.Dataset | None:
     """Return the distribution and the horizon; None if bands answer what is asked."""
-    study, near, options = progress.study, HorizonOptions(), SamplingOptions()
-    cases = surrogates_of(surrogate)
+    study, cases = progress.study, surrogates_of(surrogate)
     spaces = {label: case.space for label, case in cases.items()}
-    if not any(study.source.impacts(**s.arguments_at(*s.nominal())) for s in spaces.values()):
+    values = (space.arguments_at(*space.nominal()) for space in spaces.values())
+    if not any(study.source.description(**nominal).impacts for nominal in values):
         return None
+    from flexband.analysis.parts import distribution, horizon, points  # noqa: PLC0415
+
+    near, options = horizon.HorizonOptions(), distribution.SamplingOptions()
     folder, store = progress.folder.path, progress.store
     requirements = around_nominal(study.requirements, folder, surrogate, study.display)
 
@@ -84,22 +84,23 @@ def _sampled(
         horizons = dict[str, xr.Dataset]()
         for label, space in spaces.items():
             neighbours = run(runs_of, "neighbouring runs", label, near.runs(space))
-            horizons[label] = horizon_of(neighbours, space, None, 0, near)
-    predictable = all(horizon["predictable"].all() for horizon in horizons.values())
-    if predictable and not all(samples_decide(requirements, case) for case in cases.values()):
+            horizons[label] = horizon.horizon_of(neighbours, space, None, 0, near)
+    predictable = all(case["predictable"].all() for case in horizons.values())
+    decide = (distribution.samples_decide(requirements, case) for case in cases.values())
+    if predictable and not all(decide):
         return None
     if store is not None:
         how["store"] = replace(store, folder=folder / FileName.SAMPLES)
     made = list[xr.Dataset]()
     with runs_as_expanded(study.response, study.inputs, more_times=True, **how) as runs_of:
         for label, space in spaces.items():
-            parts, count = Parts.of(space, study.scatter), options.count(requirements)
+            parts, count = points.Parts.of(space, study.scatter), options.count(requirements)
             samples = run(runs_of, "samples of the parts", label, count)
             error = discretization_error(cases[label]) if predictable else 0.0
             how_judged = options, label, error, cases[label].labels
-            case = distribution(samples, parts, requirements, None, 0, *how_judged)
-            horizon = horizons[label]
-            case = case.assign(horizon.variables).assign_attrs({**horizon.attrs, **case.attrs})
+            case = distribution.distribution(samples, parts, requirements, None, 0, *how_judged)
+            near_case = horizons[label]
+            case = case.assign(near_case.variables).assign_attrs({**near_case.attrs, **case.attrs})
             made.append(case.assign_coords(choice=label) if label else case)
     return xr.concat(made, "choice") if len(made) > 1 else made[0]
 
@@ -123,6 +124,9 @@ def checked_requirements(
         return None, ""
     if surrogate is None:
         return None, "the method expands no response"
+    from flexband.analysis.parts.distribution import yield_of  # noqa: PLC0415
+    from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
+
     production = None if parts is None else yield_of(parts)
     try:
         requirements = around_nominal(study.requirements, folder, surrogate, study.display)

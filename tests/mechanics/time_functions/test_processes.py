@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.mechanics.time_functions.evaluation import Evaluation
+from flexband.mechanics.time_functions.evaluation import Evaluation, table
 
 OMEGA, DAMPING, MEMORY = 2 * np.pi, 0.1, 0.4
 
@@ -122,3 +122,17 @@ def test_a_field_is_asked_for_many_times_at_once():
     calls.clear()
     assert at(times) == pytest.approx(np.outer(np.sin(times), [1.0, 2.0]), abs=1e-15)
     assert calls == [1001]
+
+
+@pytest.mark.parametrize("wrong", [0.0, 1.0])
+def test_values_at_many_times_are_compared_with_those_at_single_ones(wrong):
+    """A function that does not take many times, though it takes five, is called with each."""
+    times, calls = np.linspace(0.0, 1.0, 101), []
+
+    def drive(t):
+        calls.append(np.size(t))
+        return np.sin(t) + wrong * (np.size(t) > 5)
+
+    values, _ = table(drive, 1, times)
+    assert values[:, 0] == pytest.approx(np.sin(times), rel=1e-15)
+    assert calls.count(1) >= 101 if wrong else calls.count(1) < 30

@@ -1,5 +1,7 @@
 """Phases: runs split into carriers, and bounds of phase expansions against closed forms."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -14,11 +16,11 @@ from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, term_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
 from flexband.uncertainty.phases import terms
-from flexband.uncertainty.phases.carriers import track
+from flexband.uncertainty.phases.carriers import split, track
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
-from flexband.uncertainty.phases.moment_orders import smooth_moments
+from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
@@ -146,7 +148,8 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
     phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
     own = terms.PartTerms.of(s.parts, s.columns)
-    polynomials, smooth = smooth_moments(own)
+    own_polynomials = MomentPolynomials.of(*moment_orders([own]))
+    polynomials, smooth = own_polynomials.expansion, own_polynomials.coefficients(own)
     eta = r.uniform(-1, 1, (40, 2))
     true = own.table(eta)
     found = polynomials.chebyshev(eta)[:, polynomials.i] @ smooth
@@ -222,6 +225,28 @@ def test_runs_are_what_base_and_carriers_add_up_to():
     assert len(stages) > 2
     for stage in stages:
         np.testing.assert_allclose(stage.signal, F, atol=1e-12)
+
+
+def test_windows_are_split_by_weighted_least_squares():
+    """Also at the ends, where windows are one-sided and a ridge decides, and of a ninth run."""
+    rng, half = np.random.default_rng(5), 13
+    F, psi = rng.standard_normal((9, 2, 90)), np.cumsum(0.3 + rng.random((9, 90)), axis=1)
+    at, whole = np.array([0, 4, 45, 89]), np.linspace(-1, 1, 2 * half + 1)
+    ridge = 1e-9 * np.sum((1 - whole**2) ** 2 + 1e-3)
+    envelope, share = split(F, psi, at, half, 2)
+    for r, (k, t) in itertools.product((0, 8), enumerate(at)):
+        times = np.arange(max(0, t - half), min(90, t + half + 1))
+        tau, wave = (times - t) / half, psi[r, times]
+        weight = np.sqrt((1 - tau**2) ** 2 + 1e-3)[:, None]
+        basis = weight * np.stack(
+            [tau**p * g for g in (1, np.cos(wave), np.sin(wave)) for p in range(3)], axis=1
+        )
+        signal = weight * F[r][:, times].T
+        damped = np.concatenate([basis, np.sqrt(ridge) * np.eye(9)])
+        factors, rest, *_ = np.linalg.lstsq(damped, np.pad(signal, ((0, 9), (0, 0))))
+        np.testing.assert_allclose(envelope[r, :, k], factors[3] - 1j * factors[6], rtol=1e-6)
+        energy = (factors[3] ** 2 + factors[6] ** 2) / 2 * np.sum(weight**2)
+        np.testing.assert_allclose(share[r, :, k], energy / (energy + rest), rtol=1e-6)
 
 
 def test_a_carriers_phase_and_envelope_are_found():

@@ -15,8 +15,9 @@ from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.requirements.corridors import at_more_times
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
-from flexband.analysis.requirements.production import OF_SAMPLES, with_yield
+from flexband.analysis.requirements.production import with_yield
 from flexband.analysis.requirements.requirement import Requirement, by_name
+from flexband.analysis.requirements.scatter import OF_SAMPLES
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
 from flexband.uncertainty.runs.between import parts_between

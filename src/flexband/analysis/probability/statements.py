@@ -7,14 +7,17 @@ probabilities are only bounded, and a surrogate that missed its tolerance states
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.estimates import Estimate
 from flexband.analysis.results import POINTWISE_ERRORS, error_of
 from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+if TYPE_CHECKING:
+    from flexband.analysis.probability.estimates import Estimate
 
 STATED = "probability", "confidence_low", "confidence_high"
 BETWEEN = "between_times", "between_times_low", "between_times_high"

@@ -1,4 +1,4 @@
-"""Probabilities of leaving limits in words."""
+"""Probabilities of leaving limits, and shares of parts, in words."""
 
 from __future__ import annotations
 
@@ -131,3 +131,24 @@ def described(result: xr.Dataset) -> xr.Dataset:
             if name not in ("bound", "probability_choice") and not name.endswith("_at"):
                 result[name].attrs["units"] = "1"
     return result
+
+
+def share_in_words(production: xr.Dataset) -> str:
+    """Return which share of the parts meets a requirement, with its interval."""
+    value, low, high = (float(production[k]) for k in ("failing", "failing_low", "failing_high"))
+    if np.isnan(value):
+        return "no yield, since the accuracy target was missed; runs of the model correct it"
+    if not value:
+        return f"more than {_share(1 - high)} of the parts meet it"
+    between = f"{_share(1 - high)} to {_share(1 - low)}"
+    confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
+    return f"{_share(1 - value)} of the parts meet it ({confidence}: {between})"
+
+
+def _share(part: float) -> str:
+    """Return a share near 1 in per cent, with two digits of what is missing of it, of four most."""
+    missing, most = 100 * (1 - part), 99.9999
+    if missing <= 0:
+        return "100 %"
+    digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)
+    return f"{min(100 * part, most):.{digits}f} %"

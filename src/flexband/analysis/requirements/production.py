@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from flexband.analysis.probability.failure import RUNS, failure_probability
+from flexband.analysis.probability.texts import share_in_words
 from flexband.analysis.requirements.requirement import Requirements
 from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import AnySurrogate
@@ -13,9 +13,6 @@ from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
 from flexband.response import ResponseFunction
-
-OF_SAMPLES = "tolerances_scatter"
-"""Attribute of a yield that was counted in sampled parts: whether their tolerances differ."""
 
 LONG_NAMES = {
     "yield": "share of the parts that meet the requirement",
@@ -112,24 +109,3 @@ def with_yield(production: xr.Dataset) -> xr.Dataset:
     shares = [share_in_words(worst.isel(limit=k)) for k in range(worst.sizes["limit"])]
     words = [f"{limit}: {text}" for limit, text in zip(worst["limit"].values, shares, strict=True)]
     return production.assign_attrs(verdict=". ".join(words))
-
-
-def share_in_words(production: xr.Dataset) -> str:
-    """Return which share of the parts meets a requirement, with its interval."""
-    value, low, high = (float(production[k]) for k in ("failing", "failing_low", "failing_high"))
-    if np.isnan(value):
-        return "no yield, since the accuracy target was missed; runs of the model correct it"
-    if not value:
-        return f"more than {_percent(1 - high)} of the parts meet it"
-    between = f"{_percent(1 - high)} to {_percent(1 - low)}"
-    confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
-    return f"{_percent(1 - value)} of the parts meet it ({confidence}: {between})"
-
-
-def _percent(part: float) -> str:
-    """Return a share near 1 in per cent, with two digits of what is missing of it, of four most."""
-    missing, most = 100 * (1 - part), 99.9999
-    if missing <= 0:
-        return "100 %"
-    digits = min(max(0, 1 - int(np.floor(np.log10(missing)))), 4)
-    return f"{min(100 * part, most):.{digits}f} %"

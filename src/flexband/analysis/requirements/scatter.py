@@ -17,6 +17,9 @@ from flexband.uncertainty.inputs.play import FreePair
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.inputs.space import Space, check_no_play
 
+OF_SAMPLES = "tolerances_scatter"
+"""Attribute of a yield that was counted in sampled parts: whether their tolerances differ."""
+
 
 @frozen()
 class Capability:

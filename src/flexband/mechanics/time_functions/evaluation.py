@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
 
-from flexband.errors import InputError, named, returned
+from flexband.errors import InputError, named, returned_at
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.words import number_of
 
@@ -76,7 +77,7 @@ class Evaluation:
         return np.broadcast_to(f, (self.columns, len(times))).T
 
     def _one_by_one(self, times: np.ndarray) -> np.ndarray:
-        rows = [np.ravel(returned(self.function, time)) for time in times.tolist()]
+        rows = map(np.ravel, returned_at(self.function, times.tolist()))
         return np.array([np.broadcast_to(row, self.columns) for row in rows])
 
     @staticmethod
@@ -87,9 +88,30 @@ class Evaluation:
             return False
 
 
-def table(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
-    """Return a function of time at the times, shape (times, n) or (times, 1)."""
-    values = [returned(function, time, name) for time in times.tolist()]
+def table(
+    function: TimeFunction, samples: int, times: np.ndarray, name: str = "", *, compared: int = 8
+) -> tuple[np.ndarray, Evaluation]:
+    """Return a function of time at the times, (times, n) or (times, 1), and how it is evaluated.
+
+    It is called with all times at once if it takes arrays, and if these values are those of single
+    times at one of `compared` times, and at the last one.
+    """
+    some = np.unique([*range(0, len(times), compared), len(times) - 1])
+    with suppress(Exception):  # many times are not taken, or it is raised below, too
+        known = at_each(function, samples, times[some], name)
+        at = Evaluation(function, known.shape[1], times)
+        if at.at_once:
+            values = np.array(at(times))
+            same = np.abs(values[some] - known).max() <= 1e-12 * np.abs(known).max()
+            if same and np.isfinite(values).all():
+                return values, at
+    values = at_each(function, samples, times, name)
+    return values, Evaluation(function, values.shape[1], times)
+
+
+def at_each(function: TimeFunction, samples: int, times: np.ndarray, name: str = "") -> np.ndarray:
+    """Return a function of time, called with one time after the other, (times, n) or (times, 1)."""
+    values = returned_at(function, times.tolist(), name)
     counts = {np.size(v) for v in values if type(v) is not float} - {1}
     if counts - {samples}:
         raise InputError(

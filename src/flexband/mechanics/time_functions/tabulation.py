@@ -13,7 +13,7 @@ from flexband.mechanics.kernels.forms import Composed, TimeFunction, during_impu
 from flexband.mechanics.time_functions.averages import Averaging, ChordMiss, divisions
 from flexband.mechanics.time_functions.breakpoints import Breakpoints, BreakpointSearch
 from flexband.mechanics.time_functions.derivatives import derivatives, derivatives_within
-from flexband.mechanics.time_functions.evaluation import Evaluation, table
+from flexband.mechanics.time_functions.evaluation import Evaluation, at_each, table
 from flexband.mechanics.time_functions.jumps import refuse_jumps
 from flexband.mechanics.time_functions.polynomials import PolynomialFit, held
 from flexband.mechanics.time_functions.polynomials import rates as rates_of
@@ -156,10 +156,9 @@ class _Load(_TabulatedFunction):
     def of(
         function: TimeFunction, samples: int, times: np.ndarray, averaging: Averaging | None
     ) -> _Load:
-        values, search = table(function, samples, times), BreakpointSearch()
         if len(times) == 2 and averaging:
-            return _Load(None, values)
-        at = Evaluation(function, values.shape[1], times)
+            return _Load(None, at_each(function, samples, times))
+        (values, at), search = table(function, samples, times), BreakpointSearch()
         missed = ChordMiss.of(at, times, values, search)
         noticed = (averaging or Averaging()).noticed(missed)
         points = Breakpoints.none()
@@ -205,8 +204,7 @@ class _Motion:
         user, text = function, ""
         if isinstance(function, Composed):
             user, text = function.inner, function.name
-        values = table(user, samples, fine, text)
-        at = Evaluation(user, values.shape[1], fine)
+        values, at = table(user, samples, fine, text)
         if len(times) == 2:
             return _Motion(at, values, None)
         spacing = (times[1] - times[0]) / search.points_in_step(at, len(times) - 1)

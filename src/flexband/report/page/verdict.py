@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.probability.texts import chance
-from flexband.analysis.requirements.production import share_in_words
+from flexband.analysis.probability.texts import chance, share_in_words
 from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.page.inputs import averaging
 from flexband.report.text import tables
@@ -17,7 +16,7 @@ from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
-from flexband.study.results.limits import LimitCheck
+from flexband.study.results.limit_check import LimitCheck
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
 from flexband.study.results.verdicts import largest_around

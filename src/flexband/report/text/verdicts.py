@@ -7,7 +7,7 @@ import numpy as np
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.text.numbers import number, percent
-from flexband.study.results.limits import LimitCheck
+from flexband.study.results.limit_check import LimitCheck
 from flexband.study.results.verdicts import (
     Reason,
     RequirementVerdict,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import xarray as xr
 
@@ -17,28 +17,8 @@ from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
 from flexband.study.results.answers import answer_file
+from flexband.study.results.limit_check import OF_QUESTION, OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
-
-OF_STUDY, OF_QUESTION = "the study", "a question"
-"""Values of attribute "of" of limits.nc: whose limits these are."""
-
-
-class LimitCheck(NamedTuple):
-    """Whether limits are kept.
-
-    Attributes
-    ----------
-    margins : result of `check_limits`.
-    probability : result of `failure_probability`; None where inputs are intervals only, or
-        adjusted, and where the yield is that of sampled parts.
-    written : whether they were written: limits of a question never replace those of the study.
-    production : result of `production_yield`; None where no scatter of the tolerances is known.
-    """
-
-    margins: xr.Dataset
-    probability: xr.Dataset | None
-    written: bool
-    production: xr.Dataset | None = None
 
 
 def has_limits_of_study(folder: Path) -> bool:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.requirements.production import production_yield
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
@@ -18,7 +17,7 @@ from flexband.study.nominal import around_nominal
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 from flexband.study.results.files import stale_results
-from flexband.study.results.limits import OF_STUDY, LimitCheck
+from flexband.study.results.limit_check import OF_STUDY, LimitCheck
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts
@@ -131,6 +130,9 @@ class StudyResult:
         InputError
             If the method made no surrogate, and as `production_yield` does.
         """
+        # only here, since it takes a while to import
+        from flexband.analysis.requirements.production import production_yield  # noqa: PLC0415
+
         if self.surrogate is None:
             raise InputError(f"a yield requires a method with a surrogate; got {self.label}")
         known = around_nominal(requirements, self.folder, self.surrogate)

@@ -11,11 +11,11 @@ import xarray as xr
 
 from flexband.analysis.requirements.criteria import Probability, ShareOfParts
 from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
-from flexband.analysis.requirements.production import OF_SAMPLES
+from flexband.analysis.requirements.scatter import OF_SAMPLES
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
 if TYPE_CHECKING:
-    from flexband.study.results.limits import LimitCheck
+    from flexband.study.results.limit_check import LimitCheck
 
 
 class Verdict(StrEnum):

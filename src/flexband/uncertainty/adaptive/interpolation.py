@@ -99,7 +99,8 @@ class NestedDesign:
             families = tuple(self.families)
             return Interpolation(families, self.index, self.inverse, stage.base, rows, self.discs)
         parts = PartColumns.of_stage(stage).pack(stage)  # a copy, since there are carriers
-        parts = overwritten(parts, self.inverse.__matmul__)
+        columns = max(64, 2**18 // self.inverse.size)  # of products that are left to one thread
+        parts = overwritten(parts, self.inverse.__matmul__, columns)
         return HybridExpansion(tuple(self.families), self.index, parts)
 
     @property

@@ -67,7 +67,7 @@ def solved(
     If finer ones fail, it is the finest of which the error is known. `begin` makes the first runs
     of a response; `evaluate` is the response on the coarsest discretization.
     """
-    left_out = evaluate.left_out
+    left_out = list(evaluate.description.left_out)
     if not left_out:
         course = begin(evaluate)
         return course, {"stopped": course.run(tolerance), "runs_coarser": 0}
@@ -224,7 +224,7 @@ class Levels:
         """
         options, none = self.options, np.zeros(len(slow), bool)
         asked = slow & ~now.corrected & (now.values > self.allowed)
-        numbers = course.evaluate.discretization()
+        numbers = course.evaluate.description.discretization
         if "step" not in numbers or not asked.any():
             return none, none
         spectrum, step = course.refinement.spectrum("step", course.dt), numbers["step"]
@@ -252,7 +252,7 @@ class Levels:
             if part not in self.left_out or not len(which):
                 continue
             spectrum = course.refinement.spectrum(part, course.dt)
-            step = course.evaluate.discretization().get("step", np.nan)
+            step = course.evaluate.description.discretization.get("step", np.nan)
             for k in which:
                 cause = Cause.WAVES if self.waves[k] else Cause.STAGNANT
                 f = float(self.fastest[k] if self.waves[k] else spectrum.largest[k])

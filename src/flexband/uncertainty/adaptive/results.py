@@ -101,7 +101,7 @@ def judged(
     for name, errors in parts.items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
             dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
-    numbers = evaluate.discretization()
+    numbers = evaluate.description.discretization
     dataset = dataset.assign_attrs(
         {"discretization_error": "not estimated"}
         | {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray as xr
 
 from flexband.deprecation import warn_renamed
 from flexband.errors import InputError
+from flexband.response import Description
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.diagnostics import Quantities
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -30,10 +32,10 @@ HELD = 4
 class Evaluate(ABC):
     """The response at points of the standard variables, and what it says about itself."""
 
-    left_out: list[str]  # what of the discretization the user leaves to the method
-
-    def __init__(self) -> None:
-        self.left_out = []
+    @cached_property
+    def description(self) -> Description:
+        """What the response says about itself."""
+        return Description()
 
     @abstractmethod
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
@@ -43,21 +45,10 @@ class Evaluate(ABC):
         """Return the response on discretizations twice as fine, by the name of what is finer."""
         return {}
 
-    def discretization(self) -> dict[str, float]:
-        """Return the numbers of the discretization, such as the step, by name."""
-        return {}
-
     def discretization_in_words(self) -> str:
         """Return the numbers of the discretization as text."""
-        return ", ".join(f"{name} {n:.6g}" for name, n in self.discretization().items())
-
-    def quantities(self) -> list[str]:
-        """Return of which vector or tensor each output is a component, by name."""
-        return []
-
-    def tensors(self) -> list[str]:
-        """Return which of the quantities are tensors, by name."""
-        return []
+        numbers = self.description.discretization.items()
+        return ", ".join(f"{name} {n:.6g}" for name, n in numbers)
 
     def earlier_runs(self, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ξ, η and values of up to so many earlier runs at generic points."""
@@ -83,10 +74,10 @@ class Evaluate(ABC):
 
 def quantities(evaluate: Evaluate, outputs: int) -> Quantities:
     """Return of which vector or tensor each output is a component."""
-    names = evaluate.quantities()
+    names, tensors = evaluate.description.quantities, evaluate.description.tensors
     if len(names) != outputs:
         return Quantities.alone(outputs)
-    return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, evaluate.tensors()))
+    return Quantities(np.unique(names, return_inverse=True)[1], np.isin(names, tensors))
 
 
 class Method(ABC):

@@ -14,9 +14,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
+from flexband.compilation.caching import cached_on_disk
+from flexband.compilation.functions import compiled
+from flexband.uncertainty.expansions.bounds.terms import copy, multiply, sum_of
 from flexband.uncertainty.expansions.polynomials import cubic_spline
+from flexband.uncertainty.expansions.threads import in_threads
 
 
 class CarrierOptions(NamedTuple):
@@ -39,7 +42,6 @@ class CarrierOptions(NamedTuple):
     averaging_periods: float = 2.0  # to each side, over which the rotation of envelopes is averaged
     # fraction of the largest energy below which a run continues with its mean frequency
     silent_energy: float = 1e-4
-    windows_at_once: int = 4096  # windows, of all runs, in which envelopes are computed at once
 
 
 @dataclass(frozen=True)
@@ -84,11 +86,10 @@ def track(
     places = np.linspace(0, times - 1, int((times - 1) / stride) + 1)
     at = np.unique(np.round(places).astype(int))
     smooth = max(1, round(options.averaging_periods / (frequency * dt * stride)))
-    moments = window_moments(half, at, times, options.degree)
-    turned, at_once = np.zeros((len(F), len(at))), max(1, options.windows_at_once // len(at))
-    z, part = split(F, psi, moments, at_once)
+    turned = np.zeros((len(F), len(at)))
+    z, part = split(F, psi, at, half, options.degree)
     for k in range(passes):
-        z, part = split(F, psi, moments, at_once) if k else (z, part)
+        z, part = split(F, psi, at, half, options.degree) if k else (z, part)
         turned = turning(z * np.sqrt(part), scale, smooth, options.silent_energy)
         psi = psi + cubic_spline(at, turned, np.arange(times))
         rate = np.diff(psi, axis=-1) / (2 * np.pi * dt)
@@ -109,71 +110,135 @@ def track(
 
 
 def split(
-    F: np.ndarray, psi: np.ndarray, moments: list[csr_array], at_once: int
+    F: np.ndarray, psi: np.ndarray, at: np.ndarray, half: int, degree: int, lanes: int = 8
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the envelope z₀ of the carrier of phase ψ, and its share of the fast energy.
 
-    Both have shape (runs, outputs, windows). The share is the carrier's energy in the window over
-    the sum of this energy and that of the residual.
+    Both have shape (runs, outputs, windows). A window reaches `half` steps to each side of one of
+    the times `at`. The share is the carrier's energy in it over the sum of this energy and that of
+    the residual.
+    """
+    tau = np.arange(-half, half + 1) / half
+    kernels = ((1 - tau**2) ** 2 + 1e-3) * tau ** np.arange(2 * degree + 1)[:, None]
+    runs, outputs, times = F.shape
+    blocks = -(-runs // lanes)
+    fitted = np.empty((blocks, outputs, len(at), 3, lanes))
+
+    def solve(block: int) -> None:
+        rows = slice(block * lanes, (block + 1) * lanes)
+        signals, waves = np.zeros((outputs, times, lanes)), np.ones((3, times, lanes))
+        signals[..., : len(F[rows])] = np.moveaxis(F[rows], 0, -1)
+        for wave, values in zip(waves[1:], (np.cos(psi[rows]), np.sin(psi[rows])), strict=True):
+            wave[:, : len(values)] = values.T
+        split_windows(signals, waves, kernels, at, fitted[block])
+
+    in_threads(solve, range(blocks))
+    cosine, sine, share = np.moveaxis(fitted, (3, 4), (0, 2)).reshape(
+        3, blocks * lanes, outputs, len(at)
+    )[:, :runs]
+    return cosine - 1j * sine, share
+
+
+@cached_on_disk
+def split_windows(F, waves, kernels, at, fitted):
+    """Fill the factors of cos ψ and sin ψ in the middle of each window, and the carrier's share.
 
     With the basis τ^p (1, cos ψ, sin ψ), the matrix of the normal equations consists of window sums
     of τ^{p+q} times the products of two of these waves, the same for all outputs, their right-hand
-    side of window sums of τ^p F times a wave. They take more memory than the runs, so that
-    only `at_once` runs are split at once.
+    side of window sums of τ^p F times a wave. Runs are in lanes, the last dimension.
+
+    Parameters
+    ----------
+    F : runs, (outputs, times, lanes). Outside the record it is zero, so windows at its ends are
+        one-sided.
+    waves : 1, cos ψ and sin ψ, (3, times, lanes).
+    kernels : w(τ) τ^p, p = 0 … 2 degree, with τ in units of the window's half width, and
+        w = (1 − τ²)² + 10⁻³, (2 degree + 1, 2 half + 1).
+    at : numbers of the times in the middle of the windows, (windows,).
+    fitted : what is filled, (outputs, windows, 3, lanes).
     """
-    blocks = (slice(k, k + at_once) for k in range(0, len(F), at_once))
-    envelope, share = zip(*(_split(F[rows], psi[rows], moments) for rows in blocks), strict=True)
-    return np.concatenate(envelope), np.concatenate(share)
+    outputs, times, lanes = F.shape
+    half, powers = kernels.shape[1] // 2, (len(kernels) + 1) // 2
+    size, ridge = 3 * powers, 1e-9 * sum_of(kernels[0])
+    # products of two waves, and every output times each wave and itself, lane after lane
+    products, signals = np.empty((times, 6 * lanes)), np.empty((times, 4 * outputs * lanes))
+    for t in range(times):
+        for a in range(3):
+            for b in range(a + 1):
+                product = a * (a + 1) // 2 + b
+                _multiply(waves[a, t], waves[b, t], products[t, product * lanes :])
+            for o in range(outputs):
+                _multiply(F[o, t], waves[a, t], signals[t, (4 * o + a) * lanes :])
+        for o in range(outputs):
+            _multiply(F[o, t], F[o, t], signals[t, (4 * o + 3) * lanes :])
+    of_products = np.empty((len(kernels), products.shape[1]))
+    of_signals = np.empty((powers, signals.shape[1]))
+    factor, solution, rest = np.empty((size, size, lanes)), np.empty((size, lanes)), np.empty(lanes)
+    for k in range(len(at)):
+        first, last = max(0, at[k] - half), min(times, at[k] + half + 1)
+        window = kernels[:, first - at[k] + half : last - at[k] + half]
+        multiply(window, products[first:last], of_products)
+        multiply(window, signals[first:last], of_signals)
+        for row in range(size):
+            for column in range(row + 1):
+                a, p, b, q = row // powers, row % powers, column // powers, column % powers
+                product = a * (a + 1) // 2 + b
+                copy(factor[row, column], of_products[p + q, product * lanes :])
+            for n in range(lanes):
+                factor[row, row, n] += ridge
+        _factorize(factor)
+        for o in range(outputs):
+            copy(rest, of_signals[0, (4 * o + 3) * lanes :])
+            for row in range(size):
+                place = (4 * o + row // powers) * lanes
+                copy(solution[row], of_signals[row % powers, place:])
+            _substitute(factor, solution, rest)
+            for n in range(lanes):
+                cosine, sine = solution[powers, n], solution[2 * powers, n]
+                energy = (cosine**2 + sine**2) / 2 * of_products[0, n]
+                fitted[o, k, 0, n], fitted[o, k, 1, n] = cosine, sine
+                fitted[o, k, 2, n] = energy / max(energy + max(rest[n], 0.0), 1e-300)
 
 
-def _split(
-    F: np.ndarray, psi: np.ndarray, moments: list[csr_array]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `split` does, of all runs at once."""
-    waves = np.ones((1, F.shape[-1])), np.cos(psi), np.sin(psi)
-    powers = np.arange((len(moments) + 1) // 2)
-    weights, size = moments[0].sum(axis=1), 3 * len(powers)
-    G = np.empty((len(F), len(weights), 3, len(powers), 3, len(powers)))
-    for a, b in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        sums = window_sums(moments, waves[a] * waves[b])
-        G[:, :, a, :, b] = G[:, :, b, :, a] = sums[..., np.add.outer(powers, powers)]
-    G = G.reshape(len(F), len(weights), size, size)
-    G[..., range(size), range(size)] += 1e-9 * weights.max()
-    right = [window_sums(moments[: len(powers)], F * wave[:, None]) for wave in waves]
-    right = np.moveaxis(np.concatenate(right, axis=-1), 1, 3)
-    solution = np.linalg.solve(G, right)
-    rest = window_sums(moments[:1], F * F)[..., 0]
-    rest = rest - np.moveaxis(np.sum(solution * right, axis=2), 1, 2)
-    cosine, sine = (np.moveaxis(solution[:, :, k * len(powers)], 2, 1) for k in (1, 2))
-    energy = (cosine**2 + sine**2) / 2 * weights
-    return cosine - 1j * sine, energy / np.maximum(energy + np.maximum(rest, 0.0), 1e-300)
+@compiled
+def _multiply(a, b, product):
+    for n in range(len(a)):
+        product[n] = a[n] * b[n]
 
 
-def window_moments(half: int, at: np.ndarray, times: int, degree: int) -> list[csr_array]:
-    """Return matrices (len(at), times) that form Σ_τ w(τ) τ^p g(t + τ) from g, p = 0 … 2 degree.
-
-    t is a time whose number is in `at`; τ is in units of the window's half width, and
-    w = (1 − τ²)² + 10⁻³. Outside the record g is zero, so windows at its ends are one-sided.
-    """
-    tau = np.arange(-half, half + 1) / half
-    weight = (1 - tau**2) ** 2 + 1e-3
-    places = at[:, None] + np.arange(-half, half + 1)
-    inside = (places >= 0) & (places < times)
-    ends = np.concatenate([[0], np.cumsum(inside.sum(axis=1))])
-    kernels = (weight * tau**p for p in range(2 * degree + 1))
-    return [
-        csr_array(
-            (np.broadcast_to(kernel, places.shape)[inside], places[inside], ends), (len(at), times)
-        )
-        for kernel in kernels
-    ]
+@compiled
+def _factorize(matrix):
+    """Replace positive definite matrices, (n, n, lanes), of which half is used, by L of L Lᵀ."""
+    size, _, lanes = matrix.shape
+    for a in range(size):
+        for b in range(a + 1):
+            for k in range(b):
+                for n in range(lanes):
+                    matrix[a, b, n] -= matrix[a, k, n] * matrix[b, k, n]
+            for n in range(lanes):
+                if a > b:
+                    matrix[a, b, n] /= matrix[b, b, n]
+                else:
+                    matrix[a, a, n] = np.sqrt(matrix[a, a, n])
 
 
-def window_sums(moments: list[csr_array], g: np.ndarray) -> np.ndarray:
-    """Return the moments of g, of shape (…, times), in every window: (…, windows, moments)."""
-    flat = np.ascontiguousarray(g.reshape(-1, g.shape[-1]).T)
-    sums = np.stack([moment @ flat for moment in moments], axis=-1)
-    return sums.swapaxes(0, 1).reshape(*g.shape[:-1], *sums.shape[::2])
+@compiled
+def _substitute(factor, x, rest):
+    """Solve L Lᵀ y = x in place, (n, lanes), and take xᵀ y from what `rest` has."""
+    size, lanes = x.shape
+    for a in range(size):
+        for b in range(a):
+            for n in range(lanes):
+                x[a, n] -= factor[a, b, n] * x[b, n]
+        for n in range(lanes):
+            x[a, n] /= factor[a, a, n]
+            rest[n] -= x[a, n] ** 2
+    for a in range(size - 1, -1, -1):
+        for b in range(a + 1, size):
+            for n in range(lanes):
+                x[a, n] -= factor[b, a, n] * x[b, n]
+        for n in range(lanes):
+            x[a, n] /= factor[a, a, n]
 
 
 def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float) -> np.ndarray:

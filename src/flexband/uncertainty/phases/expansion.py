@@ -24,7 +24,7 @@ from flexband.uncertainty.expansions.substitution import Substitution, substitut
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.carriers import CarrierOptions
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.phases.moment_orders import smooth_moments
+from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import scan_points
@@ -68,13 +68,16 @@ class PhaseExpansion:
         shape = len(targets), self.columns.outputs, len(terms.coefficients)
         values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
 
-        def solve(block: tuple[slice, PartTerms]) -> None:
-            times, block_terms = block
+        blocks = terms.blocks()
+        orders = moment_orders([block_terms for _, block_terms in blocks])
+
+        def solve(number: int) -> None:
+            times, block_terms = blocks[number]
             values[..., times], places[..., times, :] = _search(
-                block_terms, targets, self.columns.outputs
+                block_terms, orders[number], targets, self.columns.outputs
             )
 
-        in_threads(solve, terms.blocks())
+        in_threads(solve, range(len(blocks)))
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> PhaseExpansion:
@@ -112,15 +115,22 @@ def expansion_of(outputs: np.ndarray, parts: HybridExpansion, columns: PartColum
     return DirectExpansion(outputs, parts)
 
 
-def _search(terms: PartTerms, targets: np.ndarray, outputs: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bounds of one block of times, (targets, outputs, times), and their places."""
+def _search(
+    terms: PartTerms, index: np.ndarray, targets: np.ndarray, outputs: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bounds of one block of times, (targets, outputs, times), and their places.
+
+    `index` has the orders of the polynomials in η for smooth moments.
+    """
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
-    polynomials, smooth = smooth_moments(terms)
-    index, size = polynomials.index, np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
+    polynomials = MomentPolynomials.of(index)
+    expansion, smooth = polynomials.expansion, polynomials.coefficients(terms)
+    size = np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
     matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)
     points, beside = scan_points(2 * orders[:m], reach[:m] * (not terms.saturated))
-    basis = np.ascontiguousarray(polynomials.chebyshev(points)[:, polynomials.i[matter]])
-    smooth, index = _compressed(smooth, matter), index[matter]
+    basis = np.ascontiguousarray(expansion.chebyshev(points)[:, expansion.i[matter]])
+    if not matter.all():
+        smooth, index = _compressed(smooth, matter), index[matter]
     scan, moments = (basis, points, beside), (terms.moments, terms.turning)
     values = np.empty((len(targets), outputs, len(smooth)))
     places = np.empty((*values.shape, m))

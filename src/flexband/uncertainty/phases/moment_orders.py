@@ -4,10 +4,13 @@ The smooth moments are E[P] and Cov[P, Q] of products P, Q of parts and of e^{i�
 terms of a phase that have some ξ. Coefficients of products are estimated from the sizes of those of
 the factors: T_a T_b = (T_{a+b} + T_{|a−b|}) / 2 in every variable of both. So are those of the
 average of e^{iφ̃}, as if φ̃ were normal: E|x|^k ≤ k! / k!! for x ~ N(0, 1).
+
+This is done for all blocks of times at once: the orders of terms are the same in all of them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -20,34 +23,55 @@ from flexband.uncertainty.phases.terms import PartTerms
 
 
 class Sizes(NamedTuple):
-    """Sizes of coefficients: orders (terms, m), and a size for each."""
+    """Sizes of coefficients: orders (terms, m), and a size of each in every block of times."""
 
     orders: np.ndarray
-    size: np.ndarray
+    size: np.ndarray  # (terms, blocks)
 
     @staticmethod
-    def of(index: np.ndarray, size: np.ndarray) -> Sizes:
-        """Return the sum of what has the same orders, without what is zero."""
-        index, size = index[size > 0], size[size > 0]
-        number = index @ _weights(index.shape[1])  # another one for each of the different orders
-        _, first, which = np.unique(number, return_index=True, return_inverse=True)
-        return Sizes(index[first], np.bincount(which, size, len(first)))
+    def of(index: np.ndarray, columns: Iterable[np.ndarray]) -> Sizes:
+        """Return the sum of what has the same orders, without what is zero in all blocks.
+
+        There is a column for each block, one at a time, since all together may take much memory.
+        """
+        order, first = _grouped(index)
+        size = np.stack([np.add.reduceat(column[order], first) for column in columns], axis=1)
+        orders, there = index[order[first]], size.any(axis=1)
+        return Sizes(orders[there], size[there])
 
     def plus(self, other: Sizes) -> Sizes:
         """Return the sums of sizes of the same orders."""
-        return Sizes.of(*map(np.concatenate, zip(self, other, strict=True)))
+        index, size = map(np.concatenate, zip(self, other, strict=True))
+        return Sizes.of(index, size.T)
 
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
         both = (self.orders > 0).astype(float) @ (other.orders > 0).T.astype(float)
-        size = self.size[:, None] * other.size * 0.5**both
-        where = np.nonzero(size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0))
-        index = self.orders[where[0]] + other.orders[where[1]]
-        return Sizes.of(index, size[where]).largest(2 * MOMENTS.max_terms)
+        half, matter = 0.5**both, np.zeros(both.shape, bool)
+        columns = list(zip(self.size.T, other.size.T, strict=True))
+        for a, b in columns:
+            size = a[:, None] * b * half
+            matter |= size > 1e-3 * MOMENTS.negligible_term * size.max(initial=0.0)
+        first, second = np.nonzero(matter)
+        index, factor = self.orders[first] + other.orders[second], half[matter]
+        sizes = (a[first] * b[second] * factor for a, b in columns)
+        return Sizes.of(index, sizes).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
-        chosen = np.argsort(-self.size, kind="stable")[:count]
+        """Return those that are the largest, in parts of the largest one of a block."""
+        if len(self.size) <= count:
+            return self
+        part = self.size / np.maximum(self.size.max(axis=0), 1e-300)
+        chosen = np.argsort(-part.max(axis=1), kind="stable")[:count]
         return Sizes(self.orders[chosen], self.size[chosen])
+
+
+def _grouped(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return an order of the rows in which equal ones follow each other, and where these start."""
+    number = orders @ _weights(orders.shape[1])  # another one for each of the different orders
+    order = np.argsort(number, kind="stable")
+    number = number[order]
+    return order, np.flatnonzero(np.append(len(number) > 0, number[1:] != number[:-1]))
 
 
 @cache
@@ -56,25 +80,37 @@ def _weights(count: int) -> np.ndarray:
     return np.random.default_rng(0).integers(1, 2**62, count)
 
 
-def moment_orders(terms: PartTerms) -> np.ndarray:
-    """Return orders of the polynomials for smooth moments, (polynomials, m), with all lower ones.
+def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
+    """Return orders of the polynomials for smooth moments of each block of times.
 
-    Those of the expansion of the parts are among them, since phases are among the smooth moments.
+    They have the shape (polynomials, m), with all lower orders. Those of the expansion of the parts
+    are among them, since phases are among the smooth moments.
     """
-    m = terms.interval_dimension
-    interval_index = terms.expansion.interval_index
-    value, fluctuation, mixed, turned = _sizes(terms)
+    terms = blocks[0]
+    index = terms.expansion.index[:, : terms.interval_dimension]
+    sizes = np.stack([_sizes(block) for block in blocks], axis=2)
+    value, fluctuation, mixed, turned = (
+        Sizes.of(index, size.T).largest(2 * MOMENTS.max_terms) for size in sizes
+    )
     turn = _of_exponential(mixed)
     mean = value.times(turn)
     fluctuation = fluctuation.plus(value.times(turned))
     variance = fluctuation.times(fluctuation).times(turn)
-    varying = mean.size[mean.orders.any(axis=1)].sum() + fluctuation.size.sum()
+    varying = mean.size[mean.orders.any(axis=1)].sum(axis=0) + fluctuation.size.sum(axis=0)
+    scattering = variance.size.sum(axis=0)
     parts = [
-        Sizes(mean.orders, mean.size / (varying or 1.0)),
-        Sizes(variance.orders, variance.size / (variance.size.sum() or 1.0)),
+        mean.size / np.where(varying > 0, varying, 1.0),
+        variance.size / np.where(scattering > 0, scattering, 1.0),
     ]
-    needed = Sizes(*map(np.concatenate, zip(*parts, strict=True)))
-    needed = needed.orders[needed.size > MOMENTS.negligible_term]
+    orders = np.concatenate([mean.orders, variance.orders])
+    part, interval_index = np.concatenate(parts).T, terms.expansion.interval_index
+    needed = part > MOMENTS.negligible_term
+    return [_with_lower(interval_index, orders[chosen]) for chosen in needed]
+
+
+def _with_lower(interval_index: np.ndarray, needed: np.ndarray) -> np.ndarray:
+    """Return orders with all lower ones; of those that are needed, no more than is affordable."""
+    m = interval_index.shape[1]
     share = (needed / np.maximum(needed.max(axis=0, initial=0), 1)).sum(axis=1)
     part = 1.0
     while True:
@@ -85,10 +121,11 @@ def moment_orders(terms: PartTerms) -> np.ndarray:
         part *= 0.9
 
 
-def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
+def _sizes(terms: PartTerms) -> np.ndarray:
     """Return sizes of the outputs' parts, of those with ξ, and of the phases' with ξ, times 2.
 
-    The third has the terms that also have η; without turning parts it is empty, and so is the last.
+    Of the four rows, the third has the terms that also have η; without turning parts it is zero,
+    and so is the last.
     """
     index, columns = terms.expansion.index[:, : terms.interval_dimension], terms.columns
     random = np.any(terms.random_orders > 0, axis=1)
@@ -102,16 +139,12 @@ def _sizes(terms: PartTerms) -> tuple[Sizes, Sizes, Sizes, Sizes]:
     largest = outputs.sum(axis=1).max(axis=0)
     size = (outputs / np.where(largest > 0, largest, 1.0)).max(axis=(0, 2))
     phase = 0.0 * phase if terms.saturated else 2 * phase
-    weights = (size, size * random, phase * index.any(axis=1), phase)
-    value, fluctuation, mixed, turned = (
-        Sizes.of(index, weight).largest(2 * MOMENTS.max_terms) for weight in weights
-    )
-    return value, fluctuation, mixed, turned
+    return np.stack([size, size * random, phase * index.any(axis=1), phase])
 
 
 def _of_exponential(mixed: Sizes) -> Sizes:
     """Return sizes of the coefficients of E e^{iφ̃}."""
-    unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones(1))
+    unit = Sizes(np.zeros((1, mixed.orders.shape[1]), int), np.ones((1, mixed.size.shape[1])))
     total, power, before = unit, unit, 1.0
     factor = 1.0  # k!!
     for k in range(1, MOMENTS.max_powers):
@@ -128,29 +161,31 @@ def closed(index: np.ndarray) -> np.ndarray:
     for v in range(index.shape[1]):
         steps = (index - k * (np.arange(index.shape[1]) == v) for k in range(index[:, v].max() + 1))
         lower = np.concatenate(list(steps))
-        index = np.unique(lower[lower[:, v] >= 0], axis=0)
-    return index if index.shape[1] else index[:1]
+        lower = lower[lower[:, v] >= 0]
+        order, first = _grouped(lower)
+        index = lower[order[first]]
+    return index[np.lexsort(index.T[::-1])] if index.shape[1] else index[:1]
 
 
-def smooth_moments(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray]:
-    """Return polynomials in η, and their coefficients in the table of smooth moments.
+class MomentPolynomials(NamedTuple):
+    """Polynomials in η of smooth moments, and how values of these give the coefficients."""
 
-    The expansion has the polynomials only, of shape (times, terms, width) are the coefficients.
-    """
-    polynomials, eta, inverse = moment_polynomials(terms)
-    table = terms.table(eta)
-    for at_one_time in table:  # in place: the tables of all threads take more than the runs
-        at_one_time[:] = inverse @ at_one_time
-    return polynomials, table
+    expansion: HybridExpansion  # which has the polynomials only
+    eta: np.ndarray  # points of the values, (terms, m)
+    inverse: np.ndarray  # from values to coefficients
 
+    @staticmethod
+    def of(index: np.ndarray) -> MomentPolynomials:
+        """Return the polynomials of these orders, (terms, m)."""
+        eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
+        expansion = HybridExpansion((), index, np.zeros((len(index), 0)))
+        inverse = np.linalg.inv(expansion.chebyshev(eta)[:, expansion.i])
+        return MomentPolynomials(expansion, eta, inverse)
 
-def moment_polynomials(terms: PartTerms) -> tuple[HybridExpansion, np.ndarray, np.ndarray]:
-    """Return the polynomials in η of smooth moments, and how values give their coefficients.
-
-    They are an expansion that has the polynomials only; the points η, shape (terms, m), of the
-    values; and the matrix from values to coefficients.
-    """
-    index = moment_orders(terms)
-    eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
-    polynomials = HybridExpansion((), index, np.zeros((len(index), 0)))
-    return polynomials, eta, np.linalg.inv(polynomials.chebyshev(eta)[:, polynomials.i])
+    def coefficients(self, terms: PartTerms, at_once: int = 4) -> np.ndarray:
+        """Return the coefficients of smooth moments, (times, terms, width)."""
+        table = terms.table(self.eta)
+        for first in range(0, len(table), at_once):  # tables of all threads exceed the runs
+            times = slice(first, first + at_once)
+            table[times] = self.inverse @ table[times]
+        return table

@@ -22,7 +22,7 @@ from flexband.errors import (
 )
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget, Progress
-from flexband.response import Response, ResponseFunction, as_response
+from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
@@ -128,7 +128,7 @@ class CountedRuns:
 
     def check_left_out(self) -> None:
         """Raise `InputError` if the method cannot choose what is left out, or not correct it."""
-        left_out = self.start.left_out
+        left_out = self.start.description.left_out
         if left_out and not self.method.chooses_discretization:
             raise InputError(
                 f"{' and '.join(left_out)} must be given for {self.method!r}; "
@@ -147,9 +147,7 @@ class CountedRuns:
     @cached_property
     def start(self) -> Level:
         """The response as it is given."""
-        level = Level(self, self.response)
-        level.left_out = level.of_nominal(self.response.left_out)
-        return level
+        return Level(self, self.response)
 
     def __call__(
         self,
@@ -301,7 +299,7 @@ class CountedRuns:
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
-        impacts = {"impacts": 1} if self.start.of_nominal(self.response.impacts) else {}
+        impacts = {"impacts": 1} if self.start.description.impacts else {}
         return {**counts, **texts, **impacts, **reached(xi), **self._constant_offsets()}
 
     def _constant_offsets(self) -> dict[str, Any]:
@@ -352,14 +350,17 @@ def _succeeded(values: np.ndarray) -> np.ndarray:
 class Level(Evaluate):
     """The response on one discretization, as a function of ξ and η."""
 
-    def __init__(self, runs: CountedRuns, response: Response, finer: tuple[str, ...] = ()):
-        super().__init__()
-        self.runs, self.response, self.finer = runs, response, finer
+    def __init__(
+        self, runs: CountedRuns, response: Response, name: str = "", coarse: Level | None = None
+    ):
+        """Give a response of which `name` is finer than in that of a coarse level."""
+        self.runs, self.response, self.coarse = runs, response, coarse
+        self.finer: tuple[str, ...] = (*coarse.finer, name) if coarse else ()
         self.calls: list[Call] = []
         self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(ResolutionWarning, when=bool(self.left_out)):
+        with without_warnings(ResolutionWarning, when=bool(self.description.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self, (xi, eta, values.values))
         return values
@@ -403,24 +404,15 @@ class Level(Evaluate):
 
     @cached_property
     def _finer_levels(self) -> dict[str, Level]:
-        levels = {}
-        for name, response in self.of_nominal(self.response.refinements).items():
-            levels[name] = Level(self.runs, response, (*self.finer, name))
-            levels[name].left_out = self.left_out
-        return levels
-
-    def discretization(self) -> dict[str, float]:
-        return self._numbers
+        finer = self.description.refinements.items()
+        return {name: Level(self.runs, response, name, self) for name, response in finer}
 
     @cached_property
-    def _numbers(self) -> dict[str, float]:
-        return self.of_nominal(self.response.discretization)
-
-    def quantities(self) -> list[str]:
-        return self.of_nominal(self.response.quantities)
-
-    def tensors(self) -> list[str]:
-        return self.of_nominal(self.response.tensors)
+    def description(self) -> Description:
+        description = self.of_nominal(self.response.description)
+        if self.coarse is None:
+            return description
+        return description._replace(left_out=self.coarse.description.left_out)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""

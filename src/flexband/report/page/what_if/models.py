@@ -20,7 +20,7 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.phases.expansion import PhaseExpansion
-from flexband.uncertainty.phases.moment_orders import moment_polynomials
+from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
 from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule
@@ -52,7 +52,7 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     parts, columns = expansion.parts, expansion.columns
     terms = PartTerms.of(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
-    polynomials, eta, inverse = moment_polynomials(terms)
+    polynomials, eta, inverse = MomentPolynomials.of(*moment_orders([terms]))
     rule = _rule(terms, eta, scale)
     tree = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",

@@ -64,7 +64,7 @@ class RefinedRuns(NamedTuple):
             held = self.coarse.which(slice(self.fitted, self.fitted + count))
             return self._replace(finest=_made(finer, held, f"show the order of the {name}"))
         except RunError as error:
-            if not evaluate.left_out:  # otherwise a finer level is tried
+            if not evaluate.description.left_out:  # otherwise a finer level is tried
                 warn(f"the error of the {name} is not corrected: {error}")
             return self
 
@@ -81,7 +81,7 @@ def refined_runs(evaluate: Evaluate, coarse: ResponseRuns, fitted: int) -> dict[
             fine = _made(response, coarse, f"tell the error of the {name}")
             runs[name] = RefinedRuns(coarse, fine, fine[:0], fitted)
     except RunError as error:
-        if evaluate.left_out:
+        if evaluate.description.left_out:
             raise
         warn(f"the discretization error is not estimated: {error}")
         return {}

@@ -5,7 +5,6 @@ import pytest
 import scipy
 
 from flexband.uncertainty.expansions.polynomials import cubic_spline
-from flexband.uncertainty.phases.carriers import _averaged
 from flexband.uncertainty.surrogates.diagnostics import _averages
 
 RNG = np.random.default_rng(7)
@@ -27,6 +26,3 @@ def test_averages_are_those_of_scipy(times, half):
     values = RNG.standard_normal((3, times))
     exact = scipy.ndimage.uniform_filter1d(values, 2 * half + 1, mode="constant")
     np.testing.assert_array_equal(_averages(values, half), exact)
-    ringing, weights = values + 1j * values[::-1], np.hanning(2 * half + 3)[1:-1]
-    exact = scipy.ndimage.convolve1d(ringing, weights, mode="constant")
-    np.testing.assert_array_equal(_averaged(ringing, weights), exact)

@@ -16,7 +16,6 @@ from flexband.errors import (
     RunError,
     check_function,
     check_instance,
-    check_integer,
     check_numbers,
     check_positive,
     warn,
@@ -26,9 +25,10 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
+from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
-from flexband.mechanics.starts import start_of
+from flexband.mechanics.starts import check_multiple, start_of
 from flexband.progress import listener
 from flexband.response import Description, Response
 from flexband.words import number_of
@@ -345,15 +345,10 @@ def dynamic_response(
     step, output_step = (None if value is None else float(value) for value in (step, output_step))
     if integrator is not None:
         check_instance("integrator", integrator, GeneralizedAlpha)
-    if threads is not None:
-        check_integer("threads", threads, 1)
+    thread_count(threads)
     between = output_step or step or duration / 500
     whole_steps(duration, between, name="output_step" if output_step else "step")
-    parts = between / (step or between)
-    if abs(parts - round(parts)) > 1e-6 * parts:
-        raise InputError(
-            f"output_step [s] must be a multiple of step; got {between:g} with step {step:g}"
-        )
+    parts = check_multiple("output_step [s]", between, "step", step or between)
     start_of(start, period, between, "output_step" if output_step else "step")
     return DynamicResponse(
         builder,
@@ -361,7 +356,7 @@ def dynamic_response(
         between,
         integrator or GeneralizedAlpha(),
         threads,
-        round(parts),
+        parts,
         given_step=step is not None,
         start=start,
         period=None if period is None else float(period),

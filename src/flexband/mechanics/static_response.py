@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, RunError, check_function, check_integer
+from flexband.errors import InputError, RunError, check_function
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
 from flexband.mechanics.response import (
     Argument,
@@ -137,6 +138,5 @@ def static_response(
     """
     check_function("builder", builder, " that returns a Mechanism")
     steps, at = check_steps(steps), check_time(time)
-    if threads is not None:
-        check_integer("threads", threads, 1)
+    thread_count(threads)
     return StaticResponse(builder, steps, time=at, threads=threads)

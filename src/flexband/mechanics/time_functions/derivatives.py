@@ -38,27 +38,28 @@ def _differences(values: np.ndarray, apart: int) -> np.ndarray:
     differences = np.empty((count, 2, values.shape[1]))
     places = 2 * np.arange(count)
     inner = (places >= 2 * apart) & (places <= last - 2 * apart)
-    centre = [np.roll(values, -k * apart, axis=0)[places[inner], None] for k in range(-2, 3)]
-    differences[inner] = _weighted(_weights(5, 2.0), centre)
-    for n in np.flatnonzero(~inner):
-        first = min(max(places[n] - 3 * apart, 0), last - 6 * apart)
-        around = values[first : first + 6 * apart + 1 : apart]
-        differences[n] = _weighted(_weights(7, (places[n] - first) / apart), around)
+    centre = [np.roll(values, -k * apart, axis=0)[places[inner]] for k in range(-2, 3)]
+    differences[inner] = _weighted(_weights(5, np.array([2.0])), centre)
+    first = np.clip(places[~inner] - 3 * apart, 0, last - 6 * apart)
+    around = [values[first + k * apart] for k in range(7)]
+    differences[~inner] = _weighted(_weights(7, (places[~inner] - first) / apart), around)
     return differences
 
 
-def _weighted(weights: np.ndarray, values: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
-    """Return Σ_k weights (2, k) × values in the order of k, which `einsum` does not keep."""
-    total = weights[:, 0, None] * values[0]
-    for weight, value in zip(weights.T[1:], values[1:], strict=True):
-        total = total + weight[:, None] * value
+def _weighted(weights: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
+    """Return Σ_k weights (places, 2, k) × values (places, n) in the order of k, as no `einsum`."""
+    total = weights[:, :, 0, None] * values[0][:, None]
+    for k, value in enumerate(values[1:], start=1):
+        total = total + weights[:, :, k, None] * value[:, None]
     return total
 
 
-def _weights(count: int, at: float) -> np.ndarray:
-    """Return the weights of equidistant values for f′ and f″ at a place between them."""
-    powers = np.vander(np.arange(float(count)) - at, increasing=True)
-    return np.linalg.inv(powers)[1:3] * [[1.0], [2.0]]
+def _weights(count: int, at: np.ndarray) -> np.ndarray:
+    """Return the weights of equidistant values for f′ and f″ at places between them."""
+    powers = np.ones((len(at), count, count))
+    powers[..., 1:] = (np.arange(float(count)) - at[:, None])[..., None]
+    powers = np.multiply.accumulate(powers, axis=-1)
+    return np.linalg.inv(powers)[:, 1:3] * [[1.0], [2.0]]
 
 
 def derivatives_within(

@@ -113,4 +113,5 @@ def _write_label(canvas: Canvas, label: Label, boxes: list[tuple[np.ndarray, np.
 
 def _within(points: np.ndarray, centres: np.ndarray, half: np.ndarray) -> np.ndarray:
     """Return which points are in boxes of half a size, shape (centres, points)."""
-    return np.all(np.abs(points - centres[:, None]) < half, axis=2)
+    x, y = (np.abs(points[:, k] - centres[:, k, None]) < half[k] for k in range(2))
+    return x & y

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.functions import compiled
@@ -252,23 +253,8 @@ def turning(z: np.ndarray, scale: np.ndarray, smooth: int, silent_energy: float)
     u = z / scale[:, None]
     lag = np.sum(u[..., 1:] * u[..., :-1].conj(), axis=1)
     weight = np.hanning(2 * smooth + 3)[1:-1]
-    lag = _averaged(lag, weight / weight.sum())
+    padded = np.pad(lag, ((0, 0), (smooth, smooth)))
+    lag = sliding_window_view(padded, 2 * smooth + 1, axis=-1) @ (weight / weight.sum())
     mean = np.exp(1j * np.angle(lag.sum(-1, keepdims=True)))
     lag = lag + silent_energy * np.abs(lag).max(-1, keepdims=True) * mean
     return np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.angle(lag), -1)], -1)
-
-
-def _averaged(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return averages over times to both sides, with symmetric weights; outside, values are zero.
-
-    It is `scipy.ndimage.convolve1d`, bit for bit, whose package takes long to import.
-    """
-    half, times = len(weights) // 2, values.shape[-1]
-    padded = np.pad(values, ((0, 0), (half, half)))
-    averages = values * weights[half]
-    for k in range(half):
-        last = 2 * half - k
-        averages = (
-            averages + (padded[:, k : k + times] + padded[:, last : last + times]) * weights[k]
-        )
-    return averages

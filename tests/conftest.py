@@ -15,11 +15,11 @@ settings.load_profile("flexband")
 typer.main.get_params_from_function = cache(typer.main.get_params_from_function)
 
 LONGEST = (
-    "test_report", "test_examples", "test_options", "test_adaptive", "test_kills", "test_chance",
-    "test_failed_runs", "test_cli", "test_unconverged", "test_probability", "test_folder",
-    "test_what_if", "test_fuzz", "test_rebuilt", "test_charts", "test_interrupts", "test_beam",
-    "test_memory", "test_correction", "test_honesty", "test_phase_resolved", "test_law_states",
-    "test_surrogate_files", "test_random_functions",
+    "test_report", "test_examples", "test_options", "test_kills", "test_adaptive", "test_chance",
+    "test_probability", "test_what_if", "test_cli", "test_folder", "test_caching", "test_motion",
+    "test_failed_runs", "test_damage", "test_unconverged", "test_rebuilt", "test_fuzz",
+    "test_interrupts", "test_threads", "test_honesty", "test_correction", "test_random_functions",
+    "test_surrogate_files", "test_law_states", "test_memory", "test_phase_resolved",
 )  # fmt: skip
 """Files that are begun first, the longest first, so that no process waits for one in the end."""
 

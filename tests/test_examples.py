@@ -37,8 +37,8 @@ def test_slider_crank():
         fb.ImprovedPCCI(3, 3): (0.7, 0.8, 2.5, 3.0),
         fb.PCCI(1, 1): (5.6, 7.3, 7.8, 9.5),
     }
-    reference, *found = compare(study, fb.LHSScanning(100, 10, seed=0), list(expected))
-    assert reference.runs == 10_000
+    reference, *found = compare(study, fb.LHSScanning(100, 5, seed=0), list(expected))
+    assert reference.runs == 2500  # 100 × 10² change them by less than 0.05
     assert [r.runs for r in found] == [16, 81, 256, 16]
     for result in found:
         assert result.errors

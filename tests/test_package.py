@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -90,19 +91,19 @@ def room(module):
     return ROOMS.index(max(rooms, key=len))
 
 
+@cache
 def imports(file):
-    """Yield every module that a file imports, inside functions as well, but not for types alone.
+    """Return every module that a file imports, inside functions as well, but not for types alone.
 
     Commands import what stands below ``if TYPE_CHECKING`` when they are called.
     """
     tree = ast.parse(file.read_text(encoding="utf-8"))
     if file not in COMMAND_FILES:
         tree.body = [node for node in tree.body if not is_for_types(node)]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+    nodes = list(ast.walk(tree))
+    from_modules = [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
+    plain = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    return [*filter(None, from_modules), *plain]
 
 
 def is_for_types(node):

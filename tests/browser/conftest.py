@@ -1,4 +1,4 @@
-"""Pages in a real browser: Debian's Chromium, without a window."""
+"""Pages in a real browser: Debian's Chromium, whose headless shell draws nothing but the page."""
 
 import shutil
 from collections.abc import Callable, Iterator
@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+COMMANDS = "chromium-headless-shell", "chromium", "chromium-browser"
+CHROMIUM = next(filter(None, map(shutil.which, COMMANDS)), None)
 
 
 @pytest.fixture(scope="session")
@@ -52,7 +53,13 @@ def opened(chromium: Browser) -> Iterator[Callable[..., Page]]:
 
 
 @pytest.fixture(scope="module")
-def shared(chromium: Browser) -> Iterator[Callable[[Path], Page]]:
-    """Open a file once for all tests of a module that do not mind what others did in the page."""
+def shared(chromium: Browser) -> Iterator[Callable[..., Page]]:
+    """Open a file once per size for all tests that do not mind what others did in the page."""
     with opening(chromium) as open_file:
-        yield cache(open_file)
+
+        @cache
+        def open_once(file: Path, width: int = 1280, height: int = 900, scheme: str = "light"):
+            size = {"width": width, "height": height}
+            return open_file(file, viewport=size, color_scheme=scheme)
+
+        yield open_once

@@ -46,8 +46,8 @@ def ends(chart):
     return chart.evaluate("plot => plot._fullLayout.yaxis.range")
 
 
-def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, opened):
-    page = opened(page_of, viewport={"width": 1280, "height": 900})
+def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, shared):
+    page = shared(page_of, scheme="dark")
     figure, chart = drawn(page, 0)
     low, high = ends(chart)  # the band is from −0.0011 to 0.0011, the limit 0.0002 to 2 above it
     assert -0.002 < low < -0.0011
@@ -73,8 +73,8 @@ def test_limits_far_from_narrow_bands_do_not_flatten_them(page_of, opened):
     assert ends(chart)[0] > -0.002
 
 
-def test_inputs_at_the_bounds_are_folded(page_of, opened):
-    page = opened(page_of, viewport={"width": 390, "height": 844})
+def test_inputs_at_the_bounds_are_folded(page_of, shared):
+    page = shared(page_of, 390, scheme="dark")
     figure, _ = drawn(page, 0)
     assert "Lowest with p = -1; highest with p = 1" not in figure.inner_text()
     assert figure.locator(".reading").bounding_box()["height"] < 130
@@ -84,10 +84,10 @@ def test_inputs_at_the_bounds_are_folded(page_of, opened):
     assert "Lowest with p = -1; highest with p = 1" in told
 
 
-@pytest.mark.parametrize("width", [1366, 390])
-def test_all_charts_are_on_paper_in_its_colours(page_of, opened, width):
+@pytest.mark.parametrize("width", [1280, 390])
+def test_all_charts_are_on_paper_in_its_colours(page_of, shared, width):
     """Chromium fires beforeprint, and takes what is drawn when its listeners return."""
-    page = opened(page_of, viewport={"width": width, "height": 800}, color_scheme="dark")
+    page = shared(page_of, width, scheme="dark")
     page.locator("#charts .keys").first.wait_for(state="attached")
     page.wait_for_function("document.querySelectorAll('#charts .keys').length === 6")
     looks = """() => {

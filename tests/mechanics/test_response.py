@@ -107,7 +107,7 @@ def test_outputs_may_be_farther_apart_than_steps():
     )
     np.testing.assert_array_equal(some(modulus=modulus), every(modulus=modulus)[..., ::4])
     with pytest.raises(
-        fb.errors.InputError, match=r"output_step .s. must be a whole multiple of step; got 0\.0001 with"
+        fb.errors.InputError, match=r"output_step .s. must be a whole multiple of step; got 0\.0001"
     ):
         fb.dynamic_response(leaf, duration=4e-3, step=3e-5, output_step=1e-4)
     with pytest.raises(

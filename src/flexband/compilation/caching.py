@@ -182,7 +182,8 @@ class Entry:
         What is made here depends on the versions of the packages and of Python, too. It is in
         NUMBA_CACHE_DIR if that is set, else beside the source, or in the folder of the user.
         """
-        made_of = self.options, self._basis, _settings()
+        settings = sys.platform, instruction_set(), SETTINGS.boundscheck
+        made_of = self.options, self._basis, settings
         versions = *map(_version, (self.module.partition(".")[0], *DEPENDENCIES)), sys.version
         beside = [] if os.environ.get(CACHE_VARIABLE) else [self.source.parent / "__pycache__"]
         name = f"{self.name}-{_hash((made_of, versions))}-{kind}.o"
@@ -286,11 +287,6 @@ def _may_write(folder: Path) -> bool:
 
 def _hash(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
-
-
-def _settings() -> tuple[object, ...]:
-    """Return what else than sources machine code depends on."""
-    return sys.platform, instruction_set(), SETTINGS.boundscheck
 
 
 @cache

@@ -45,7 +45,7 @@ def test_ctrl_c_ends_the_process(state):
     )
     try:
         assert process.stdout.readline() == "ready\n"
-        time.sleep(1.0)
+        time.sleep(0.5)
         assert process.poll() is None
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30)  # 1 s where the machine does nothing else

@@ -491,7 +491,7 @@ def test_bad_input_is_refused(call, text):
         call()
 
 
-EVERY_OTHER = TIMES[::2]
+EVERY_OTHER = TIMES[:500:2]
 """25 times per period."""
 
 

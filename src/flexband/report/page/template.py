@@ -63,8 +63,8 @@ def _plotly() -> Markup:
 
 
 BROWSERS = (
-    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge",
-    "microsoft-edge",
+    "chromium", "chromium-browser", "chromium-headless-shell", "google-chrome",
+    "google-chrome-stable", "chrome", "msedge", "microsoft-edge",
 )  # fmt: skip
 """Programs that can print a page without a window."""
 

@@ -41,6 +41,8 @@ def main() -> None:
             after_in_parent=lambda: mask(signal.SIG_UNBLOCK, ENDING),
             after_in_child=_leave_to_parent,
         )
+    # Idle threads of OpenBLAS keep a core busy for 2^20 ticks, 0.4 ms; by default it is 0.1 s.
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "20")
     gc.disable()  # nothing that imports make is dropped before the end of the process
     app = import_module("flexband.cli").app
     import_module("flexband.cli.commands").load(sys.argv[1:])

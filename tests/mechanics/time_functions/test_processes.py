@@ -136,3 +136,15 @@ def test_values_at_many_times_are_compared_with_those_at_single_ones(wrong):
     values, _ = table(drive, 1, times)
     assert values[:, 0] == pytest.approx(np.sin(times), rel=1e-15)
     assert calls.count(1) >= 101 if wrong else calls.count(1) < 30
+
+
+def test_a_function_that_changes_the_times_in_place_changes_no_others():
+    times = np.linspace(0.0, 1.0, 101)
+
+    def drive(t):
+        t *= 2.0
+        return t
+
+    values, _ = table(drive, 1, times)
+    assert values[:, 0] == pytest.approx(2 * np.linspace(0.0, 1.0, 101), rel=1e-15)
+    assert times[-1] == 1.0

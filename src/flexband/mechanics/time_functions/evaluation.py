@@ -44,7 +44,7 @@ class Evaluation:
 
     def __call__(self, times: np.ndarray) -> np.ndarray:
         """Return the values at many times [s], shape (times, columns)."""
-        return (self._many or self._one_by_one)(times)
+        return (self._many or self._one_by_one)(times.copy())  # which a function may change
 
     def points(self, times: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Return the values of these columns, each at its time [s], shape (times,)."""

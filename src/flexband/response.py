@@ -20,8 +20,8 @@ class Description(NamedTuple):
     """What of the discretization is not given, so that the method chooses it."""
     discretization: Mapping[str, float] = {}
     """The numbers of the discretization, such as the step, by name."""
-    refinements: Mapping[str, Response] = {}
-    """The response on finer discretizations, by the name of what is finer."""
+    refinements: Callable[[], Mapping[str, Response]] = dict
+    """Returns the response on finer discretizations, by name; the finest may refuse to."""
     quantities: Sequence[str] = ()
     """Of which vector or tensor each output is a component, by name."""
     tensors: Sequence[str] = ()
@@ -70,7 +70,7 @@ class Response(ABC):
 
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         """Return the response on finer discretizations, by the name of what is finer."""
-        return self.description(**values).refinements
+        return self.description(**values).refinements()
 
     def at_more_times(self, **values: Any) -> Response | None:
         """Return the response at times that divide each of its steps; None if it has no others."""
@@ -115,13 +115,16 @@ class FunctionResponse(Response):
         return self.function
 
     def description(self, **values: Any) -> Description:
-        nothing = Description()._asdict()
-        answers = {name: self._answer(name, default, values) for name, default in nothing.items()}
-        refined = self._attribute("refined", None)
-        if callable(refined) and not answers["refinements"]:
-            answers["refinements"] = {"discretization": refined()}
-        finer = {name: as_response(level) for name, level in answers["refinements"].items()}
-        return Description(**answers)._replace(refinements=finer)
+        def finer() -> Mapping[str, Response]:
+            refined = self._attribute("refined", None)
+            whole = {"discretization": refined()} if callable(refined) else {}
+            levels = self._answer("refinements", whole, values)
+            return {name: as_response(level) for name, level in levels.items()}
+
+        answers = Description(refinements=finer)._asdict()
+        for name in answers.keys() - {"refinements"}:
+            answers[name] = self._answer(name, answers[name], values)
+        return Description(**answers)
 
     def at_more_times(self, **values: Any) -> Response | None:
         response = self._answer("at_more_times", None, {})

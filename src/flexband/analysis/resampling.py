@@ -97,9 +97,12 @@ class OverOutput(WrappingResponse):
 
     def description(self, **values: Any) -> Description:
         given = super().description(**values)
-        finer = {name: self._of(level, self.values) for name, level in given.refinements.items()}
+        finer = given.refinements
         names = [name for name in given.quantities if name.rpartition(" [")[0] != self.output]
-        return given._replace(refinements=finer, quantities=names)
+        return given._replace(
+            refinements=lambda: {k: self._of(r, self.values) for k, r in finer().items()},
+            quantities=names,
+        )
 
     def at_more_times(self, parts: int = 16, /, **values: Any) -> Response:
         """Return the response at more values, each step between two divided into parts."""

@@ -148,7 +148,7 @@ class DynamicResponse(SensorResponse):
         left_out = ["step"] * open_step + ["elements"] * open_mesh
         impacts = bool(mechanism.contact_laws or mechanism.frictions)
         numbers = {"step": self.step} | elements
-        return Description(left_out, numbers, finer, *self.components(mechanism), impacts)
+        return Description(left_out, numbers, finer.copy, *self.components(mechanism), impacts)
 
     def at_more_times(
         self, max_parts: int = 64, max_times: int = 2**15, chosen: int = 8, /, **values: Argument

@@ -1,7 +1,4 @@
-"""How the requirements of a study are judged: by its surrogate, or by samples of the parts.
-
-What judges them is imported where there are some, since that takes a while.
-"""
+"""How the requirements of a study are judged: by its surrogate, or by samples of the parts."""
 
 from __future__ import annotations
 
@@ -65,6 +62,7 @@ def _sampled(
     values = (space.arguments_at(*space.nominal()) for space in spaces.values())
     if not any(study.source.description(**nominal).impacts for nominal in values):
         return None
+    # only here, as below: most studies do not need it, and it takes a while to import
     from flexband.analysis.parts import distribution, horizon, points  # noqa: PLC0415
 
     near, options = horizon.HorizonOptions(), distribution.SamplingOptions()

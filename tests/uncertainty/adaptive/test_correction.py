@@ -226,3 +226,16 @@ def test_errors_of_step_and_elements_that_cancel_are_not_underestimated():
     assert true / 2 < bands.attrs["discretization_error"] < 5 * true
     kinds = ("fitted", "checked", "refined", "coarser", "repeated")
     assert bands.attrs["runs"] == sum(bands.attrs[f"runs_{kind}"] for kind in kinds)
+
+
+def test_a_third_level_is_the_last_that_is_asked_for():
+    """A response that cannot be made finer than a quarter of its step is not asked to be."""
+
+    class LimitedStepError(StepError):
+        def refinements(self, **values):
+            if self.h < 0.5:
+                raise ValueError("no finer mesh can be made")
+            return super().refinements(**values)
+
+    bands = fb.propagate(LimitedStepError(ringing), INPUTS, CORRECTED)
+    assert bands.attrs["refined"] == ["step"]

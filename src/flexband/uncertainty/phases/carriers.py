@@ -134,9 +134,8 @@ def split(
         split_windows(signals, waves, kernels, at, fitted[block])
 
     in_threads(solve, range(blocks))
-    cosine, sine, share = np.moveaxis(fitted, (3, 4), (0, 2)).reshape(
-        3, blocks * lanes, outputs, len(at)
-    )[:, :runs]
+    parts = np.moveaxis(fitted, (3, 4), (0, 2)).reshape(3, blocks * lanes, outputs, len(at))
+    cosine, sine, share = parts[:, :runs]
     return cosine - 1j * sine, share
 
 

@@ -67,7 +67,6 @@ class PhaseExpansion:
         terms = PartTerms.of(self.parts, self.columns)
         shape = len(targets), self.columns.outputs, len(terms.coefficients)
         values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
-
         blocks = terms.blocks()
         orders = moment_orders([block_terms for _, block_terms in blocks])
 

@@ -404,15 +404,14 @@ class Level(Evaluate):
 
     @cached_property
     def _finer_levels(self) -> dict[str, Level]:
-        finer = self.description.refinements.items()
+        finer = self.description.refinements().items()
         return {name: Level(self.runs, response, name, self) for name, response in finer}
 
     @cached_property
     def description(self) -> Description:
         description = self.of_nominal(self.response.description)
-        if self.coarse is None:
-            return description
-        return description._replace(left_out=self.coarse.description.left_out)
+        given = self.coarse.description if self.coarse else description
+        return description._replace(left_out=given.left_out)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""

@@ -2,8 +2,8 @@
 
 The oldest Python gets the lowest versions that pyproject.toml states, all others the newest. The
 oldest compiles the engine, the others the search for bounds. On the newest, the wheel is then
-replaced by one with machine code, which must give the result of this working tree without
-compiling; on the oldest, by one whose search for bounds gives twice their values, which must
+replaced by one with machine code, which must give the result of this working tree, and run the main
+example, without compiling; on the oldest, by one whose search for bounds gives twice their values, which must
 compute by it, and without compiling the engine. Both wheels are written into dist; with `--check`,
 it is the oldest and the newest Python alone, with machine code for one instruction set, and nothing
 is written.
@@ -138,6 +138,8 @@ def check_objects(python: Path, pure: Path, *, every: bool) -> None:
     run(python, *INSTALL, "--no-deps", "--force-reinstall", wheel, folder=home)
     before = set(home.rglob("*.o"))
     assert run(python, "study.py", folder=home) == compiled
+    example = ROOT / "examples/slider_crank.py"
+    run(python, "-m", "flexband", "run", example, "--output", "example", folder=home)
     assert set(home.rglob("*.o")) == before
     print(f"{wheel.name}: passed")
     if every:

@@ -16,7 +16,7 @@ from llvmlite import binding
 from flexband.compilation import caching, targets
 from flexband.compilation.functions import compiled
 from flexband.compilation.targets import ENTRY
-from flexband.mechanics.engine.entries import dynamics
+from flexband.mechanics.engine.entries import dynamics, statics
 from flexband.study import compiling
 from flexband.uncertainty.expansions.bounds.search import descents, starts
 from flexband.uncertainty.phases.moments import by_points
@@ -257,7 +257,7 @@ def symbols(content):
 def test_objects_need_the_c_library_alone():
     for part in compiling.PARTS.values():
         part[1]()
-    entries = [dynamics, starts, descents, search, by_points]
+    entries = [dynamics, statics, starts, descents, search, by_points]
     for entry in entries:
         assert entry.codes
         for kind in entry.codes:

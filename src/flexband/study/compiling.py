@@ -1,7 +1,7 @@
 """Compile what a study needs in several processes at once, before it needs it.
 
-The engine, the search for bounds and that with phases are compiled when they are first used, each
-for 10 to 30 s, once per machine. They do not depend on each other. As a program, with their names
+The engine, for motions and for a rest to compare their start with, the search for bounds and that
+with phases are compiled when they are first used, each for 10 to 30 s, once per machine. They do not depend on each other. As a program, with their names
 as arguments, this module compiles some of them.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from flexband.compilation.caching import kept
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.rigid import RigidBody
-from flexband.mechanics.engine.entries import dynamics
+from flexband.mechanics.engine.entries import dynamics, statics
 from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.response import DynamicResponse
@@ -43,7 +43,7 @@ def _engine() -> None:
     bar = RigidBody.bar(length=1.0, height=0.1, width=0.1, density=1000.0)
     joints = {"pin": Revolute("bar.start", (0.0, 0.0))}
     mechanism = Mechanism(bodies={"bar": bar}, joints=joints, sensors={"end": Position("bar.end")})
-    simulate(mechanism, duration=2e-3, step=1e-3)
+    simulate(mechanism, duration=2e-3, step=1e-3, start="static")
 
 
 def _bounds() -> None:
@@ -59,12 +59,12 @@ def _propagate(response: ResponseFunction, method: Method) -> None:
     propagate(response, {"a": Interval(60.0, 66.0), "b": Normal(1.0, 0.01)}, method)
 
 
-PARTS: dict[str, tuple[Callable, Callable[[], None]]] = {
-    "engine": (dynamics, _engine),
-    "bounds": (descents, _bounds),
-    "phases": (search, _phases),
+PARTS: dict[str, tuple[tuple[Callable, ...], Callable[[], None]]] = {
+    "engine": ((dynamics, statics), _engine),
+    "bounds": ((descents,), _bounds),
+    "phases": ((search,), _phases),
 }
-"""An entry that is compiled, and a small use of it, the longest first."""
+"""Entries that are compiled, and a small use of them, the longest first."""
 
 
 def compile_ahead(study: Study) -> None:
@@ -78,7 +78,7 @@ def compile_ahead(study: Study) -> None:
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
     needed = [name for name in PARTS if study.expands and uses[name]]
-    missing = [name for name in needed if not kept(PARTS[name][0])]
+    missing = [name for name in needed if not all(map(kept, PARTS[name][0]))]
     if min(len(missing), available_cores()) < 2:
         return
     listener().stage("compiling")

@@ -3,10 +3,10 @@
 The oldest Python gets the lowest versions that pyproject.toml states, all others the newest. The
 oldest compiles the engine, the others the search for bounds. On the newest, the wheel is then
 replaced by one with machine code, which must give the result of this working tree, and run the main
-example, without compiling; on the oldest, by one whose search for bounds gives twice their values, which must
-compute by it, and without compiling the engine. Both wheels are written into dist; with `--check`,
-it is the oldest and the newest Python alone, with machine code for one instruction set, and nothing
-is written.
+example, without compiling; on the oldest, by one whose search for bounds gives twice their values,
+which must compute by it, and without compiling the engine. Both wheels are written into dist; with
+`--check`, it is the oldest and the newest Python alone, with machine code for one instruction set,
+and nothing is written.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 Formulas of many inputs, of which half are intervals and half normal, with decreasing effects. Each
 case is propagated in a process of its own, after a small one of its kind that loads what is
 compiled. Then the analysis of the recorded runs of the main example and of the paper's study, and
-bands for one of their intervals at half its width; last, the command `flexband run` on both.
+bands for one of their intervals at half its width; last, the command `flexband run` on both. An
+analysis also simulates ten samples: two recorded ones again, and eight at the times of all steps.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,6 +26,7 @@ import xarray as xr
 import flexband as fb
 from benchmarks.harness import ROOT, alternate, medians, options, report
 from flexband.cli.messages import ExitStatus
+from flexband.mechanics.response import DynamicResponse
 from flexband.study.study import load_study
 
 CASES = {
@@ -64,7 +67,7 @@ def formula(times: int, outputs: int, count: int, rings: bool) -> tuple[Callable
 
 
 def child(case: str) -> None:
-    """Propagate; print CPU and wall seconds, the number of runs, the peak resident set [MiB]."""
+    """Propagate; print CPU and wall s, number of runs, peak memory [MiB], CPU s of simulations."""
     times, outputs, count, rings = CASES[case]
     fb.propagate(*formula(240, 1, min(count, 6), rings), fb.AdaptivePCCI())
     begin, wall = time.process_time(), time.perf_counter()
@@ -72,13 +75,23 @@ def child(case: str) -> None:
     unit = 2**20 if sys.platform == "darwin" else 2**10
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
     wall = time.perf_counter() - wall
-    print(time.process_time() - begin, wall, bands.attrs["runs"], peak)
+    print(time.process_time() - begin, wall, bands.attrs["runs"], peak, 0)
 
 
 def recorded(case: str) -> None:
     """Print as `child` what the recorded runs of an example take, or its narrowed bands."""
     kind, _, file = case.split()
-    study = load_study(ROOT / file)
+    study, simulated = load_study(ROOT / file), 0.0
+    simulate = DynamicResponse.__call__
+
+    def timed(*arguments: Any, **values: Any) -> xr.DataArray:
+        nonlocal simulated
+        begin = time.process_time()
+        outputs = simulate(*arguments, **values)
+        simulated += time.process_time() - begin
+        return outputs
+
+    DynamicResponse.__call__ = timed
     with tempfile.TemporaryDirectory() as folder:
         expand = partial(fb.expand, study.response, study.inputs, study.method, store=folder)
         surrogate = expand()
@@ -91,18 +104,19 @@ def recorded(case: str) -> None:
 
         work: Callable[[], object] = expand if kind == "analysis" else narrowed
         work()
+        simulated = 0.0
         begin, wall = time.process_time(), time.perf_counter()
         work()
         seconds = time.process_time() - begin, time.perf_counter() - wall
-    print(*seconds, surrogate.bands().attrs["runs"], 0)
+    print(*seconds, surrogate.bands().attrs["runs"], 0, simulated)
 
 
 def measured(case: str, notes: dict[str, list[str]]) -> float:
     """Return CPU seconds of a case; keep wall seconds, runs and peak memory in the notes."""
     command = [sys.executable, "-m", __spec__.name, "child", case]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
-    seconds, wall, runs, peak = run.stdout.split()[-4:]
-    notes[case] = [f"{float(wall):.3g}", runs, f"{float(peak):.0f}"]
+    seconds, wall, runs, peak, simulated = run.stdout.split()[-5:]
+    notes[case] = [f"{float(wall):.3g}", runs, f"{float(peak):.0f}", f"{float(simulated):.3g}"]
     return float(seconds)
 
 
@@ -117,7 +131,7 @@ def carried_out(name: str, notes: dict[str, list[str]], *, compiled: bool = True
     # with the paper's step the tolerance is not met
     assert run.returncode in (0, ExitStatus.DOUBTFUL), run.stderr.decode()
     wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-    notes[name if compiled else f"{name}{COLD}"] = [f"{wall:.3g}", "", ""]
+    notes[name if compiled else f"{name}{COLD}"] = [f"{wall:.3g}", "", "", ""]
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
@@ -135,7 +149,7 @@ def main() -> None:
     for command in COMMANDS:
         found[f"{command}{COLD}"] = [carried_out(command, notes, compiled=False)]
     rows = [[name, f"{value:.3g}", *notes[name]] for name, value in medians(found).items()]
-    columns = ["case", "CPU s", "wall s, the last one", "runs", "peak MiB"]
+    columns = ["case", "CPU s", "wall s, the last one", "runs", "peak MiB", "CPU s of simulations"]
     report(chosen.output, "analysis", columns, rows, found)
 
 

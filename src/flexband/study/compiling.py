@@ -1,8 +1,8 @@
 """Compile what a study needs in several processes at once, before it needs it.
 
-The engine, for motions and for a rest to compare their start with, the search for bounds and that
-with phases are compiled when they are first used, each for 10 to 30 s, once per machine. They do not depend on each other. As a program, with their names
-as arguments, this module compiles some of them.
+The engine, which also computes an equilibrium to compare the start with, the search for bounds and
+that with phases are compiled when they are first used, each for 10 to 30 s, once per machine. They
+are independent. As a program, this module compiles those that its arguments name.
 """
 
 from __future__ import annotations
@@ -77,9 +77,8 @@ def compile_ahead(study: Study) -> None:
         "bounds": True,
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
-    needed = [name for name in PARTS if study.expands and uses[name]]
-    missing = [name for name in needed if not all(map(kept, PARTS[name][0]))]
-    if min(len(missing), available_cores()) < 2:
+    missing = [k for k, (entries, _) in PARTS.items() if uses[k] and not all(map(kept, entries))]
+    if not study.expands or min(len(missing), available_cores()) < 2:
         return
     listener().stage("compiling")
     listener().warn("compiling (once per machine, up to a minute) ...")

@@ -354,13 +354,14 @@ class Level(Evaluate):
         self, runs: CountedRuns, response: Response, name: str = "", coarse: Level | None = None
     ):
         """Give a response of which `name` is finer than in that of a coarse level."""
-        self.runs, self.response, self.coarse = runs, response, coarse
+        self.runs, self.response = runs, response
         self.finer: tuple[str, ...] = (*coarse.finer, name) if coarse else ()
         self.calls: list[Call] = []
         self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(ResolutionWarning, when=bool(self.description.left_out)):
+        left_out = self.runs.start.description.left_out
+        with without_warnings(ResolutionWarning, when=bool(left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self, (xi, eta, values.values))
         return values
@@ -410,8 +411,9 @@ class Level(Evaluate):
     @cached_property
     def description(self) -> Description:
         description = self.of_nominal(self.response.description)
-        given = self.coarse.description if self.coarse else description
-        return description._replace(left_out=given.left_out)
+        if self is self.runs.start:
+            return description
+        return description._replace(left_out=self.runs.start.description.left_out)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""

@@ -103,6 +103,5 @@ def refined_together(
 def _made(response: Evaluate, coarse: ResponseRuns, purpose: str) -> np.ndarray:
     """Return runs on a finer discretization, shape (runs, outputs, times)."""
     xi, eta, _ = coarse
-    discretization = response.discretization_in_words()
-    listener().stage(f"{number_of(len(xi), 'run')} that {purpose} ({discretization})")
+    listener().stage(f"{number_of(len(xi), 'run')} that {purpose}")
     return evaluated(response, xi, eta, len(xi)).values

@@ -68,29 +68,31 @@ def sources(files: Iterable[Path], *, settled: float = 2.0) -> dict[Path, Source
 
 def parsed(code: bytes) -> Source:
     """Return what is known of code. The names of what it imports may be modules too."""
-    tree = ast.parse(code)
+    imports: list[ast.Import | ast.ImportFrom] = []
+    structure = repr(_structure(ast.parse(code), imports))
     modules: list[str] = []
-    for node in ast.walk(tree):
+    for node in imports:
         if isinstance(node, ast.Import):
             modules += (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        elif node.module and not node.level:
             modules += (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
-    return Source(hashlib.sha256(repr(_structure(tree)).encode()).hexdigest()[:32], modules)
+    return Source(hashlib.sha256(structure.encode()).hexdigest()[:32], modules)
 
 
-def _structure(node: object) -> object:
+def _structure(node: object, imports: list[ast.Import | ast.ImportFrom]) -> object:
     """Return a syntax tree without texts that are statements: docstrings and descriptions.
 
-    Fields without a value are left out, since versions of Python differ in them.
+    Fields without a value are left out, since versions of Python differ in them. All imports of the
+    tree are appended to those given.
     """
     if isinstance(node, list):
-        return [_structure(part) for part in node if not _is_text(part)]
+        return [_structure(part, imports) for part in node if not _is_text(part)]
     if not isinstance(node, ast.AST):
         return node
-    fields = [(name, _structure(value)) for name, value in ast.iter_fields(node)]
-    return type(node).__name__, *(
-        (name, value) for name, value in fields if value not in (None, [])
-    )
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        imports.append(node)
+    fields = [(name, _structure(getattr(node, name), imports)) for name in node._fields]
+    return type(node).__name__, *(field for field in fields if field[1] not in (None, []))
 
 
 def _is_text(node: object) -> bool:

@@ -33,7 +33,7 @@ class Process:
 
     def __init__(self, command, **_):
         self.looks, self.killed = 0, False
-        Process.started.append((command[-1], self))
+        Process.started.append((command[3:], self))
 
     def poll(self):
         self.looks += 1
@@ -55,15 +55,15 @@ def started(monkeypatch):
 @pytest.mark.parametrize(
     ("response", "method", "parts"),
     [
-        (MOVES, fb.AdaptivePCCI(), ["engine", "bounds", "phases"]),
-        (formula, fb.AdaptivePCCI(), ["bounds", "phases"]),
-        (MOVES, fb.PCCI(2, 2), ["engine", "bounds"]),
+        (MOVES, fb.AdaptivePCCI(), [["engine"], ["bounds", "phases"]]),
+        (formula, fb.AdaptivePCCI(), [["bounds"], ["phases"]]),
+        (MOVES, fb.PCCI(2, 2), [["engine"], ["bounds"]]),
         (MOVES, fb.MonteCarlo(100), []),
     ],
 )
 def test_parts_that_a_study_needs(started, response, method, parts):
     compiling.compile_ahead(fb.Study(response, LENGTH, method))
-    assert [name for name, _ in started] == parts
+    assert [names for names, _ in started] == parts
 
 
 def test_one_core_and_one_part_need_no_process(started, monkeypatch):

@@ -25,8 +25,7 @@ import numpy as np
 from llvmlite import binding, ir
 
 from flexband.compilation.functions import compiled, machine_code
-from flexband.compilation.settings import SETTINGS
-from flexband.compilation.targets import ENTRY, instruction_set, target_machine
+from flexband.compilation.targets import ENTRY, SETTINGS, instruction_set, target_machine
 from flexband.files import CACHE_VARIABLE, replaced, user_folder
 from flexband.source_hash import PACKAGE, Source, sources
 

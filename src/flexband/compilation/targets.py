@@ -1,12 +1,15 @@
-"""The machines that objects are made for."""
+"""The machines that objects are made for, as this processor and Numba's variables have it.
+
+These variables of the environment are read without importing Numba.
+"""
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
 from functools import cache
 
 from llvmlite import binding
-
-from flexband.compilation.settings import SETTINGS
 
 ENTRY = "flexband_entry"
 """The only symbol that an object defines for others."""
@@ -17,6 +20,27 @@ INSTRUCTION_SETS = {
     "x86-64": "",
 }
 """Names that LLVM knows, with the features that a processor must have, the largest first."""
+
+
+def _text(name: str, default: str = "") -> str:
+    return os.environ.get(f"NUMBA_{name}") or default
+
+
+def _switch(name: str, default: str = "0") -> bool:
+    return _text(name, default) != "0"
+
+
+@dataclass
+class Settings:
+    """What Numba's documentation says of the variables of these names."""
+
+    boundscheck: bool = _switch("BOUNDSCHECK")
+    enable_avx: bool = _switch("ENABLE_AVX", "1")
+    cpu_name: str = _text("CPU_NAME")
+    cpu_features: str = _text("CPU_FEATURES")
+
+
+SETTINGS = Settings()
 
 
 @cache

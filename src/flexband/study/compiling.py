@@ -1,4 +1,4 @@
-"""Compile what a study needs in several processes at once, before it needs it.
+"""Compile what a study needs in two processes at once, before it needs it.
 
 The engine, which also computes an equilibrium to compare the start with, the search for bounds and
 that with phases are compiled when they are first used, each for 10 to 30 s, once per machine. They
@@ -7,6 +7,7 @@ are independent. As a program, this module compiles those that its arguments nam
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 import time
@@ -68,9 +69,10 @@ PARTS: dict[str, tuple[tuple[Callable, ...], Callable[[], None]]] = {
 
 
 def compile_ahead(study: Study) -> None:
-    """Compile in as many processes as there are cores what a study needs and has no machine code.
+    """Compile in two processes what a study needs and has no machine code.
 
-    What fails is compiled when it is needed. A single missing part is left to this process.
+    The engine takes as long as all else together, which has functions in common. What fails is
+    compiled when it is needed. A single missing part is left to this process.
     """
     uses = {
         "engine": isinstance(study.source, DynamicResponse),
@@ -86,10 +88,9 @@ def compile_ahead(study: Study) -> None:
     silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     running: list[subprocess.Popen] = []
     try:
-        while missing or running:
-            running = [process for process in running if process.poll() is None]
-            while missing and len(running) < available_cores():
-                running.append(subprocess.Popen([*command, missing.pop(0)], **silent))
+        for names in (missing[:1], missing[1:]):
+            running.append(subprocess.Popen([*command, *names], **silent))
+        while any(process.poll() is None for process in running):
             time.sleep(0.05)
     finally:
         for process in running:
@@ -97,5 +98,6 @@ def compile_ahead(study: Study) -> None:
 
 
 if __name__ == "__main__":
+    gc.disable()  # a compiler makes many objects, and this process ends soon
     for name in sys.argv[1:]:
         PARTS[name][1]()

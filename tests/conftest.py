@@ -14,6 +14,8 @@ settings.load_profile("flexband")
 # CLI tests call the application again and again; Typer reads all signatures each time.
 typer.main.get_params_from_function = cache(typer.main.get_params_from_function)
 
+os.fsync = lambda _: None  # files need not outlast a loss of power
+
 LONGEST = (
     "test_report", "test_examples", "test_options", "test_kills", "test_adaptive", "test_chance",
     "test_probability", "test_what_if", "test_cli", "test_folder", "test_caching", "test_motion",

@@ -101,7 +101,7 @@ class ModeSolver:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
             linear = linear._replace(M=balance.equations.mass)
-            basis, senses = balance.basis, z[balance.equations.senses]
+            basis, senses = balance.basis, z[balance.equations.senses].copy()
             if system.mechanism.frictions:
                 linear, basis = _with_friction(balance, linear, z, sample)
             modes = self._lowest(linear, basis, sample, z)

@@ -100,7 +100,7 @@ def equilibrium(
                 stable[sample] = balance.stable
                 states[0, :, sample] = balance.z[: len(states[0])]
                 if balance.redundant:
-                    redundant[sample] = balance.z
+                    redundant[sample] = balance.z.copy()
         return len(samples)
 
     if not statics.codes:

@@ -1,12 +1,17 @@
 """The integrator, its start, lanes and threads, and assemblies that it refuses."""
 
+import weakref
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.integrate
 
 import flexband as fb
+from flexband.mechanics.assembly.structure import WorkSpace
 from tests.mechanics.models import (
     block,
+    parallelogram,
     pendulum,
     pendulum_driven,
     rigid_slider_crank,
@@ -302,3 +307,54 @@ def test_constraints_that_contradict_each_other():
 def test_bad_integrators_are_refused(build, text):
     with pytest.raises(fb.errors.InputError, match=text):
         build()
+
+
+def hits_stops(stiffness):
+    law = fb.contact.KeepsRestitution(stiffness=stiffness, restitution=0.5)
+    model = pendulum()
+    stop = fb.contact.AngularStop("bar.end", (0.0, 0.0), law, lower=-0.1)
+    return replace(model, loads={**model.loads, "stop": stop})
+
+
+def engages_a_motor(stiffness):
+    motor = fb.PrescribedRotation("bar", lambda t: 10.0 * t)
+    engaged = fb.contact.Switched(motor, lambda t: t >= 2.5e-3)
+    model = on_springs(stiffness)
+    return replace(model, joints={**model.joints, "motor": engaged})
+
+
+def on_springs(stiffness):
+    spring = fb.Spring("bar.end", (0.0, -2.0), stiffness * 1e-3, 1.0)
+    return replace(pendulum(-np.pi / 2), loads={"gravity": fb.Gravity(), "spring": spring})
+
+
+def on_three_cranks(stiffness):
+    model = parallelogram(3)
+    return replace(model, loads={"spring": fb.Spring("coupler", (0.0, 3.0), stiffness, 1.0)})
+
+
+@pytest.mark.parametrize(
+    ("build", "compute"),
+    [
+        (on_springs, lambda model: fb.simulate(model, duration=0.005, step=1e-3, threads=1)),
+        (hits_stops, lambda model: fb.simulate(model, duration=0.3, step=1e-2, threads=1)),
+        (engages_a_motor, lambda model: fb.simulate(model, duration=0.005, step=1e-3, threads=1)),
+        (on_springs, lambda model: fb.equilibrium(model, threads=1)),
+        (on_three_cranks, lambda model: fb.equilibrium(model, threads=1)),
+        (on_springs, lambda model: fb.modes(model, 1, about="start")),
+    ],
+)  # fmt: skip
+def test_no_result_keeps_the_work_space_of_a_block(build, compute, monkeypatch):
+    memory, alive, work_space = [], [], WorkSpace.of
+
+    def counted(structure):
+        work = work_space(structure)
+        memory.append(weakref.ref(work.z.base))
+        alive.append(sum(reference() is not None for reference in memory))
+        return work
+
+    monkeypatch.setattr(WorkSpace, "of", counted)
+    result = compute(build(np.linspace(1e6, 1.1e6, 160)))
+    assert result is not None
+    assert len(memory) >= 20  # blocks of eight samples
+    assert max(alive) <= 12  # an equilibrium takes one for each sample of its block

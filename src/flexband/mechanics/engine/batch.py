@@ -138,17 +138,17 @@ def run_samples(
     members = Members(system)
     strains = LargestStrains.zeros(len(members.bodies), len(chosen))
     ends = [np.empty((0, 0))] * blocks
-    under_way: list[np.ndarray] = []  # numbers of rounds of all blocks so far, which grow
+    reached: dict[int, np.ndarray] = {}  # numbers of rounds of the blocks so far, which grow
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
         numbers = chosen[places]
         values = packed(block)
         begun = begin_block(block, values)
-        series, failure, first, work = run_block(values, rounds, under_way, begun=begun[:2])
+        reached[block] = begun.work.reached
+        series, failure, first, work = run_block(values, rounds, begun=begun[:2])
         lost = (failure[0] > 0) & (failure[1] == 0)
         require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
-        work.reached[:] = rounds - 1
         if at_end:
             ends[block] = end_of(system, values, at_end(block), work)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
@@ -173,7 +173,7 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    _run_blocks(simulate, blocks, len(chosen), rounds - 1, under_way, threads, progress)
+    _run_blocks(simulate, blocks, len(chosen), rounds - 1, reached, threads, progress)
     return Batch(
         outputs,
         failures,
@@ -193,13 +193,19 @@ def _run_blocks(
     blocks: int,
     samples: int,
     steps: int,
-    under_way: list[np.ndarray],
+    reached: dict[int, np.ndarray],
     threads: int,
     progress: Progress | None,
 ) -> None:
-    """Simulate all blocks, and tell how far those are that are `under_way`."""
-    pace = Pace(steps, lambda: sum(float(r[0, 0]) for r in under_way[:]) / (blocks * steps))
-    in_parallel(simulate, blocks, samples, threads, progress, pace)
+    """Simulate all blocks, and show the progress by the rounds that they have `reached`."""
+    pace = Pace(steps, lambda: sum(r[0, 0] for r in list(reached.values())) / (blocks * steps))
+
+    def finish(block: int) -> int:
+        count = simulate(block)
+        reached[block] = np.full((1, 1), float(steps))  # a view would keep the work space
+        return count
+
+    in_parallel(finish, blocks, samples, threads, progress, pace)
     pace.end()
 
 
@@ -213,8 +219,8 @@ def _impulses(
 ) -> list[Impulse]:
     """Return the impulses of a block from its outputs (outputs, rounds, WIDTH)."""
     times = schedule.lanes(schedule.times, lanes)
-    struck = np.argwhere(schedule.lanes(schedule.parts, lanes) == IMPULSE)
-    return [Impulse(int(samples[k]), float(times[n, k]), derived[:, n, k]) for n, k in struck]
+    hits = np.argwhere(schedule.lanes(schedule.parts, lanes) == IMPULSE)
+    return [Impulse(int(samples[k]), float(times[n, k]), derived[:, n, k].copy()) for n, k in hits]
 
 
 def march_block(
@@ -223,13 +229,10 @@ def march_block(
     tolerance: float,
     values: Values,
     rounds: int,
-    under_way: list[np.ndarray] | None = None,
     limits: StepLimits | None = None,
     begun: tuple[WorkSpace, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, WorkSpace]:
-    """Run one block; the number of its last round is added to those `under_way`.
-
-    With `limits` its lanes choose their steps. It starts from the guess, or as it has `begun`.
+    """Run one block from the guess, or as it has `begun`; with `limits` its lanes choose steps.
 
     Returns rows (rounds, rows, WIDTH), failures (4, WIDTH), the first z, and the work space. The
     conditions of the joints follow the rows of the sensors.
@@ -237,8 +240,6 @@ def march_block(
     series = np.zeros((rounds + (limits is not None), system.sensed, WIDTH))
     work, failure = begun or begin(system, values)
     first = work.z.copy()
-    if under_way is not None:
-        under_way.append(work.reached)
     run(MARCH, system, values, work, series, failure, method, tolerance, limits)
     return series[:rounds], failure, first, work
 

@@ -360,8 +360,7 @@ class Level(Evaluate):
         self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        left_out = self.runs.start.description.left_out
-        with without_warnings(ResolutionWarning, when=bool(left_out)):
+        with without_warnings(ResolutionWarning, when=bool(self.runs.start.description.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self, (xi, eta, values.values))
         return values

@@ -71,7 +71,7 @@ PARTS: dict[str, tuple[tuple[Callable, ...], Callable[[], None]]] = {
 def compile_ahead(study: Study) -> None:
     """Compile in two processes what a study needs and has no machine code.
 
-    The engine takes as long as all else together, which has functions in common. What fails is
+    Bounds and phases share functions, and together take as long as the engine. What fails is
     compiled when it is needed. A single missing part is left to this process.
     """
     uses = {
@@ -79,17 +79,17 @@ def compile_ahead(study: Study) -> None:
         "bounds": True,
         "phases": isinstance(study.method, PhaseResolvedPCCI) or not isinstance(study.method, PCCI),
     }
-    missing = [k for k, (entries, _) in PARTS.items() if uses[k] and not all(map(kept, entries))]
-    if not study.expands or min(len(missing), available_cores()) < 2:
+    needed = [name for name in PARTS if study.expands and uses[name]]
+    missing = [name for name in needed if not all(map(kept, PARTS[name][0]))]
+    if min(len(missing), available_cores()) < 2:
         return
     listener().stage("compiling")
     listener().warn("compiling (once per machine, up to a minute) ...")
-    command = [sys.executable, "-m", __name__]
     silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     running: list[subprocess.Popen] = []
     try:
         for names in (missing[:1], missing[1:]):
-            running.append(subprocess.Popen([*command, *names], **silent))
+            running.append(subprocess.Popen([sys.executable, "-m", __name__, *names], **silent))
         while any(process.poll() is None for process in running):
             time.sleep(0.05)
     finally:

@@ -24,6 +24,8 @@ from benchmarks.numerics.contact_draws import (
     ZERO,
     TooLongError,
     damping,
+    damping_ratio,
+    push,
 )
 
 MOST = 60_000
@@ -66,11 +68,13 @@ class State(NamedTuple):
     ----------
     modes : of all rows of friction, 0 if one sticks, ±1 if it slides, NaN if its contact is open.
     closed, begun : whether gaps are closed, and the speeds with which they closed.
+    over : whether they have been pressed in again since.
     """
 
     modes: np.ndarray
     closed: np.ndarray
     begun: np.ndarray
+    over: np.ndarray
 
 
 class Reference:
@@ -94,7 +98,10 @@ class Reference:
         self.pins = [k for k, row in enumerate(self.rough) if draw.links[row].kind == "pin"]
         self.static = self.coefficients([law.static for law in self.laws])
         self.kinetic = self.coefficients([law.kinetic for law in self.laws])
-        self.damping = [damping(rough.touch.law[1]) for rough in draw.touches]
+        self.damping = [
+            (damping(rough.touch.law[1]), damping_ratio(rough.touch.law[1]))
+            for rough in draw.touches
+        ]
         self.evaluations, self.fastest = 0, 0.0
 
     def coefficients(self, mu: list[float]) -> np.ndarray:
@@ -144,13 +151,16 @@ class Reference:
     def pressed(self, t: float, q: np.ndarray, v: np.ndarray, state: State):
         """Return normal forces that do not depend on reactions, and the forces of contacts."""
         normal, F, k = np.zeros(len(self.laws)), np.zeros(len(self.mass)), 0
+        J = self.joint_rows(q).real
         for rough, damps in zip(self.draw.touches, self.damping, strict=True):
             K, _, exponent = rough.touch.law
             for meeting in meetings(q, rough.touch):
                 depth, w = -meeting.gap.real, meeting.normal.real
                 if state.closed[k] and depth > 0.0:
-                    force = K * depth**exponent * (1.0 - damps * (w @ v) / state.begun[k])
-                    normal[self.contacts.start + k] = max(force, 0.0)
+                    free = bordered(self.mass, J, np.concatenate([w, np.zeros(len(J))]))
+                    law, mass = (K, exponent, *damps), 1.0 / (w @ free[: len(w)])
+                    force = push(depth, -(w @ v), law, state.begun[k], state.over[k], mass)
+                    normal[self.contacts.start + k] = force
                     F += normal[self.contacts.start + k] * w
                 k += 1
         normal[self.contacts.stop :] = [brake.force(t) for brake in self.draw.brakes]
@@ -267,7 +277,7 @@ class Reference:
         speed, none = self.speeds(y), np.zeros(len(self.laws))
         modes = np.where(np.abs(speed) < REST, 0.0, np.sign(speed))
         modes[self.contacts] = np.where(closed, modes[self.contacts], np.nan)
-        state = State(modes, closed, np.maximum(-rates, LAW["least_speed"]))
+        state = State(modes, closed, np.maximum(-rates, LAW["least_speed"]), closed & False)
         return self.settled(0.0, y, state, none, none > 0)[0]
 
     def after(
@@ -281,14 +291,16 @@ class Reference:
         of_contacts = modes[self.contacts]
         of_contacts[closing], of_contacts[opening] = np.sign(speed[self.contacts][closing]), np.nan
         modes[self.contacts] = of_contacts
-        stopped = np.where(struck[count:] & (np.abs(was) == 1) & ~np.isnan(modes), was, 0.0)
+        rough = struck[count : count + len(self.names)]
+        stopped = np.where(rough & (np.abs(was) == 1) & ~np.isnan(modes), was, 0.0)
         modes[stopped != 0] = 0.0
-        released = struck[count:] & (was == 0) & ~np.isnan(modes)
+        released = rough & (was == 0) & ~np.isnan(modes)
         if released.any():
             modes[released] = np.sign(self.balance(t, y, state).force[released])
         begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), state.begun)
         closed = (state.closed | closing) & ~opening
-        state, margin = self.settled(t, y, State(modes, closed, begun), stopped, released)
+        over = (state.over | struck[count + len(self.names) :]) & closed & ~closing
+        state, margin = self.settled(t, y, State(modes, closed, begun, over), stopped, released)
         self.fastest = max(self.fastest, float(np.abs(rates).max(initial=0.0)))
         names = self.names[self.contacts]
         events = [
@@ -371,6 +383,9 @@ class Reference:
                 functions.append(lambda _, y, k=k, sign=mode: sign * self.speeds(y)[k])
             else:
                 functions.append(lambda t, y, k=k: self.reserve(t, y, state, k))
+        for k in range(len(state.closed)):
+            impact = state.closed[k] and not state.over[k]
+            functions.append((lambda _, y, k=k: self.gaps(y)[1][k]) if impact else (lambda *_: 1.0))
         for function in functions:
             function.terminal, function.direction = True, -1.0
         return functions

@@ -177,6 +177,31 @@ def damping(e: float) -> float:
     )  # fmt: skip
 
 
+def damping_ratio(e: float) -> float:
+    """Return ζ of a linear vibration whose amplitude falls by e in half a period."""
+    return -math.log(e) / math.hypot(math.pi, math.log(e))
+
+
+def push(depth, speed, law, impact, over, mass):
+    """Return the force of a contact that is pressed in with a speed.
+
+    `law` is K, n, a and ζ. The damping is that of the speed of the impact; once the contact has
+    been pressed in again, which is `over`, it is at most that of a small vibration with ζ and the
+    effective mass; and it falls to that where other forces press deeper than an impact of twice
+    the speed does.
+    """
+    K, n, a, ratio = law
+    elastic = K * depth**n
+    damps = a * elastic / impact
+    vibration = 2.0 * ratio * math.sqrt(n * elastic / depth * mass)
+    reach = elastic * depth / (0.5 * (n + 1.0) * mass * (2.0 * impact) ** 2)
+    if over:
+        damps = min(damps, vibration)
+    elif reach > 1.0:
+        damps = min(damps, max(damps / reach, vibration))
+    return max(elastic + damps * speed, 0.0)
+
+
 def position(q, i, x, y):
     """Return a point and its derivatives by the angle of its body."""
     if i < 0:
@@ -253,7 +278,9 @@ def solved(mass, J, forces, right):
     return np.linalg.solve(A, b)[:n]
 
 
-def derivative(y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, begun):
+def derivative(
+    y, mass, joints, numbers, springs, of_springs, touches, of_touches, closed, begun, over
+):
     """Return the derivative of [q, v]."""
     n = len(mass)
     q, v = y[:n], y[n:]
@@ -270,15 +297,15 @@ def derivative(y, mass, joints, numbers, springs, of_springs, touches, of_touche
         add_gradient(row, i, (x1 - x2) / d, (y1 - y2) / d, dx1, dy1, 1.0)
         add_gradient(row, j, (x1 - x2) / d, (y1 - y2) / d, dx2, dy2, -1.0)
         forces -= p[4] * (d - p[5]) * row
+    J, right, _ = constraints(q, v, joints, numbers)
     for k in range(len(touches)):
         if closed[k]:
             kind, i, j = touches[k]
             p = of_touches[k]
             g = gap(q, kind, i, j, p, row)
             if g < 0.0:
-                force = p[6] * (-g) ** p[7] * (1.0 - p[8] * (row @ v) / begun[k])
-                forces += max(force, 0.0) * row
-    J, right, _ = constraints(q, v, joints, numbers)
+                effective = 1.0 / (row @ solved(mass, J, row, np.zeros(len(J))))
+                forces += push(-g, -(row @ v), p[6:], begun[k], over[k], effective) * row
     return np.concatenate((v, solved(mass, J, forces, right)))
 
 
@@ -320,7 +347,7 @@ class Reference:
         gaps = [(k, *g) for k, touch in enumerate(draw.touches) for g in gaps_of(touch)]
         self.owner = [k for k, *_ in gaps]
         self.touches = np.array([g[1:4] for g in gaps], dtype=np.int64).reshape(-1, 3)
-        self.of_touches = np.array([g[4] for g in gaps], dtype=float).reshape(-1, 9)
+        self.of_touches = np.array([g[4] for g in gaps], dtype=float).reshape(-1, 10)
 
     def velocities(self) -> np.ndarray:
         """Return the velocities at the start, those of the parts as far as joints allow them."""
@@ -347,6 +374,7 @@ class Reference:
         n, count = len(self.mass), len(self.touches)
         y, t = np.concatenate([self.start, self.velocities()]), float(times[0])
         closed, begun, evaluations = np.zeros(count, dtype=bool), np.ones(count), 0
+        over = np.zeros(count, dtype=bool)
         places, events, fastest = np.full((len(times), n), np.nan), [], 0.0
         row = np.zeros(n)
         arguments = (self.mass, self.joints, self.numbers, self.springs, self.of_springs,
@@ -361,7 +389,16 @@ class Reference:
 
                 zero.terminal, zero.direction = True, 1.0 if closed[k] else -1.0
                 watched.append(zero)
-            state = closed.copy(), begun.copy()
+            for k, ((kind, i, j), p) in enumerate(zip(self.touches, self.of_touches, strict=True)):
+                impact = closed[k] and not over[k]
+
+                def pressed(_, y, kind=kind, i=i, j=j, p=p, impact=impact):
+                    gap(y[:n], kind, i, j, p, row)
+                    return row @ y[n:] if impact else 1.0
+
+                pressed.terminal, pressed.direction = True, -1.0
+                watched.append(pressed)
+            state = closed.copy(), begun.copy(), over.copy()
 
             def rates_of(_, y, state=state):
                 nonlocal evaluations
@@ -382,9 +419,11 @@ class Reference:
             g, rates = self.gaps(y[:n], y[n:])
             fastest = max(fastest, float(np.abs(rates).max()))
             struck = np.array([len(moments) > 0 for moments in part.t_events])
+            struck, again = struck[:count], struck[count:]
             closing, opening = ~closed & struck, closed & struck
             begun = np.where(closing, np.maximum(-rates, LAW["least_speed"]), begun)
             closed = (closed | closing) & ~opening
+            over = (over | again) & closed & ~closing
             events += [
                 Event(t, self.owner[k], -rates[k], -rates[k] / fastest)
                 for k in np.flatnonzero(closing)
@@ -395,7 +434,7 @@ class Reference:
 def gaps_of(touch: Touch) -> list[tuple[int, int, int, list[float]]]:
     """Return the gaps of a touch: kind, two bodies and numbers."""
     kind, a, b, numbers, (K, e, n) = touch
-    law = [K, n, damping(e)]
+    law = [K, n, damping(e), damping_ratio(e)]
 
     def entry(code: int, first: float, second: float, x: float = a.x, y: float = a.y):
         return code, a.body, b.body, [x, y, b.x, b.y, first, second, *law]

@@ -21,6 +21,7 @@ from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.words import number_of
 
 Label = tuple[str, str, int]
@@ -231,7 +232,10 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
     gaps = [owner for owner, law in laws for _ in law.events]
     labels |= _numbered("gap", gaps, state.gap)
-    return labels | _numbered("mode", gaps, state.gap + (state.extreme - state.gap) // 2)
+    rows = rows_of_gaps.py_func(state)
+    for kind in ("mode", "mass", "depth"):
+        labels |= _numbered(kind, gaps, getattr(rows, kind))
+    return labels
 
 
 def _numbered(

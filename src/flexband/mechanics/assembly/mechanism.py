@@ -43,7 +43,8 @@ from flexband.mechanics.kernels.forms import (
     scale,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.state import FRICTION_ROWS, GAP_ROWS, State
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+from flexband.mechanics.kernels.state import FRICTION_ROWS, State
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,
@@ -379,8 +380,8 @@ class Mechanism:
         """Return what is positive where a joint that switches is active."""
         if not isinstance(active, tuple):
             return Form.function(active) - 0.5
-        modes = self.state.gap + 2 * ((self.state.extreme - self.state.gap) // GAP_ROWS)
-        return Form.variable(modes + self._number_in_laws("event", *active)) * -1.0
+        first = rows_of_gaps.py_func(self.state).mode
+        return Form.variable(first + self._number_in_laws("event", *active)) * -1.0
 
     def at_rest(self) -> Mechanism:
         """Return the mechanism for statics and modes: joints that switch are as at the start."""
@@ -535,10 +536,10 @@ class Mechanism:
         _within("part with contacts", part, dict.fromkeys(owners))
         number, first = owners.count(part), self._before(part, "laws")
         before = sum(len(law.events) for law in self.laws[:first])
-        count = (self.state.extreme - self.state.gap) // GAP_ROWS
+        rows = rows_of_gaps.py_func(self.state)
         return [
             ContactRows(
-                *(Form.variable(self.state.gap + k * count + before + n) for k in range(GAP_ROWS)),
+                *(Form.variable(first + before + n) for first in rows[1:6]),
                 angular=self.laws[first + n].gap_kind == GAP.angle,
             )
             for n in range(number)

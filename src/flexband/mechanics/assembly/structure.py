@@ -82,6 +82,7 @@ class Laws(NamedTuple):
     state_start: np.ndarray  # law -> first of its states
     gap_start: np.ndarray  # law -> first of its gaps
     gap_kind: np.ndarray  # gap -> what it is of, see `kernels.laws.forces`
+    gap_law: np.ndarray  # gap -> its law, except for the margins of friction
     angle: int  # angle of the first point; those of the others follow
     position: int  # vector of the first point's position; those of the others follow
     coordinates: np.ndarray  # law -> number of coordinates that it depends on

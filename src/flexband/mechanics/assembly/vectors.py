@@ -14,7 +14,7 @@ from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
 from flexband.mechanics.kernels.forms import TimeFunction, Vector
-from flexband.mechanics.kernels.laws.forces import AXES, GAP
+from flexband.mechanics.kernels.laws.forces import AXES, GAP, GAP_MEMORY
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.load import LawEntry, SpringEntry
@@ -167,6 +167,7 @@ class LawTable:
             state_start=starts([[*law.states] for law in self.laws]),
             gap_start=starts([law.events for law in self.laws]),
             gap_kind=indices([*gap_kinds, *[GAP.margin] * self.margins]),
+            gap_law=indices(s for s, law in enumerate(self.laws) for _ in law.events),
             angle=self.angle,
             position=self.position,
             coordinates=indices(len(group) for group in self.groups),
@@ -188,7 +189,7 @@ class LawTable:
 def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
-    given = 1 + len(law.parameters) + 4 * (len(law.states) + len(law.events))
+    given = 1 + len(law.parameters) + 4 * len(law.states) + GAP_MEMORY * len(law.events)
     return given + axes * (3 + axes + 2 * len(group))
 
 

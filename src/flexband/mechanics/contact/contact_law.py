@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, check_finite, check_instance
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.contact.normal_laws import NormalLaw
+from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -23,6 +24,7 @@ from flexband.mechanics.kernels.lanes import (
     less,
     load,
     load_rows,
+    magnitude,
     maximum,
     power,
     sqrt,
@@ -30,9 +32,13 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import AXES, GAP
+from flexband.mechanics.kernels.laws.states import MARK
 
-LAW_PARAMETERS = 4
-"""K, n, a and the least δ̇₀ come before the parameters of a geometry."""
+LAW_PARAMETERS = 5
+"""K, n, a, the least δ̇₀ and ζ come before the parameters of a geometry."""
+
+IMPACT_REACH = 2.0
+"""Depth of an impact, as the speed that it takes, over its speed: more is due to other forces."""
 
 
 class PairContact(NamedTuple):
@@ -61,15 +67,47 @@ def turning(normal_law: NormalLaw, sign: float, limit: ArrayLike) -> PairContact
 
 
 @compiled
-def normal_force(depth, rate, mode, p):
-    """Return F of a contact; `mode` is negative where it is closed, of the size of δ̇₀."""
-    d, n = maximum(depth, filled(0.0)), p[1]
-    raised = where(n - 1.5, d, d * sqrt(d))
+def elastic_force(depth, p):
+    """Return K δⁿ of the parameters `LAW_PARAMETERS`."""
+    n = p[1]
+    raised = where(n - 1.5, depth, depth * sqrt(depth))
     others = (n - 1.5) * (n - 1.0)
     if any_true(others):
-        raised = where(others, power(d, n), raised)
-    force = p[0] * raised * (1.0 + p[2] * rate / maximum(-mode, p[3]))
-    return where(less(filled(0.0), mode), filled(0.0), maximum(force, filled(0.0)))
+        raised = where(others, power(depth, n), raised)
+    return p[0] * raised
+
+
+@compiled
+def damping_coefficient(depth, elastic, mode, mass, p):
+    """Return c [N s/m] of a closed contact, whose force is K δⁿ + c δ̇; see `normal_laws`.
+
+    `mode` is minus δ̇₀. `mass` is the effective one, negative where the impact is over.
+    """
+    none, n, speed = filled(0.0), p[1], maximum(-mode, p[3])
+    settled, mass = less(mass, none), magnitude(mass)
+    of_impact = p[2] * elastic / speed
+    tangent = n * elastic / maximum(depth, filled(1e-300))
+    of_vibration = 2.0 * p[4] * sqrt(tangent * mass)
+    reach = 2.0 * elastic * depth / ((n + 1.0) * maximum(mass, filled(1e-300)) * speed * speed)
+    reach = where(settled, filled(1e300), reach / (IMPACT_REACH * IMPACT_REACH))
+    pressed = maximum(of_impact / maximum(reach, filled(1.0)), of_vibration)
+    c = where(less(filled(1.0), reach), minimum(pressed, of_impact), of_impact)
+    return where(less(none, depth), where(less(-mode, filled(MARK.at_rest)), c, none), none)
+
+
+@compiled
+def normal_force(depth, rate, mode, mass, p):
+    """Return F of a contact and the power that it takes, (F − K δⁿ) δ̇.
+
+    `mode` is negative where the contact is closed, of the size of δ̇₀.
+    """
+    d, none, open_ = maximum(depth, filled(0.0)), filled(0.0), less(filled(0.0), mode)
+    elastic = elastic_force(d, p)
+    force = elastic + damping_coefficient(d, elastic, mode, mass, p) * rate
+    force = maximum(force, none)
+    loss = where(open_, none, (force - elastic) * rate)
+    force = where(open_, none, force)
+    return where(less(mode, filled(-0.5 * MARK.unit)), filled(1.0), force), loss
 
 
 @cache
@@ -87,24 +125,24 @@ def _law_of(kernel: Callable[..., tuple], count: int) -> Callable[[int], None]:
         vx = v1[0] - v1[2] * ay - v2[0] + v2[2] * by
         vy = v1[1] + v1[2] * ax - v2[1] - v2[2] * bx
         rate = nx * vx + ny * vy
-        F = normal_force(-gap, -rate, load(memory, mode), p)
+        F, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)
         first, second = F * (ax * ny - ay * nx), F * (by * nx - bx * ny)
         store_rows(memory, force, (F * nx, F * ny, first, -F * nx, -F * ny, second))
-        store_rows(memory, mode + 1, (gap, F, rate))
+        store_rows(memory, mode + 1, (gap, F, rate, loss))
 
     return law
 
 
 def angular_law(memory):
     """Fill in the moments of an angular stop; its parameters end with a sign and the limit."""
-    p, none = load_rows(memory, 1, 6), filled(0.0)
-    sign, limit = p[4], p[5]
-    x, v, force, mode = 7, 13, 19, 25  # rows after the time and six parameters
+    p, none = load_rows(memory, 1, 7), filled(0.0)
+    sign, limit = p[5], p[6]
+    x, v, force, mode = 8, 14, 20, 26  # rows after the time and seven parameters
     gap = limit - sign * (load(memory, x + 2) - load(memory, x + 5))
     rate = sign * (load(memory, v + 5) - load(memory, v + 2))
-    M = normal_force(-gap, -rate, load(memory, mode), p)
+    M, loss = normal_force(-gap, -rate, load(memory, mode), load(memory, mode + 5), p)
     store_rows(memory, force, (none, none, -sign * M, none, none, sign * M))
-    store_rows(memory, mode + 1, (gap, M, rate))
+    store_rows(memory, mode + 1, (gap, M, rate, loss))
 
 
 def check_law(name: str, value: NormalLaw | None) -> None:

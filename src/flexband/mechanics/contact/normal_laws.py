@@ -91,14 +91,21 @@ class NormalLaw(ABC):
 
     @property
     def parameters(self) -> tuple[ArrayLike, ...]:
-        """K, n, a and the least speed, as `contact_law` takes them."""
+        """K, n, a, the least speed and ζ, as `contact_law` takes them."""
         a = self.damping(np.asarray(self.restitution, dtype=float))
-        return self.stiffness, self.exponent, a, self.least_speed
+        return self.stiffness, self.exponent, a, self.least_speed, self.damping_ratio
 
     @property
     def effective_restitution(self) -> np.ndarray:
         """The ratio e′ with which free bodies part."""
         return kept_restitution(self.damping(np.asarray(self.restitution, dtype=float)))
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """ζ = −ln e/√(π² + ln² e) of a small vibration about a closed state, at most."""
+        with np.errstate(divide="ignore"):
+            decay = -np.log(np.asarray(self.restitution, dtype=float))
+            return 1.0 / np.hypot(1.0, np.pi / decay)
 
 
 @frozen(kw_only=True)

@@ -108,6 +108,7 @@ class StepLimits(NamedTuple):
 
     tolerance: float  # error of a coordinate in a step, relative to the size of the mechanism
     smallest: float  # shortest step [s]
+    is_given: float  # 1 if a user has given the shortest step, which contacts then do not change
 
 
 @frozen(kw_only=True)
@@ -163,7 +164,8 @@ class GeneralizedAlpha:
             return None
         tolerance = 1e-7 if self.step_tolerance is None else self.step_tolerance
         smallest = self.smallest_step or 1e-7 * float(step)
-        return StepLimits(float(tolerance), float(min(smallest, step)))
+        is_given = 0.0 if self.smallest_step is None else 1.0
+        return StepLimits(float(tolerance), float(min(smallest, step)), is_given)
 
     def coefficients(self, step: float) -> Coefficients:
         """Return the coefficients of the method for a step [s] (Chung and Hulbert 1993)."""

@@ -10,8 +10,8 @@ length of a translational spring, the angle of a torsion spring. e are the unit 
 following forces act, and F the forces and moments of force laws, which are set where a sensor reads
 them. y are the first-order states of force laws and what integrates them, see
 `kernels.laws.states`. f is what friction depends on, see `kernels.friction`. g are the gaps of
-force laws whose zeros are events, and the margins of friction, then their rates, their modes and
-the forces of contacts, see `kernels.laws.gaps`. x are extremes and integrals over the steps of a
+force laws whose zeros are events, and the margins of friction, with their rates, modes and more,
+see `kernels.laws.gap_rows`. x are extremes and integrals over the steps of a
 run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
@@ -21,8 +21,8 @@ from __future__ import annotations
 from itertools import accumulate
 from typing import NamedTuple
 
-GAP_ROWS = 4
-"""Rows of a gap: its value, rate, mode and force."""
+GAP_ROWS = 7
+"""Rows of a gap, see `kernels.laws.gap_rows`."""
 
 FRICTION_ROWS = 6
 """Rows of a friction: its mode, anchor, sliding speed and normal force, and |d| and φ at the start

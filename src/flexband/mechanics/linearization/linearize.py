@@ -31,8 +31,9 @@ from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.kernels.state import FRICTION_ROWS, GAP_ROWS
+from flexband.mechanics.kernels.state import FRICTION_ROWS
 
 
 class LinearStates(NamedTuple):
@@ -174,10 +175,10 @@ class Equations:
 
     def switched(self, z: np.ndarray) -> np.ndarray:
         """Return the state with the modes of laws, but not of contacts, that its gaps have."""
-        z, count = z.copy(), (self.state.extreme - self.state.gap) // GAP_ROWS
+        z, rows = z.copy(), rows_of_gaps.py_func(self.state)
         self.loads(z[:, None])
-        gaps = self.work.z[self.state.gap :][:count, 0]
-        modes = z[self.state.gap : self.state.extreme][2 * count : 3 * count]
+        gaps = self.work.z[rows.value :][: rows.count, 0]
+        modes = z[rows.mode :][: rows.count]
         events = self.system.structure.laws.gap_kind == GAP.event
         modes[events & (gaps * modes < 0)] *= -1.0
         return z
@@ -185,10 +186,8 @@ class Equations:
     @staticmethod
     def closed(system: System, z: np.ndarray) -> None:
         """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
-        state, kinds = system.structure.state, system.structure.laws.gap_kind
-        z[state.gap : state.extreme][2 * len(kinds) : 3 * len(kinds)][
-            np.isin(kinds, (GAP.length, GAP.angle))
-        ] = -MARK.at_rest
+        kinds, rows = system.structure.laws.gap_kind, rows_of_gaps.py_func(system.structure.state)
+        z[rows.mode :][: rows.count][np.isin(kinds, (GAP.length, GAP.angle))] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:
         """Return the states of force laws that the last evaluation has solved for."""

@@ -84,7 +84,7 @@ class Contacts(OverSteps):
 
     Outputs are "_number", how often they have closed; "_t1", "_t2", …, the first instants [s] at
     which they did so, NaN where there is none; "_force", the largest normal force; "_energy", the
-    work that was done on them [J]: the energy lost, and what they hold while they are closed.
+    energy that their damping has taken [J], without that of friction.
 
     Parameters
     ----------
@@ -119,11 +119,11 @@ class Contacts(OverSteps):
         forms: list[tuple[Form, int]] = []
         for c in contacts_of("Contacts", model, self.part, angular=self.angular):
             forms += [(c.mode, kind) for kind in kinds]
-            forms += [(c.force, KINDS.largest), (-(c.force * c.rate), KINDS.integral)]
+            forms += [(c.force, KINDS.largest), (c.loss, KINDS.integral)]
         return forms
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        """Return the sums of numbers and works, the first of all instants, the largest force."""
+        """Return the sums of numbers and energies, the first of all instants, the largest force."""
         contacts = rows.reshape(-1, self.first + 3, *rows.shape[1:])
         number, energy = contacts[:, 0].sum(axis=0), contacts[:, -1].sum(axis=0)
         instants = contacts[:, 1:-2].reshape(-1, *rows.shape[1:])

@@ -22,12 +22,13 @@ from flexband.mechanics.loads.load import Entries
 
 
 class ContactRows(NamedTuple):
-    """The gap of a contact, its rate, its mode and the normal force, and whether it is an angle."""
+    """The gap of a contact, its rate, mode, normal force and loss, and whether it is an angle."""
 
     gap: Form
     rate: Form
     mode: Form
     force: Form
+    loss: Form
     angular: bool
 
 

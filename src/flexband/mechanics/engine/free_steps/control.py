@@ -56,6 +56,14 @@ class StepControl(NamedTuple):
     """Ratio by which the depth of a contact changes at most in a step."""
     least_depth: float = 0.1
     """Change in parts of the tolerance that is always allowed."""
+    depths_in_size: float = 1e4
+    """Depths of a contact in the size of a mechanism beyond which the tolerance refers to them."""
+    durations: float = 1e-4
+    """Part of the duration of an impact that its steps may have at least."""
+    steps_of_mass: float = 64.0
+    """Steps after which the effective masses of closed contacts are computed anew."""
+    immovable: float = 1e-9
+    """Mobility of a contact, relative to that without joints, that counts as none."""
     events_in_a_row: float = 20.0
     """More, without a long step between them, are without end."""
     long_step: float = 10.0

@@ -6,7 +6,9 @@ Over a step, g is the cubic with the values and rates at both ends.
 
 from __future__ import annotations
 
+from flexband.mechanics.engine.free_steps.contact_scale import is_contact_gap, scale_of_contact
 from flexband.mechanics.engine.free_steps.control import CONTROL
+from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.friction import sticks
 from flexband.mechanics.kernels.lanes import (
     any_true,
@@ -20,7 +22,8 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import GAP, gap_count
+from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
 
 
@@ -30,13 +33,11 @@ def _cubic(start, slope, c2, c3, u):
 
 
 @compiled
-def _tolerance(structure, values, limits, k):
+def _tolerance(structure, values, limits, z, k):
     """Return by how much a step may pass the zero of a gap, infinity where its unit is unknown."""
-    kind = structure.laws.gap_kind[k]
-    if kind in (GAP.event, GAP.margin):
+    if structure.laws.gap_kind[k] in (GAP.event, GAP.margin):
         return filled(1e300)
-    size = 1.0 / load(values.inverse_scale, 1)
-    return limits.tolerance * (size if kind == GAP.length else filled(1.0))
+    return limits.tolerance * scale_of_contact(structure, values, z, k)
 
 
 @compiled
@@ -46,19 +47,25 @@ def crossing(structure, values, limits, before, z, step):
     Returns the mask of the lanes that have one, and to which part of the step they should go.
     """
     state, late, part = structure.state, filled(0.0), filled(1.0)
-    count = gap_count(state)
-    for k in range(count):
-        tolerance = _tolerance(structure, values, limits, k)
-        positive = less(filled(0.0), load(z, state.gap + 2 * count + k))
+    rows = rows_of_gaps(state)
+    for k in range(rows.count):
+        tolerance = _tolerance(structure, values, limits, before, k)
+        positive = less(filled(0.0), load(z, rows.mode + k))
         sign = where(positive, filled(1.0), filled(-1.0))
-        start, end = sign * load(before, state.gap + k), sign * load(z, state.gap + k)
-        slope = sign * step * load(before, state.gap + count + k)
-        last = sign * step * load(z, state.gap + count + k)
+        start, end = sign * load(before, rows.value + k), sign * load(z, rows.value + k)
+        slope = sign * step * load(before, rows.rate + k)
+        last = sign * step * load(z, rows.rate + k)
         if structure.laws.gap_kind[k] == GAP.margin:
-            friction = k - (count - (state.angle - state.friction))
+            friction = k - (rows.count - (state.angle - state.friction))
             held = sticks(state, z, friction)  # the rate of a margin of forces is not known
             held = filled(1.0) if structure.friction.switched[friction] else held
             slope, last = where(held, end - start, slope), where(held, end - start, last)
+        if is_contact_gap(structure.laws, k):
+            settling = is_pressed_again(before, z, rows, k)
+            turn = slope / where(settling, slope - last, filled(1.0))
+            early = where(settling, less(turn, filled(1.0 - CONTROL.located)), filled(0.0))
+            late = maximum(late, early)
+            part = where(early, minimum(part, turn + CONTROL.overshoot), part)
         c2, c3 = 3.0 * (end - start) - 2.0 * slope - last, 2.0 * (start - end) + slope + last
         square = c2 * c2 - 3.0 * c3 * slope
         lowest = -slope / (c2 + sqrt(where(less(square, filled(0.0)), filled(0.0), square)))
@@ -86,7 +93,7 @@ def crossing(structure, values, limits, before, z, step):
         beyond = where(less(tolerance, 2.0 * beyond * speed), 0.5 * tolerance / speed, beyond)
         target = where(early, high + beyond, filled(1.0))
         late = maximum(late, early)
-        part = where(less(target, part), target, part)
+        part = minimum(part, target)
     return late, part
 
 
@@ -96,19 +103,18 @@ def longest_in_contact(structure, values, limits, z):
 
     It is the same on the way in as on the way out, which begins where the other ends.
     """
-    state, longest = structure.state, filled(1e300)
-    count = gap_count(state)
-    for k in range(count):
-        if structure.laws.gap_kind[k] in (GAP.length, GAP.angle):
-            rate = load(z, state.gap + count + k)
+    rows, longest = rows_of_gaps(structure.state), filled(1e300)
+    for k in range(rows.count):
+        if is_contact_gap(structure.laws, k):
+            rate = load(z, rows.rate + k)
             part = where(
                 less(rate, filled(0.0)), filled(CONTROL.depths - 1.0),
                 filled(1.0 - 1.0 / CONTROL.depths),
             )  # fmt: skip
-            change = CONTROL.least_depth * _tolerance(structure, values, limits, k)
-            change = maximum(-part * load(z, state.gap + k), change)
+            change = CONTROL.least_depth * _tolerance(structure, values, limits, z, k)
+            change = maximum(-part * load(z, rows.value + k), change)
             step = change / maximum(magnitude(rate), filled(CONTROL.least_speed))
-            closed = less(load(z, state.gap + 2 * count + k), filled(0.0))
+            closed = less(load(z, rows.mode + k), filled(0.0))
             longest = where(closed, where(less(step, longest), step, longest), longest)
     return longest
 
@@ -116,13 +122,13 @@ def longest_in_contact(structure, values, limits, z):
 @compiled
 def size_modes(state, z):
     """Set the size of modes that have changed at no time so far to the speed of their gaps."""
-    count = gap_count(state)
-    for k in range(count):
-        row = state.gap + 2 * count + k
-        speed = maximum(magnitude(load(z, state.gap + count + k)), filled(CONTROL.least_speed))
-        sized = where(less(filled(0.0), load(z, row)), speed, -speed)
-        new = less(filled(0.5 * MARK.at_rest), magnitude(load(z, row)))
-        store(z, row, where(new, sized, load(z, row)))
+    rows = rows_of_gaps(state)
+    for k in range(rows.count):
+        mode, rate = load(z, rows.mode + k), load(z, rows.rate + k)
+        speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
+        sized = where(less(filled(0.0), mode), speed, -speed)
+        new = less(filled(0.5 * MARK.at_rest), magnitude(mode))
+        store(z, rows.mode + k, where(new, sized, mode))
 
 
 @compiled
@@ -131,17 +137,44 @@ def switch_modes(structure, z, chosen):
 
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
-    state = structure.state
-    count = gap_count(state)
-    changed = filled(0.0)
-    for k in range(count):
-        row = state.gap + 2 * count + k
-        gap, rate = load(z, state.gap + k), load(z, state.gap + count + k)
+    rows, changed = rows_of_gaps(structure.state), filled(0.0)
+    for k in range(rows.count):
+        row = rows.mode + k
+        gap, rate = load(z, rows.value + k), load(z, rows.rate + k)
         heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
         opposite = where(chosen, less(load(z, row) * heading, filled(0.0)), filled(0.0))
         changed = where(opposite, filled(1.0), changed)
         speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
+        if is_contact_gap(structure.laws, k):  # an impact begins
+            mass = load(z, rows.mass + k)
+            store(z, rows.mass + k, where(opposite, magnitude(mass), mass))
         if structure.laws.gap_kind[k] != GAP.margin:
             mode = where(less(filled(0.0), load(z, row)), -speed, speed)
             store(z, row, where(opposite, mode, load(z, row)))
     return changed
+
+
+@compiled
+def is_pressed_again(before, z, rows, gap):
+    """Return where a contact in an impact, which left in the state `before`, is pressed in in z."""
+    none, rate = filled(0.0), load(before, rows.rate + gap)
+    impact = where(less(load(before, rows.mode + gap), none), filled(1.0), none)
+    impact = where(less(load(before, rows.mass + gap), none), none, impact)
+    leaves = where(less(none, rate), impact, none)
+    return where(less(load(z, rows.rate + gap), none), leaves, none)
+
+
+@compiled
+def settle_contacts(structure, before, z, chosen):
+    """End the impacts of contacts that are pressed in again; return the lanes with any.
+
+    At this moment the gap does not move, so that the force does not jump.
+    """
+    rows, settled = rows_of_gaps(structure.state), filled(0.0)
+    for k in range(rows.count):
+        if is_contact_gap(structure.laws, k):
+            pressed = where(chosen, is_pressed_again(before, z, rows, k), filled(0.0))
+            mass = load(z, rows.mass + k)
+            store(z, rows.mass + k, where(pressed, -mass, mass))
+            settled = maximum(settled, pressed)
+    return settled

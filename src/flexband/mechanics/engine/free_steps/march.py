@@ -9,6 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.engine.free_steps.contact_scale import (
+    follow_depths,
+    is_contact_gap,
+    limits_of_contacts,
+    settle_at_start,
+)
 from flexband.mechanics.engine.free_steps.control import (
     CONTROL,
     error_of_step,
@@ -19,9 +25,11 @@ from flexband.mechanics.engine.free_steps.control import (
 from flexband.mechanics.engine.free_steps.crossings import (
     crossing,
     longest_in_contact,
+    settle_contacts,
     size_modes,
     switch_modes,
 )
+from flexband.mechanics.engine.free_steps.effective_mass import update_masses
 from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
@@ -57,10 +65,11 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    nearest_whole,
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import GAP, update_law_states
+from flexband.mechanics.kernels.laws.forces import update_law_states
 from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
@@ -111,6 +120,7 @@ def switch(structure, method, values, work, step, time, limits, chosen):
         update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
         update_margins(structure, values, now, work, limits, method.step)
         go_back(structure, work, where(changed, smooth, filled(1.0)))
+        update_masses(structure, values, now, work, changed)
         watch(structure, values, now, work, time, time, changed)
     return changed, jammed
 
@@ -187,7 +197,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     planned, ahead = load(work.steps, 0), length - elapsed
     longest = longest_in_contact(structure, values, limits, z)
     closed = less(longest, filled(1e300))
-    planned = minimum(planned, maximum(longest, filled(limits.smallest)))
+    contact_part, smallest = limits_of_contacts(structure, values, limits, z)
+    planned = minimum(planned, maximum(longest, smallest))
     step = where(less(planned, ahead), 0.5 * ahead, ahead)
     step = where(less(planned, 0.5 * ahead), planned, step)
     step = where(stepping, step, filled(1.0) * method.step)
@@ -200,9 +211,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     scaled = of_part(method, step / method.step)
     in_flight = 1.0
     for k in range(len(structure.laws.gap_kind)):
-        contact = structure.laws.gap_kind[k] in (GAP.length, GAP.angle)
-        in_flight = CONTROL.in_flight if contact else in_flight
-    allowed = limits.tolerance * where(closed, filled(CONTROL.in_contact), filled(in_flight))
+        in_flight = CONTROL.in_flight if is_contact_gap(structure.laws, k) else in_flight
+    in_contact = CONTROL.in_contact * contact_part
+    allowed = limits.tolerance * where(closed, in_contact, filled(in_flight))
     newton = minimum(CONTROL.newton * allowed, filled(tolerance))
     begin_sticking(structure, values, z)
     predict(structure, scaled, values, z, a)
@@ -217,7 +228,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
     good = where(failed, none, less(error, filled(1.0)))
     early, event = crossing(structure, values, limits, work.before, z, step)
-    short = less((1.0 - event) * step, filled(limits.smallest))
+    short = less((1.0 - event) * step, smallest)
     early = where(good, where(short, none, early), none)
     accepted = where(stepping, where(early, none, good), none)
     end_states(state, z, step, accepted)
@@ -233,18 +244,25 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     cut = where(limited, none, cut)
     next_step = where(cut, maximum(planned, next_step), next_step)
     store(work.steps, 3, where(accepted, cubed, before))
-    next_step = maximum(next_step, filled(limits.smallest))
+    next_step = maximum(next_step, smallest)
     store(work.steps, 0, where(stepping, next_step, planned))
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
+    aged = load(work.counts, 0) / CONTROL.steps_of_mass
+    aged = less(magnitude(aged - nearest_whole(aged)), filled(0.5 / CONTROL.steps_of_mass))
+    settled = settle_contacts(structure, work.before, z, accepted)
+    settled = maximum(settled, where(closed, where(aged, accepted, none), none))
+    if any_true(settled):
+        update_masses(structure, values, now, work, settled)
     changed, jammed = switch(structure, method, values, work, step, time + step, limits, accepted)
+    follow_depths(structure, values, z, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
-    long = less(filled(CONTROL.long_step * limits.smallest), step)
+    long = less(CONTROL.long_step * smallest, step)
     events = where(where(long, accepted, none), none, load(work.steps, 2) + changed)
     store(work.steps, 2, events)
     endless = less(filled(CONTROL.events_in_a_row), events)
-    shortest = less(step, filled(1.0001 * limits.smallest))
+    shortest = less(step, 1.0001 * smallest)
     lost = where(stepping, where(shortest, where(accepted, endless, shortest), none), none)
     lost = maximum(lost, jammed)
     blame(work.trial, number, failed, failure, lost)
@@ -277,6 +295,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
         switch(structure, method, values, work, load(work.steps, 0), moment, limits, still)
+        follow_depths(structure, values, z, still)
     sensed, rows = outputs[rounds + 1], outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)
     for row in range(outputs.shape[1]):
@@ -305,6 +324,9 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     size_modes(structure.state, z)
     if structure.state.angle > structure.state.friction:
         begin_friction(structure, method, values, work, limits, failure, anew)
+    update_masses(structure, values, now, work, anew)
+    settle_at_start(structure, values, z, anew)
+    follow_depths(structure, values, z, anew)
     sense_start(structure, values, work, outputs)
     alive = where(load(failure, 0), none, filled(1.0))
     rounds, arrived = outputs.shape[0] - 2, alive

@@ -48,7 +48,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.forces import gap_count
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 
 
 class StickOptions(NamedTuple):
@@ -114,8 +114,8 @@ def sliding_rates(structure, values, now, work):
 def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
     state, z, none = structure.state, work.z, filled(0.0)
-    rows, gaps = friction_rows(state), gap_count(state)
-    first = state.gap + gaps - rows.frictions
+    rows, gaps = friction_rows(state), rows_of_gaps(state)
+    first = gaps.count - rows.frictions
     if rows.frictions > 0:
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
@@ -131,10 +131,10 @@ def update_margins(structure, values, now, work, limits, step):
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
                 margin, rate = where(held, N, -N), none
-            store(z, first + k, margin)
-            store(z, first + gaps + k, rate)
-            store(z, first + 2 * gaps + k, filled(1.0))
-            store(z, first + 3 * gaps + k, N)
+            store(z, gaps.value + first + k, margin)
+            store(z, gaps.rate + first + k, rate)
+            store(z, gaps.mode + first + k, filled(1.0))
+            store(z, gaps.force + first + k, N)
 
 
 @compiled

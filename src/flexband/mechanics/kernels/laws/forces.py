@@ -3,10 +3,10 @@
 The rows of the memory of a law with m parameters, P points and n states are t, p (m rows), then x,
 v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
 and their rates ẏ, then a row each for the modes of its gaps, their values, and, if they are
-contacts, the forces along them and their rates. The law solves y = b + τ ẏ(y), or ẏ(y) = 0 where τ
-is `MARK.solved`. The tangent needs three matrices behind them: B = ∂x/∂q (3P × C, where C is the
-number of coordinates that the law depends on), K = −∂force/∂x (3P × 3P), in which y follows x, and
-K B.
+contacts, the forces along them, their rates, what they lose and effective masses. The law solves
+y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent needs three matrices behind them:
+B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depends on), K = −∂force/∂x
+(3P × 3P), in which y follows x, and K B.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ from flexband.mechanics.kernels.lanes import (
     store_rows,
     where,
 )
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
-from flexband.mechanics.kernels.state import GAP_ROWS
 
 AXES = 3
 """Of a point: X, Y and θ."""
+
+GAP_MEMORY = 6
+"""Rows of a gap in the memory of its law."""
 
 DIFFERENCE = 1e-6
 """Step of the central differences: an angle [rad], or a displacement relative to the size."""
@@ -79,14 +82,8 @@ def layout(laws, s):
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (end - first)
     y = x + 3 * size
     mode = y + 4 * states
-    B = mode + GAP_ROWS * gaps
+    B = mode + GAP_MEMORY * gaps
     return LawRows(first, end, state, states, gap, gaps, x, x + size, x + 2 * size, y, mode, B)
-
-
-@compiled
-def gap_count(state):
-    """Return the number of gaps of all laws and frictions."""
-    return (state.extreme - state.gap) // GAP_ROWS
 
 
 @compiled
@@ -113,31 +110,33 @@ def fill(structure, values, now, z, s, memory):
         known = before + load(z, places.rule) * load(z, places.w + rows.state + k)
         store(memory, rows.y + rows.states + k, known)
         store(memory, rows.y + 2 * rows.states + k, load(z, places.rule + 1))
-    first_mode = state.gap + 2 * gap_count(state) + rows.gap
+    gaps = rows_of_gaps(state)
     for k in range(rows.gaps):
-        store(memory, rows.mode + k, load(z, first_mode + k))
+        store(memory, rows.mode + k, load(z, gaps.mode + rows.gap + k))
+        store(memory, rows.mode + 5 * rows.gaps + k, load(z, gaps.mass + rows.gap + k))
 
 
 @compiled
 def _call(laws, state, z, s, memory):
     """Call a law, and take over its states and their rates, and its gaps."""
     call_at(laws.address[s], memory, 0)
-    rows, places, count = layout(laws, s), rows_of_states(state), gap_count(state)
+    rows, places, gaps = layout(laws, s), rows_of_states(state), rows_of_gaps(state)
     for k in range(rows.states):
         store(z, places.y + rows.state + k, load(memory, rows.y + k))
         store(z, places.rate + rows.state + k, load(memory, rows.y + 3 * rows.states + k))
-    gap = state.gap + rows.gap
     for k in range(rows.gaps):
-        store(z, gap + k, load(memory, rows.mode + rows.gaps + k))
-        store(z, gap + 3 * count + k, load(memory, rows.mode + 2 * rows.gaps + k))
-        if laws.gap_kind[rows.gap + k] != GAP.event:
-            store(z, gap + count + k, load(memory, rows.mode + 3 * rows.gaps + k))
+        gap = rows.gap + k
+        store(z, gaps.value + gap, load(memory, rows.mode + rows.gaps + k))
+        store(z, gaps.force + gap, load(memory, rows.mode + 2 * rows.gaps + k))
+        if laws.gap_kind[gap] != GAP.event:
+            store(z, gaps.rate + gap, load(memory, rows.mode + 3 * rows.gaps + k))
+            store(z, gaps.loss + gap, load(memory, rows.mode + 4 * rows.gaps + k))
 
 
 @compiled
 def start_states(structure, values, z, memory):
     """Set the states at the start, those given or without a rate; modes that are set are kept."""
-    laws, state = structure.laws, structure.state
+    laws, state, gaps = structure.laws, structure.state, rows_of_gaps(structure.state)
     for s in range(len(laws.address)):
         fill(structure, values, 0, z, s, memory)
         rows = layout(laws, s)
@@ -154,9 +153,9 @@ def start_states(structure, values, z, memory):
         if rows.states + rows.gaps > 0:
             _call(laws, state, z, s, memory)
         for k in range(rows.gaps):
-            open_ = less(filled(0.0), load(z, state.gap + rows.gap + k))
+            open_ = less(filled(0.0), load(z, gaps.value + rows.gap + k))
             mode = where(open_, filled(MARK.at_rest), filled(-MARK.at_rest))
-            place = state.gap + 2 * gap_count(state) + rows.gap + k
+            place = gaps.mode + rows.gap + k
             known = load(z, place)
             mode = where(known, known, mode)
             store(memory, rows.mode + k, mode)
@@ -181,18 +180,36 @@ def update_law_states(structure, values, now, z, memory):
 @compiled
 def add_law_forces(structure, values, now, z, r, memory):
     """Subtract the laws' forces from the coordinates' rows and their moments from the angles'."""
-    laws, vectors, state = structure.laws, structure.vectors, structure.state
+    laws, state = structure.laws, structure.state
     for s in range(len(laws.address)):
         fill(structure, values, now, z, s, memory)
         _call(laws, state, z, s, memory)
-        rows = layout(laws, s)
-        for p in range(rows.first, rows.end):
-            row, position = rows.force + AXES * (p - rows.first), laws.position + p
-            fx, fy = load(memory, row), load(memory, row + 1)
-            for e in range(vectors.start[position], vectors.start[position + 1]):
-                part = load(values.vectors.x, e) * fx + load(values.vectors.y, e) * fy
-                add_to(r, vectors.coordinate[e], -part)
-            add_to(r, state.angle + laws.angle + p, -load(memory, row + 2))
+        _subtract_forces(structure, values, s, r, memory)
+
+
+@compiled
+def _subtract_forces(structure, values, s, r, memory):
+    """Subtract the forces in the memory of law s from the rows of r that they act on."""
+    laws, vectors, rows = structure.laws, structure.vectors, layout(structure.laws, s)
+    for p in range(rows.first, rows.end):
+        row, position = rows.force + AXES * (p - rows.first), laws.position + p
+        fx, fy = load(memory, row), load(memory, row + 1)
+        for e in range(vectors.start[position], vectors.start[position + 1]):
+            part = load(values.vectors.x, e) * fx + load(values.vectors.y, e) * fy
+            add_to(r, vectors.coordinate[e], -part)
+        add_to(r, structure.state.angle + laws.angle + p, -load(memory, row + 2))
+
+
+@compiled
+def add_unit_force(structure, values, now, z, s, r, memory):
+    """Subtract the forces of contact s from r, as `add_law_forces` does, as if its force were 1."""
+    row = rows_of_gaps(structure.state).mode + structure.laws.gap_start[s]
+    mode = load(z, row)
+    store(z, row, filled(-MARK.unit))
+    fill(structure, values, now, z, s, memory)
+    store(z, row, mode)
+    call_at(structure.laws.address[s], memory, 0)
+    _subtract_forces(structure, values, s, r, memory)
 
 
 @compiled
@@ -208,22 +225,26 @@ def read_laws(structure, values, now, z, memory):
 
 
 @compiled
+def is_contact(laws, s):
+    """Return whether law s is that of a contact, which has one gap."""
+    gap = laws.gap_start[s]
+    return laws.gap_start[s + 1] > gap and laws.gap_kind[gap] in (GAP.length, GAP.angle)
+
+
+@compiled
 def is_open(laws, state, z, s):
     """Return whether a law is that of a contact that is open in all lanes: it has no tangent."""
-    rows, closed = layout(laws, s), filled(0.0)
-    if rows.gaps == 0 or laws.gap_kind[rows.gap] == GAP.event:
+    if not is_contact(laws, s):
         return False
-    first_mode = state.gap + 2 * gap_count(state) + rows.gap
-    for k in range(rows.gaps):
-        closed = maximum(closed, less(load(z, first_mode + k), filled(0.0)))
-    return not any_true(closed)
+    mode = load(z, rows_of_gaps(state).mode + laws.gap_start[s])
+    return not any_true(less(mode, filled(0.0)))
 
 
 @compiled
 def difference(laws, state, z, s, size):
     """Return the step of the differences of a law, which is a small part of a contact's depth."""
     rows = layout(laws, s)
-    if rows.gaps == 0 or laws.gap_kind[rows.gap] == GAP.event:
+    if not is_contact(laws, s):
         return filled(DIFFERENCE)
     depth = magnitude(load(z, state.gap + rows.gap))
     if laws.gap_kind[rows.gap] == GAP.length:

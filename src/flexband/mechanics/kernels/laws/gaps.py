@@ -1,15 +1,15 @@
 """Gaps of force laws, whose zeros are events, on lanes.
 
 A law with events fills its gaps g, each of which has a mode m. Its sign is that of g, held while a
-step is taken, and its size is the speed |ġ| at the last event. The rows of z are g, then ġ, then m
-of all laws, then the forces along those gaps that are contacts.
+step is taken, and its size is the speed |ġ| at the last event.
 """
 
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector
 from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
-from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, gap_count, layout
+from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, layout
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import rows_of_states
 
 
@@ -57,5 +57,5 @@ def update_gap_rates(structure, values, now, z, time, memory):
                 call_at(laws.address[s], memory, 0)
                 for k in range(rows.gaps):
                     part = (0.5 * sign) * load(memory, rows.mode + rows.gaps + k) / time
-                    place = state.gap + gap_count(state) + rows.gap + k
+                    place = rows_of_gaps(state).rate + rows.gap + k
                     store(z, place, part if sign > 0.0 else load(z, place) + part)

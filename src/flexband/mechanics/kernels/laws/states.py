@@ -27,6 +27,8 @@ class Marks(NamedTuple):
     """For h (1 − c) where a law solves for a state that has no rate."""
     at_rest: float = 1e30
     """For the speed of a contact that never closed: it damps no vibration."""
+    unit: float = 1e60
+    """For the speed of a contact whose force is to be 1."""
 
 
 MARK = Marks()

@@ -1,0 +1,73 @@
+"""Effective masses of contacts, on lanes: 1/(n W nᵀ), where n is the gradient of the gap.
+
+W is the inverse of the mass matrix with joints, so that n W nᵀ is the acceleration of the gap by a
+unit force along it. Friction holds nothing there: the force of a contact must not jump where its
+surfaces begin to stick.
+"""
+
+from __future__ import annotations
+
+from flexband.mechanics.engine.free_steps.control import CONTROL
+from flexband.mechanics.engine.projection import mass_matrix, refine
+from flexband.mechanics.kernels.angles import pass_on_moments
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.friction import MODE, friction_rows
+from flexband.mechanics.kernels.lanes import clear, compiled, filled, less, load, store, where
+from flexband.mechanics.kernels.laws.forces import add_unit_force, is_contact
+from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+
+NO_MASS = 1e-300
+"""Of a contact that cannot move."""
+
+
+@compiled
+def _factorize_frictionless(structure, values, now, work):
+    """Factor [M, Φ_qᵀ; Φ_q, 0] with joints, and those that switch, but without friction."""
+    z, modes, rows = work.z, work.t, friction_rows(structure.state)
+    for k in range(rows.frictions):
+        mode = load(z, rows.mode + k)
+        store(modes, k, mode)
+        store(z, rows.mode + k, mode if structure.friction.switched[k] else filled(MODE.free))
+    mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
+    factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
+    for k in range(rows.frictions):
+        store(z, rows.mode + k, load(modes, k))
+
+
+@compiled
+def update_masses(structure, values, now, work, chosen):
+    """Set the effective masses of contacts where `chosen` is true; angles are up to date.
+
+    Where joints hold both sides of a contact, so that it cannot move, its mass is `NO_MASS`. Where
+    an impact is over it is negative.
+    """
+    laws, state, z, r, force = structure.laws, structure.state, work.z, work.r, work.s
+    mass, first, factorized = structure.mass, rows_of_gaps(structure.state).mass, False
+    for s in range(len(laws.address)):
+        if not is_contact(laws, s):
+            continue
+        if not factorized:
+            _factorize_frictionless(structure, values, now, work)
+            factorized = True
+        clear(r, state.velocity)
+        add_unit_force(structure, values, now, z, s, r, work.blocks)
+        pass_on_moments(structure, values, z, r)
+        for i in range(1, state.angle):
+            if i > state.coordinates:
+                store(r, i, filled(0.0))
+            store(force, i, load(r, i))
+        alone, mobility = filled(0.0), filled(0.0)
+        for p in range(len(mass.i)):
+            if mass.i[p] == mass.j[p]:
+                part = load(force, mass.i[p])
+                alone = alone + part * part / load(values.regular_mass, p)
+        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        refine(structure, values, work, r)
+        for i in range(1, state.coordinates + 1):
+            mobility = mobility + load(force, i) * load(r, i)
+        moves = less(CONTROL.immovable * alone, mobility)
+        effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(NO_MASS))
+        row = first + laws.gap_start[s]
+        known = load(z, row)
+        effective = where(less(known, filled(0.0)), -effective, effective)
+        store(z, row, where(chosen, effective, known))

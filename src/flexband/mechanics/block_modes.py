@@ -20,6 +20,7 @@ from flexband.mechanics.engine.redundancy import dependent, refuse_shared_fricti
 from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.contact_damping import contact_damping
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin
 from flexband.mechanics.linearization.steady_motion import check_steady, driven
@@ -100,7 +101,8 @@ class ModeSolver:
                 if balance.excess > self.unbalanced:
                     unbalanced.append(sample)
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
-            linear = linear._replace(M=balance.equations.mass)
+            damping = linear.D + contact_damping(balance.equations, z, linear)
+            linear = linear._replace(M=balance.equations.mass, D=damping)
             basis, senses = balance.basis, z[balance.equations.senses].copy()
             if system.mechanism.frictions:
                 linear, basis = _with_friction(balance, linear, z, sample)
@@ -166,5 +168,7 @@ def _with_friction(
             f"friction of {rough(system)} jams: with it no motion is consistent, or several are "
             "(Painlevé), so there are no modes"
         )
-    linear = equations.coupled(z, balance.spin)._replace(M=linear.M)
+    coupled = equations.coupled(z, balance.spin)
+    damping = coupled.D + contact_damping(equations, z, coupled)
+    linear = coupled._replace(M=linear.M, D=damping)
     return linear.following(balance.following(rows)), basis

@@ -50,6 +50,10 @@ class FrictionTable:
         slots.pop(places.nowhere, None)
         multipliers = range(state.friction, state.angle)
         rubbed = list(self.contact_forces)
+        reacts = [
+            any(state.sliding <= j < state.gap for v in group for f in v for k in f.terms for j in k[:2])
+            for group in self.normal_forces
+        ]
         return Friction(
             terms=self.terms.structure(places),
             slot=indices(slots),
@@ -58,9 +62,8 @@ class FrictionTable:
             angular=indices(friction.angular for friction in self.frictions),
             one_way=indices(friction.one_way for friction in self.frictions),
             switched=indices(friction.active is not None for friction in self.frictions),
-            follows=any(
-                state.sliding <= j < state.gap for term in self.normals.terms for j in term[1:3]
-            ),
+            follows=any(reacts),
+            reacts=indices(reacts),
             normals=self.normals.structure(places),
             of_components=indices(k for k, group in enumerate(self.normal_forces) for _ in group),
             orbit_term=indices(term for term, _ in self.orbits),

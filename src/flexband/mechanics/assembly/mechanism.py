@@ -42,6 +42,7 @@ from flexband.mechanics.kernels.forms import (
     moves,
     scale,
 )
+from flexband.mechanics.kernels.friction import friction_rows, reaction_rows
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.state import FRICTION_ROWS, State
@@ -396,6 +397,19 @@ class Mechanism:
         _within("joint that switches", joint, dict.fromkeys(owners))
         rows = [k for k, (name, f) in enumerate(self.frictions) if f.active and name == joint]
         return [Form.variable(self.state.sliding + 4 * count + k) for k in rows]
+
+    def works_of_impulses(self, part: str) -> list[Form]:
+        """Return the works that the impulses of a joint or load have done so far [J].
+
+        There are none without friction, where impulses are rounds of a run.
+        """
+        owners = [owner for owner, _ in self.frictions]
+        if not owners:
+            return []
+        rows = [reaction_rows.py_func(self.state).work + k for k in self._rows_of(part)]
+        first = friction_rows.py_func(self.state).work
+        rows += [first + k for k, owner in enumerate(owners) if owner == part]
+        return [Form.variable(row) for row in rows]
 
     @cached_property
     def entries(self) -> dict[str, Entries]:

@@ -125,6 +125,7 @@ class Friction(NamedTuple):
     one_way: np.ndarray  # friction -> whether it is free one way, and holds any force the other
     switched: np.ndarray  # friction -> whether it is a row of a joint that switches
     follows: bool  # whether normal forces are reactions
+    reacts: np.ndarray  # friction -> whether its own is
     normals: Products  # components of vectors whose lengths add up to normal forces, rows of z
     of_components: np.ndarray  # vector -> friction
     orbit_term: np.ndarray  # terms whose coefficient has the distance of two centres as a factor

@@ -474,14 +474,22 @@ def finish_impulse(structure, z, struck):
 
 
 @compiled
+def is_impulse(part, alive):
+    """Return where a round is an impulse, see `schedule`."""
+    struck = where(less(magnitude(part), filled(0.5)), alive, filled(0.0))
+    return where(less(filled(0.0), part), filled(0.0), struck)
+
+
+@compiled
 def break_off(structure, method, values, now, work, part, alive):
-    """Perform the rounds that are no steps: impulses, and new accelerations; see `schedule`."""
+    """Perform the rounds that are no steps: impulses, and new accelerations; see `schedule`.
+
+    With friction, impulses are those of `free_steps.impacts`, which come before.
+    """
     none = filled(0.0)
-    struck = where(less(magnitude(part), filled(0.5)), alive, none)
-    struck = where(less(none, part), none, struck)
-    restarted = where(less(part, filled(-0.5)), alive, none)
+    struck, restarted = is_impulse(part, alive), where(less(part, filled(-0.5)), alive, none)
     hold_states(structure.state, work.z, maximum(struck, restarted))
-    if any_true(struck):
+    if any_true(struck) and structure.state.angle == structure.state.friction:
         strike(structure, method, values, now, work, struck)
     if any_true(restarted):
         left_out = accelerate(structure, values, now, work, restarted)

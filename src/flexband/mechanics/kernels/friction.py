@@ -86,7 +86,9 @@ class StickSlipRows(NamedTuple):
     speed: int
     normal: int
     distance: int  # |d| of circles; of a joint that switches, the energy that it has taken
-    turn: int  # φ₀ of circles; of a joint that switches, the speed that it stops
+    turn: int  # φ₀ of circles; in an impact, the sliding speed before it
+    change: int  # last change of its impulse in the search for an impact
+    work: int  # of its impulses so far on the mechanism [J]
 
 
 @compiled
@@ -94,8 +96,27 @@ def friction_rows(state):
     """Return the `StickSlipRows`."""
     n, first = state.angle - state.friction, state.sliding
     return StickSlipRows(
-        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n
-    )
+        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
+        first + 6 * n, first + 7 * n,
+    )  # fmt: skip
+
+
+class ReactionRows(NamedTuple):
+    """The number of multipliers of joints, and the first row of what friction has of each."""
+
+    count: int
+    reaction: int  # that friction follows, or an impulse
+    largest: int  # of all reactions so far, one row
+    change: int  # last one of a reaction
+    work: int  # of the impulses of a joint so far on the mechanism [J]
+
+
+@compiled
+def reaction_rows(state):
+    """Return the `ReactionRows`."""
+    n = state.friction - state.multiplier
+    first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
+    return ReactionRows(n, first, first + n, first + n + 1, first + 2 * n + 1)
 
 
 @compiled
@@ -210,11 +231,10 @@ def carry_reactions(structure, values, z, chosen, begins):
     Changes before it `begins` do not count.
     """
     friction, state, none = structure.friction, structure.state, filled(0.0)
-    count, change, largest = state.friction - state.multiplier, none, none
+    rows, change, largest = reaction_rows(state), none, none
     if not friction.follows:
         return none
-    first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
-    past = first + count + 1
+    count, first, past = rows.count, rows.reaction, rows.change
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
     squares, products, others = none, none, none
@@ -236,8 +256,8 @@ def carry_reactions(structure, values, z, chosen, begins):
         largest = maximum(largest, magnitude(reaction))
         store(z, first + k, where(chosen, before + factor * step, before))
         store(z, past + k, where(chosen, where(parallel, none, step), last))
-    known = load(z, first + count)
-    store(z, first + count, where(chosen, maximum(known, largest), known))
+    known = load(z, rows.largest)
+    store(z, rows.largest, where(chosen, maximum(known, largest), known))
     largest = maximum(largest, 1e-6 * known)
     ratio = where(less(none, largest), change / largest, none)
     return where(chosen, ratio, none)

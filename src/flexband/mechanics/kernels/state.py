@@ -24,10 +24,9 @@ from typing import NamedTuple
 GAP_ROWS = 7
 """Rows of a gap, see `kernels.laws.gap_rows`."""
 
-FRICTION_ROWS = 6
-"""Rows of a friction: its mode, anchor, sliding speed and normal force, and |d| and φ at the start
-of a step. Those of all frictions are followed by the multipliers of the joints that they depend on,
-the largest of these so far and their last changes, and by components of normal forces."""
+FRICTION_ROWS = 8
+"""Rows of a friction, see `kernels.friction.StickSlipRows`. Those of all frictions are followed by
+those of joints, see `kernels.friction.ReactionRows`, and by components of normal forces."""
 
 
 class State(NamedTuple):
@@ -77,7 +76,7 @@ class State(NamedTuple):
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, frictions, angles, each, each, 1, angles, springs, springs)
         parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
-        carried = 2 * multipliers + 1 if frictions else 0
+        carried = 3 * multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)
         parts = (*parts, GAP_ROWS * (gaps + frictions), 0)
         return State(coordinates, *accumulate(parts))

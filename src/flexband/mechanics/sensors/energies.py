@@ -53,8 +53,8 @@ class Work(OverSteps):
     """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 
     It is integrated by the trapezoidal rule over all steps, in an equilibrium over those on the way
-    to it. An impulse, where the speed of a prescribed motion jumps, does its work with the mean of
-    the velocities before and after. If a joint and a load have the same name, the joint is meant.
+    to it. An impulse, where speeds change at once, does its work with the mean of the velocities
+    before and after, and that of a drive which becomes active with those after. If a joint and a load have the same name, the joint is meant.
     """
 
     part: str
@@ -77,6 +77,8 @@ class Work(OverSteps):
         return [(form, kind) for pair in pairs for form, kind in zip(pair, kinds, strict=True)]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
+        if impulses := model.works_of_impulses(self.part):
+            return [*model.over_steps(self)[::2], *impulses]
         pairs = model.generalized_force(self.part) if self.part in model.joints else []
         forces = [force for force, _ in pairs]
         rates = [_rate_in_impulse(coordinate, model) for _, coordinate in pairs]
@@ -84,6 +86,8 @@ class Work(OverSteps):
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         works, impulses = np.split(rows, [len(model.over_steps(self)) // 2])
+        if model.works_of_impulses(self.part):
+            return rows.sum(axis=0)[None]
         force, rate = np.split(impulses, 2)
         return (works.sum(axis=0) + np.cumsum((force * rate).sum(axis=0), axis=0))[None]
 

@@ -30,6 +30,7 @@ from flexband.mechanics.engine.free_steps.crossings import (
     switch_modes,
 )
 from flexband.mechanics.engine.free_steps.effective_mass import update_masses
+from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
 from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
@@ -39,6 +40,7 @@ from flexband.mechanics.engine.generalized_alpha import (
     break_off,
     finish_impulse,
     go_back,
+    is_impulse,
     keep,
     keep_state,
     kept_at,
@@ -106,7 +108,7 @@ def switch(structure, method, values, work, step, time, limits, chosen):
     if any_true(changed):
         keep_state(structure, work)
         hold_states(state, work.z, changed)
-        left_out, jammed = settle_modes(structure, values, now, work, limits, method.step, changed)
+        left_out, jammed = settle_modes(structure, method, values, now, work, limits, changed)
         if any_true(left_out):
             share(structure, values, now, work, left_out)
         largest = filled(0.0)
@@ -129,7 +131,8 @@ def switch(structure, method, values, work, step, time, limits, chosen):
 def begin_friction(structure, method, values, work, limits, failure, fresh):
     """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
     step, everywhere, now = method.step, filled(1.0), np.int64(0)
-    left_out, jammed = settle_modes(structure, values, now, work, limits, step, everywhere)
+    keep_state(structure, work)
+    left_out, jammed = settle_modes(structure, method, values, now, work, limits, everywhere)
     if any_true(left_out):
         share(structure, values, now, work, left_out)
     restart(structure, work, fresh)
@@ -275,8 +278,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
 
 
 @compiled
-def leave(structure, method, limits, values, work, n, chosen, outputs):
+def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     """End round n where `chosen` is true: impulses, new accelerations, and the sensors."""
+    state = structure.state
     z, none, now, rounds = work.z, filled(0.0), np.int64(0), outputs.shape[0] - 2
     part, moment = load(values.parts, n), load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))
@@ -286,7 +290,13 @@ def leave(structure, method, limits, values, work, n, chosen, outputs):
     if any_true(still):
         keep_state(structure, work)
         begin_sticking(structure, values, z)
-        struck = break_off(structure, method, values, now, work, part, chosen)
+        struck = is_impulse(part, chosen)
+        if any_true(struck) and state.angle > state.friction:
+            refused = strike_by_drive(structure, method, values, now, work, limits, struck)
+            code = where(load(failure, 0), load(failure, 0), filled(FAILURE.jammed))
+            store(failure, 0, where(refused, code, load(failure, 0)))
+            store(failure, 1, where(refused, load(values.numbers, n), load(failure, 1)))
+        break_off(structure, method, values, now, work, part, chosen)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
         update_gap_rates(structure, values, now, z, span, work.blocks)
@@ -337,7 +347,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
             same = less(magnitude(load(work.round, 0) - float(n)), filled(0.5))
             same = where(arrived, same, none)
             if n > 0:
-                leave(structure, method, limits, values, work, n, same, outputs)
+                leave(structure, method, limits, values, work, n, same, outputs, failure)
             if n < rounds:
                 stepping = enter(structure, values, work, n + 1, same)
                 arrived = where(stepping, none, arrived)

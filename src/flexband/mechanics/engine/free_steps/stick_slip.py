@@ -10,10 +10,10 @@ to an end no motion is consistent, as in the paradox of Painlevé.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
 import numpy as np
 
+from flexband.mechanics.engine.free_steps.impacts import strike_parts
+from flexband.mechanics.engine.free_steps.rest import STICK, length_unit, rest_speed
 from flexband.mechanics.engine.projection import (
     accelerate,
     add_rows,
@@ -49,37 +49,6 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
-
-
-class StickOptions(NamedTuple):
-    """How sticking and sliding are told from each other."""
-
-    speed: float = 1e-3
-    """Sliding speed that counts as rest, in tolerances of a step per step of the output."""
-    force: float = 1e-9
-    """Force by which µs N must be exceeded, relative to N."""
-    still: float = 1e-6
-    """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
-    changes: int = 4
-    """The most changes of modes at an event for each friction."""
-
-
-STICK = StickOptions()
-
-
-@compiled
-def length_unit(structure, values, k):
-    """Return the size of the mechanism, or 1 if the travel of friction k is an angle."""
-    unit = filled(1.0)
-    if not structure.friction.angular[k]:
-        unit = 1.0 / load(values.inverse_scale, 1)
-    return unit
-
-
-@compiled
-def rest_speed(structure, values, limits, step, k):
-    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
-    return STICK.speed * limits.tolerance * length_unit(structure, values, k) / step
 
 
 @compiled
@@ -153,6 +122,8 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
         if structure.friction.one_way[k]:
             sense, back = filled(1.0), less(u, none)
         slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
+        if not structure.friction.switched[k]:  # an impact moves what stuck before
+            held = where(held, slow, none)
         rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
         new = where(held, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
         travel = load(r, state.friction + k)
@@ -262,13 +233,35 @@ def change_modes(structure, values, now, work, limits, step, chosen):
 
 
 @compiled
-def settle_modes(structure, values, now, work, limits, step, chosen):
-    """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams."""
+def is_struck(structure, values, z, limits, step, chosen):
+    """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
+    rows, struck = friction_rows(structure.state), filled(0.0)
+    for k in range(rows.frictions):
+        if structure.friction.switched[k] or structure.friction.one_way[k]:
+            rest = 2.0 * rest_speed(structure, values, limits, step, k)
+            moves = less(rest, magnitude(load(z, rows.speed + k)))
+            moves = where(sticks(structure.state, z, k), moves, filled(0.0))
+            struck = maximum(struck, where(chosen, moves, filled(0.0)))
+    return struck
+
+
+@compiled
+def settle_modes(structure, method, values, now, work, limits, chosen):
+    """Set modes, q̈ and λ at an event; return how many multipliers are left out, and what jams.
+
+    `method` is that of a step of the output. What becomes active or locks changes the velocities
+    first. `work.before` has the state before the event.
+    """
+    step = method.step
     state, rows, none = structure.state, friction_rows(structure.state), filled(0.0)
     pending, left_out = chosen, none
     if rows.frictions == 0:
         return accelerate(structure, values, now, work, chosen), none
     begin_to_stick(structure, values, now, work, limits, step, chosen)
+    struck, refused = is_struck(structure, values, work.z, limits, step, chosen), none
+    if any_true(struck):
+        refused = strike_parts(structure, method, values, now, work, limits, struck, False)
+        begin_to_stick(structure, values, now, work, limits, step, struck)
     begin_sticking(structure, values, work.z)
     for _ in range(1 + STICK.changes * rows.frictions):
         more = accelerate(structure, values, now, work, pending)
@@ -277,7 +270,7 @@ def settle_modes(structure, values, now, work, limits, step, chosen):
         if not any_true(pending):
             break
     bring_to_rest(structure, values, now, work, chosen)
-    jammed = where(chosen, pending, none)
+    jammed = where(chosen, maximum(pending, refused), none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))
         jammed = where(finite, jammed, chosen)

@@ -1,0 +1,359 @@
+"""Impacts of joints, of what locks and of what becomes active, on lanes.
+
+    M (v⁺ − v⁻) + Φ_qᵀ p + Wᵀ p_t = 0,   Φ_q v⁺ + Φ_t = 0
+
+Joints hold, and so do joints that switch and one-way clutches that lock. Friction is finite: it has
+an impulse only where its normal force has one, that of a joint, and follows Moreau's law,
+
+    |p_t| ≤ µ p_n,   p_t = ±µ p_n with the sign of the sliding speed after the impact.
+
+As at other events, all of that sticks at first; what asks for too much slides, one at a time, and
+what would slide back sticks. An impact that has no solution, or several, is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flexband.mechanics.engine.free_steps.rest import rest_speed
+from flexband.mechanics.engine.projection import mass_matrix, refine
+from flexband.mechanics.kernels.angles import pass_on_moments
+from flexband.mechanics.kernels.constraints import (
+    add_constraints,
+    add_products,
+    subtract_velocity_errors,
+)
+from flexband.mechanics.kernels.equations import residual, tangent
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.friction import (
+    FOLLOW,
+    MODE,
+    friction_rows,
+    reaction_rows,
+    sticks,
+    subtract_speed_errors,
+    update_distances,
+)
+from flexband.mechanics.kernels.lanes import (
+    add_to,
+    any_true,
+    clear,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    power,
+    sqrt,
+    store,
+    where,
+)
+
+
+class ImpactOptions(NamedTuple):
+    """How impulses are found."""
+
+    solutions: int = 200
+    """The most, in which impulses of friction follow those of joints."""
+    settled: float = 1e-11
+    """Change of an impulse, relative to the largest one, that nothing follows."""
+    unsettled: float = 1e-8
+    """The same from which on they do not settle: the impact has no solution, or several."""
+    changes: int = 4
+    """The most changes of what sticks for each friction."""
+    rounding: float = 1e-9
+    """Impulse by which µ p_n must be exceeded, relative to it and to the largest one."""
+
+
+IMPACT = ImpactOptions()
+
+
+@compiled
+def set_sliding_speeds(structure, values, now, work):
+    """Set the sliding speeds of all frictions in z."""
+    z, r, state, rows = work.z, work.r, structure.state, friction_rows(structure.state)
+    clear(r, state.velocity)
+    update_distances(structure, values, z)
+    subtract_velocity_errors(
+        structure, values, structure.friction.terms, values.friction.terms, now, z, r
+    )
+    for k in range(rows.frictions):
+        store(z, rows.speed + k, -load(r, state.friction + k))
+
+
+@compiled
+def begin_impact(structure, values, z, limits, step, chosen):
+    """Let stick at first what takes part in an impact, and be free what has no impulse.
+
+    The sliding speeds before it are kept.
+    """
+    friction, rows = structure.friction, friction_rows(structure.state)
+    for k in range(rows.frictions):
+        mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
+        new = filled(MODE.free)
+        if friction.switched[k]:
+            new = mode
+        elif friction.one_way[k]:
+            rest = rest_speed(structure, values, limits, step, k)
+            new = where(less(u, rest), filled(MODE.sticks), new)
+        elif friction.reacts[k]:
+            new = filled(MODE.sticks)
+        store(z, rows.mode + k, where(chosen, new, mode))
+        store(z, rows.turn + k, where(chosen, u, load(z, rows.turn + k)))
+        force = load(z, structure.state.friction + k)
+        store(z, structure.state.friction + k, where(chosen, filled(0.0), force))
+
+
+@compiled
+def set_normal_impulses(structure, values, now, z):
+    """Set the normal forces of frictions from what is in the place of the reactions of joints."""
+    friction, state, rows = structure.friction, structure.state, friction_rows(structure.state)
+    components = state.gap - 2 * len(friction.of_components)
+    for row in range(components, state.gap):
+        store(z, row, filled(0.0))
+    add_products(friction.normals, values.friction.normals, values.functions, now, z, z, 1.0)
+    for k in range(rows.frictions):
+        store(z, rows.normal + k, filled(0.0))
+    for n in range(len(friction.of_components)):
+        k, row = friction.of_components[n], components + 2 * n
+        x, y = load(z, row), load(z, row + 1)
+        if friction.reacts[k]:
+            add_to(z, rows.normal + k, sqrt(x * x + y * y))
+
+
+@compiled
+def sliding_impulse(structure, values, z, k):
+    """Return ±µ(u) p_n of friction k; 0 of what is free."""
+    numbers, rows = values.friction, friction_rows(structure.state)
+    u = load(z, rows.speed + k)
+    decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
+    mu = load(numbers.kinetic, k) + load(numbers.rise, k) * decay
+    return load(z, rows.mode + k) * mu * load(z, rows.normal + k)
+
+
+@compiled
+def solve_impulses(structure, values, now, work, pending):
+    """Set v⁺ from v⁻, which is in `work.s`, and impulses in the place of multipliers.
+
+    `work.matrix` has the factors for the present modes. Returns where they do not settle.
+    """
+    state, z, r, before, none = structure.state, work.z, work.r, work.s, filled(0.0)
+    friction, rows, joints = structure.friction, friction_rows(state), reaction_rows(state)
+    active, followed = pending, none
+    for count in range(IMPACT.solutions):
+        for i in range(1, state.coordinates + 1):
+            v = load(z, state.velocity + i)
+            store(z, state.velocity + i, where(active, load(before, i), v))
+        for k in range(rows.frictions):
+            impulse = load(z, state.friction + k)
+            freed = where(active, sticks(state, z, k), none)
+            store(z, state.friction + k, where(freed, none, impulse))
+        clear(r, state.velocity)
+        update_distances(structure, values, z)
+        add_constraints(friction.terms, values.friction.terms, values.functions, now, z, r)
+        pass_on_moments(structure, values, z, r)
+        for i in range(1, state.velocity):
+            store(r, i, -load(r, i) if i <= state.coordinates else none)
+        subtract_speed_errors(structure, values, now, z, r)
+        for k in range(rows.frictions):
+            row = state.friction + k
+            store(r, row, where(sticks(state, z, k), load(r, row), load(z, row)))
+        solve(structure.pattern, structure.pattern.below, work.matrix, (r,))
+        refine(structure, values, work, r)
+        largest = none
+        for i in range(1, state.coordinates + 1):
+            v = load(z, state.velocity + i)
+            store(z, state.velocity + i, where(active, v + load(r, i), v))
+        for k in range(state.multiplier, state.angle):
+            if k < state.friction:
+                place = joints.reaction + k - state.multiplier
+                store(z, place, where(active, load(r, k), load(z, place)))
+            store(z, k, where(active, load(r, k), load(z, k)))
+            largest = maximum(largest, magnitude(load(r, k)))
+        set_normal_impulses(structure, values, now, z)
+        set_sliding_speeds(structure, values, now, work)
+        followed = follow_impulses(structure, values, z, active, count) / maximum(
+            largest, filled(1e-300)
+        )
+        active = where(less(filled(IMPACT.settled), followed), active, none)
+        if not any_true(active):
+            break
+    return where(active, less(filled(IMPACT.unsettled), followed), none)
+
+
+@compiled
+def follow_impulses(structure, values, z, active, count):
+    """Let impulses of what slides follow the normal ones; return the largest change.
+
+    Where changes after each other are parallel, the sum of all further ones is added at once.
+    """
+    state, none, largest = structure.state, filled(0.0), filled(0.0)
+    rows = friction_rows(state)
+    squares, products, others = none, none, none
+    for k in range(rows.frictions):
+        old = load(z, state.friction + k)
+        step = where(sticks(state, z, k), none, sliding_impulse(structure, values, z, k) - old)
+        last = none if count == 0 else load(z, rows.change + k)
+        squares, products = squares + last * last, products + last * step
+        others, largest = others + step * step, maximum(largest, magnitude(step))
+    ratio = products / where(less(none, squares), squares, filled(1.0))
+    parallel = less(others - ratio * products, FOLLOW.skew * others)
+    parallel = where(parallel, less(none, squares), none)
+    parallel = where(less(magnitude(ratio), filled(FOLLOW.ratio)), parallel, none)
+    factor = where(parallel, 1.0 / (1.0 - ratio), filled(1.0))
+    for k in range(rows.frictions):
+        old = load(z, state.friction + k)
+        step = where(sticks(state, z, k), none, sliding_impulse(structure, values, z, k) - old)
+        change = where(active, step, none)
+        store(z, state.friction + k, old + factor * change)
+        store(z, rows.change + k, where(parallel, none, change))
+    return largest
+
+
+@compiled
+def change_sticking(structure, values, z, limits, step, chosen):
+    """Let slide what asks for most, and stick what would slide back; return where any does."""
+    state, none, one = structure.state, filled(0.0), filled(1.0)
+    rows, friction = friction_rows(state), structure.friction
+    largest, loosest, changed = none, none, none
+    for k in range(state.multiplier, state.angle):
+        largest = maximum(largest, magnitude(load(z, k)))
+    for k in range(rows.frictions):
+        loosest = maximum(loosest, excess_ratio(structure, values, z, k, largest))
+    for k in range(rows.frictions):
+        mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
+        excess = excess_ratio(structure, values, z, k, largest)
+        released = where(less(none, excess), where(less(excess, loosest), none, one), none)
+        sense = where(less(load(z, state.friction + k), none), filled(-1.0), one)
+        rest = rest_speed(structure, values, limits, step, k)
+        back = less(mode * u, -rest)
+        if friction.one_way[k]:
+            sense, back = filled(MODE.free), less(u, -rest)
+        back = where(sticks(state, z, k), none, back)
+        if not (friction.one_way[k] or friction.reacts[k]):
+            back = none
+        new = where(released, sense, where(back, filled(MODE.sticks), mode))
+        change = where(chosen, maximum(released, back), none)
+        store(z, rows.mode + k, where(change, new, mode))
+        changed = maximum(changed, change)
+    return changed
+
+
+@compiled
+def excess_ratio(structure, values, z, k, largest):
+    """Return |p_t| over what friction k can hold if that is less, or 0."""
+    state, none, friction = structure.state, filled(0.0), structure.friction
+    impulse, allowed = load(z, state.friction + k), IMPACT.rounding * largest
+    if friction.switched[k]:
+        return none
+    if not friction.one_way[k]:
+        impulse = magnitude(impulse)
+        hold = load(values.friction.static, k) * load(z, friction_rows(state).normal + k)
+        allowed = allowed + (1.0 + IMPACT.rounding) * hold
+    ratio = where(less(allowed, impulse), impulse / allowed, none)
+    return where(sticks(state, z, k), ratio, none)
+
+
+@compiled
+def add_works(structure, values, now, work, chosen):
+    """Add up what the impulses do, with the means of the speeds before and after.
+
+    A joint that switches takes half of its impulse times the speed that it stops, and does that of
+    its drive. The velocities are those after the impact.
+    """
+    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    rows, joints, friction = friction_rows(state), reaction_rows(state), structure.friction
+    for k in range(rows.frictions):
+        impulse = where(chosen, load(z, state.friction + k), none)
+        before, after = load(z, rows.turn + k), load(z, rows.speed + k)
+        if friction.switched[k]:
+            add_to(z, rows.distance + k, 0.5 * before * impulse)
+        else:
+            add_to(z, rows.work + k, -0.5 * impulse * (before + after))
+    for i in range(1, state.coordinates + 1):
+        store(work.t, i, load(z, state.velocity + i))
+        store(z, state.velocity + i, none)
+    clear(r, state.velocity)
+    subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
+    subtract_velocity_errors(
+        structure, values, friction.terms, values.friction.terms, now, z, r
+    )  # which are what drives move
+    for i in range(1, state.coordinates + 1):
+        store(z, state.velocity + i, load(work.t, i))
+    for k in range(state.multiplier, state.angle):
+        drive = where(chosen, -load(z, k) * load(r, k), none)
+        if k < state.friction:
+            add_to(z, joints.work + k - state.multiplier, drive)
+        elif friction.switched[k - state.friction]:
+            add_to(z, rows.work + k - state.friction, drive)
+
+
+@compiled
+def impact_matrix(structure, method, values, now, work, pending, elastic):
+    """Set the matrix to that of the masses, or of the integrator if `elastic`."""
+    state, z = structure.state, work.z
+    if not elastic:
+        mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
+        return
+    for k in range(state.multiplier, state.friction):  # they may be impulses
+        store(z, k, where(pending, filled(0.0), load(z, k)))
+    residual(structure, values, now, z, work.r, work.blocks)
+    tangent(
+        structure, values, now, z, filled(method.dq_da), filled(method.dv_da / method.dq_da),
+        work.matrix, work.blocks,
+    )  # fmt: skip
+
+
+@compiled
+def strike_parts(structure, method, values, now, work, limits, chosen, elastic):
+    """Change the velocities by an impact where `chosen` is true; return where it is refused.
+
+    `method` is that of a step of the output. If the impact is `elastic`, stiff members move as
+    rigid ones, as in an impulse of a drive.
+
+    In the end `work.s` has the velocities before, and the multipliers in z are impulses. All
+    friction is left sliding; the reactions that it follows are those of `work.before`.
+    """
+    state, z, none, step = structure.state, work.z, filled(0.0), method.step
+    rows, joints = friction_rows(state), reaction_rows(state)
+    for i in range(1, state.coordinates + 1):
+        store(work.s, i, load(z, state.velocity + i))
+    set_sliding_speeds(structure, values, now, work)
+    begin_impact(structure, values, z, limits, step, chosen)
+    pending, refused = chosen, none
+    for _ in range(1 + IMPACT.changes * rows.frictions):
+        impact_matrix(structure, method, values, now, work, pending, elastic)
+        factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
+        refused = maximum(refused, solve_impulses(structure, values, now, work, pending))
+        pending = change_sticking(structure, values, z, limits, step, pending)
+        if not any_true(pending):
+            break
+    add_works(structure, values, now, work, chosen)
+    for k in range(joints.count):
+        row = joints.reaction + k
+        store(z, row, where(chosen, load(work.before, row), load(z, row)))
+    for k in range(rows.frictions):
+        sense = where(less(load(z, rows.speed + k), none), filled(-1.0), filled(1.0))
+        if structure.friction.one_way[k]:
+            sense = filled(1.0)
+        if not structure.friction.switched[k]:
+            mode = load(z, rows.mode + k)
+            store(z, rows.mode + k, where(chosen, sense, mode))
+    return maximum(refused, pending)
+
+
+@compiled
+def strike_by_drive(structure, method, values, now, work, limits, chosen):
+    """Perform `projection.strike` with friction that slides; return where it is refused.
+
+    q̈ is the change of v, and v halfway. Multipliers are impulses, until accelerations start anew.
+    """
+    state, z = structure.state, work.z
+    refused = strike_parts(structure, method, values, now, work, limits, chosen, True)
+    for i in range(1, state.coordinates + 1):
+        before, v, row = load(work.s, i), load(z, state.velocity + i), state.acceleration + i
+        store(z, row, where(chosen, v - before, load(z, row)))
+        store(z, state.velocity + i, where(chosen, 0.5 * (before + v), v))
+    return refused

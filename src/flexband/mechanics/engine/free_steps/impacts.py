@@ -7,8 +7,9 @@ an impulse only where its normal force has one, that of a joint, and follows Mor
 
     |p_t| ≤ µ p_n,   p_t = ±µ p_n with the sign of the sliding speed after the impact.
 
-As at other events, all of that sticks at first; what asks for too much slides, one at a time, and
-what would slide back sticks. An impact that has no solution, or several, is refused.
+At first nothing of that has an impulse; then all slides as it does without, what would slide back
+sticks, and what asks for too much slides, one at a time. An impact for which that does not end has
+no solution, or several, and is refused.
 """
 
 from __future__ import annotations
@@ -85,10 +86,7 @@ def set_sliding_speeds(structure, values, now, work):
 
 @compiled
 def begin_impact(structure, values, z, limits, step, chosen):
-    """Let stick at first what takes part in an impact, and be free what has no impulse.
-
-    The sliding speeds before it are kept.
-    """
+    """Let hold what switches or locks, and be free all else; keep the sliding speeds before."""
     friction, rows = structure.friction, friction_rows(structure.state)
     for k in range(rows.frictions):
         mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
@@ -98,12 +96,40 @@ def begin_impact(structure, values, z, limits, step, chosen):
         elif friction.one_way[k]:
             rest = rest_speed(structure, values, limits, step, k)
             new = where(less(u, rest), filled(MODE.sticks), new)
-        elif friction.reacts[k]:
-            new = filled(MODE.sticks)
         store(z, rows.mode + k, where(chosen, new, mode))
         store(z, rows.turn + k, where(chosen, u, load(z, rows.turn + k)))
         force = load(z, structure.state.friction + k)
         store(z, structure.state.friction + k, where(chosen, filled(0.0), force))
+
+
+@compiled
+def begin_sliding(structure, values, z, limits, step, chosen):
+    """Let friction with an impulse slide as it does without one, or stick where it is at rest."""
+    friction, rows = structure.friction, friction_rows(structure.state)
+    for k in range(rows.frictions):
+        if friction.reacts[k]:
+            u, mode = load(z, rows.speed + k), load(z, rows.mode + k)
+            slow = less(magnitude(u), rest_speed(structure, values, limits, step, k))
+            sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
+            new = where(slow, filled(MODE.sticks), sense)
+            store(z, rows.mode + k, where(chosen, new, mode))
+
+
+@compiled
+def stick_instead(structure, z, chosen):
+    """Let stick what slides without a solution, as where it jams; return the lanes with any."""
+    rows, changed = friction_rows(structure.state), filled(0.0)
+    for k in range(rows.frictions):
+        if structure.friction.reacts[k]:
+            slides = where(sticks(structure.state, z, k), filled(0.0), chosen)
+            mode = load(z, rows.mode + k)
+            store(z, rows.mode + k, where(slides, filled(MODE.sticks), mode))
+            store(
+                z, structure.state.friction + k,
+                where(slides, filled(0.0), load(z, structure.state.friction + k)),
+            )  # fmt: skip
+            changed = maximum(changed, slides)
+    return changed
 
 
 @compiled
@@ -322,12 +348,19 @@ def strike_parts(structure, method, values, now, work, limits, chosen, elastic):
         store(work.s, i, load(z, state.velocity + i))
     set_sliding_speeds(structure, values, now, work)
     begin_impact(structure, values, z, limits, step, chosen)
-    pending, refused = chosen, none
-    for _ in range(1 + IMPACT.changes * rows.frictions):
+    pending, diverged, refused = chosen, none, none
+    for count in range(2 + IMPACT.changes * rows.frictions):
         impact_matrix(structure, method, values, now, work, pending, elastic)
         factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
-        refused = maximum(refused, solve_impulses(structure, values, now, work, pending))
-        pending = change_sticking(structure, values, z, limits, step, pending)
+        again = solve_impulses(structure, values, now, work, pending)
+        refused, diverged = maximum(refused, where(diverged, again, none)), maximum(diverged, again)
+        if count == 0 and structure.friction.follows:
+            begin_sliding(structure, values, z, limits, step, pending)
+            continue
+        stuck = stick_instead(structure, z, again)
+        settled = where(again, none, pending)
+        pending = change_sticking(structure, values, z, limits, step, settled)
+        pending = maximum(pending, stuck)
         if not any_true(pending):
             break
     add_works(structure, values, now, work, chosen)

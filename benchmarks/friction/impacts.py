@@ -1,0 +1,405 @@
+"""Mechanisms with friction that are struck, drawn at random, against their impulse problems.
+
+Wagons on rough rails, chains with rough pins, sliders that cranks drive in rough guides, and wheels
+with rough axles and brakes: at the start a joint becomes active (a distance, a pin, a gear, a
+drive), or a one-way clutch locks. The velocities after that are compared with those of an
+independent solution in x, y and φ of each body, which tries all combinations of what sticks and
+slides; speeds may be off by 1e-6 of the largest. So may the kinetic energy from the one before less
+`SwitchingLoss` and plus `Work`. Where an impulse problem has no solution, or several, the engine
+must refuse it or have one of them.
+
+    python -m benchmarks.friction.impacts --seed 1 --samples 300
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.friction.draws import Brake, Coulomb, Draw, Link, joint
+from benchmarks.friction.reference import bordered
+from benchmarks.friction.rows import apart, placed, rows_of, sliding_row, spin
+from benchmarks.harness import options, report
+from benchmarks.numerics.contact_draws import GROUND, Part, Place, PointNames, rigid_bodies
+from benchmarks.numerics.contacts import bars, chain
+
+MECHANISMS = 300
+SPEED = ENERGY = 1e-6
+"""Allowed errors, relative to the largest speed and to the kinetic energy before."""
+
+
+class Strike(NamedTuple):
+    """What becomes active: "distance", "pin", "gear", "drive" or "clutch", between two points.
+
+    `number` is the ratio of a gear, or the rate of a drive or of a slider [rad/s], [m/s].
+    """
+
+    kind: str
+    first: Place
+    second: Place
+    number: float = 0.0
+
+
+@dataclass(frozen=True)
+class Struck:
+    """A mechanism that is struck at the start."""
+
+    draw: Draw
+    strikes: list[Strike]
+
+
+def ground(x: float = 0.0, y: float = 0.0) -> Place:
+    """Return a point of the ground."""
+    return Place(GROUND, x, y)
+
+
+def law(rng: np.random.Generator) -> Coulomb:
+    """Return a coefficient of friction."""
+    mu = float(rng.uniform(0.01, 0.6))
+    return Coulomb(mu, mu, 0.0, float(rng.choice([0.0, rng.uniform(0.1, 2.0)])))
+
+
+def body(rng: np.random.Generator, x: float, y: float, angle: float = 0.0) -> Part:
+    """Return a body with a velocity that joints may change."""
+    m = float(rng.uniform(0.5, 3.0))
+    velocity = tuple(float(rng.normal()) for _ in range(3))
+    return Part(m, m * float(rng.uniform(1e-3, 1e-2)), (x, y, angle), velocity)
+
+
+def wagons(rng: np.random.Generator) -> Struck:
+    """Return blocks in rough guides and slots of any direction, two of which are linked."""
+    parts, links = [], []
+    count = int(rng.integers(2, 4))
+    for k in range(count):
+        x, y = 0.5 * k, float(rng.uniform(-0.3, 0.3))
+        slope = float(rng.uniform(-0.7, 0.7))
+        parts.append(body(rng, x, y))
+        axis = math.cos(slope), math.sin(slope)
+        friction = law(rng) if rng.random() < 0.8 else None
+        kind = str(rng.choice(["guide", "slot"]))
+        length = float(rng.uniform(0.05, 0.3))
+        links.append(Link(kind, Place(k, 0.0, 0.0), ground(x, y), axis, friction, length))
+    ends = [Place(k, *(float(z) for z in rng.uniform(-0.05, 0.05, 2))) for k in range(count)]
+    kind = str(rng.choice(["distance", "pin"], p=[0.8, 0.2]))
+    strikes = [Strike(kind, ends[0], ends[1])]
+    if count > 2 and rng.random() < 0.5:
+        strikes.append(Strike("distance", ends[1], ends[2]))
+    return Struck(Draw("wagons", parts, links), strikes)
+
+
+def linkage(rng: np.random.Generator) -> Struck:
+    """Return a chain with rough pins that is caught, driven or locked."""
+    lengths, angles = bars(rng)
+    parts, pins, end = chain(rng, lengths, angles)
+    links = [
+        Link(
+            "pin", first, second, friction=law(rng) if rng.random() < 0.8 else None,
+            length=float(rng.uniform(0.005, 0.05)),
+        )
+        for _, first, second in pins
+    ]  # fmt: skip
+    last = len(parts) - 1
+    inner = Place(last, float(rng.uniform(-0.1, 0.1)), 0.0)
+    choice = int(rng.integers(4))
+    match choice if len(parts) > 1 else choice % 3:  # a single bar is locked by two pins
+        case 0:
+            strike = Strike("distance", end, ground(*(float(z) for z in rng.uniform(-1, 1, 2))))
+        case 1:
+            strike = Strike("drive", Place(0, 0.0, 0.0), ground(), float(rng.normal(scale=5)))
+        case 2:
+            strike = Strike("clutch", inner, Place(0, 0.0, 0.0) if last else ground())
+        case _:
+            strike = Strike("pin", end, ground(*(float(z.real) for z in placed(
+                np.array([p.place for p in parts], dtype=complex).ravel(), end
+            ))))  # fmt: skip
+    return Struck(Draw("linkages", parts, links), [strike])
+
+
+def slider_crank(rng: np.random.Generator) -> Struck:
+    """Return a slider–crank with rough pins and guide, whose slider or crank is caught."""
+    r, angle = float(rng.uniform(0.1, 0.2)), float(rng.uniform(0.3, 2.8))
+    length = r * float(rng.uniform(2, 4))
+    tilt = -math.asin(r * math.sin(angle) / length)
+    parts, pins, end = chain(rng, [r, length], [angle, tilt])
+    x = r * math.cos(angle) + length * math.cos(tilt)
+    parts.append(body(rng, x, 0.0))
+    slider = Place(2, 0.0, 0.0)
+    links = [
+        Link("pin", first, second, friction=law(rng), length=float(rng.uniform(0.002, 0.02)))
+        for _, first, second in pins
+    ]
+    links.append(Link("pin", slider, end))
+    guide = float(rng.uniform(0.05, 0.2))
+    links.append(Link("guide", slider, ground(x, 0.0), (1.0, 0.0), law(rng), guide))
+    parts.append(body(rng, x + 0.4, 0.1))
+    links.append(Link("slot", Place(3, 0.0, 0.0), ground(x + 0.4, 0.1), (1.0, 0.0), law(rng)))
+    caught = Strike("distance", slider, Place(3, 0.02, 0.0))
+    driven = Strike("drive", Place(0, 0.0, 0.0), ground(), float(rng.normal(scale=10)))
+    return Struck(Draw("slider-cranks", parts, links), [caught if rng.random() < 0.6 else driven])
+
+
+def wheels(rng: np.random.Generator) -> Struck:
+    """Return wheels with rough axles and a brake that a gear, a clutch or a drive couples."""
+    parts, links = [], []
+    for k in range(2):
+        parts.append(body(rng, 0.3 * k, 0.0, float(rng.uniform(-1, 1))))
+        radius = float(rng.uniform(0.005, 0.03))
+        friction = law(rng) if rng.random() < 0.8 else None
+        links.append(Link("pin", Place(k, 0.0, 0.0), ground(0.3 * k), (1.0, 0.0), friction, radius))
+    force = float(rng.uniform(0.0, 50.0))
+    brake = Brake(Place(1, 0.0, 0.0), ground(0.3), law(rng), 0.1, lambda t: force)
+    both = Place(0, 0.0, 0.0), Place(1, 0.0, 0.0)
+    match int(rng.integers(4)):
+        case 0:
+            strike = Strike("gear", *both, float(rng.uniform(0.3, 3.0)))
+        case 1:
+            strike = Strike("clutch", *both)
+        case 2:
+            off = Place(0, 0.05, 0.02), Place(1, 0.0, 0.08)
+            strike = Strike("distance", *off)
+        case _:
+            strike = Strike("drive", both[0], ground(), float(rng.normal(scale=10)))
+    return Struck(Draw("wheels", parts, links, brakes=[brake]), [strike])
+
+
+FAMILIES: list[Callable[[np.random.Generator], Struck]] = [wagons, linkage, slider_crank, wheels]
+
+
+class Problem:
+    """The impulse problem of a mechanism in x, y and φ of its bodies."""
+
+    def __init__(self, struck: Struck):
+        draw = self.draw = struck.draw
+        self.mass = np.array([[p.mass, p.mass, p.inertia] for p in draw.parts]).ravel()
+        q = np.array([part.place for part in draw.parts], dtype=complex).ravel()
+        joints = [np.array(rows_of(q, link)).real for link in draw.links]
+        self.first = np.cumsum([0, *map(len, joints)])
+        self.joints = np.concatenate(joints)
+        given = np.array([part.velocity for part in draw.parts]).ravel()
+        n = len(given)
+        right = np.concatenate([self.mass * given, np.zeros(len(self.joints))])
+        self.before = bordered(self.mass, self.joints, right)[:n]
+        hard, speeds, self.one_way = [], [], []
+        for strike in struck.strikes:
+            rows, targets = rows_of_strike(q, strike)
+            hard += rows
+            speeds += targets
+            self.one_way += [strike.kind == "clutch"] * len(rows)
+        self.hard, self.speeds = np.array(hard), np.array(speeds)
+        self.rough = [k for k, link in enumerate(draw.links) if link.friction]
+        rows = [sliding_row(q, draw.links[k]) for k in self.rough]
+        self.sliding = np.array(rows).real.reshape(-1, n)
+        mu = np.array([draw.links[k].friction.kinetic for k in self.rough], dtype=float)
+        pins = np.array([draw.links[k].kind == "pin" for k in self.rough], dtype=bool)
+        self.mu = np.where(pins, np.sin(np.arctan(mu)), mu)
+
+    def normal(self, reactions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the normal impulses and their derivatives by those of the joints."""
+        value, gradient = np.zeros(len(self.rough)), np.zeros((len(self.rough), len(reactions)))
+        for row, k in enumerate(self.rough):
+            first, link = self.first[k], self.draw.links[k]
+            x = reactions[first : first + 2]
+            if link.kind == "pin":
+                value[row] = np.hypot(*x)
+                gradient[row, first : first + 2] = x / max(value[row], 1e-300)
+            elif link.kind == "slot":
+                value[row], gradient[row, first] = abs(x[0]), np.sign(x[0])
+            else:
+                for end in (0.5, -0.5):
+                    N = x[0] / 2 + end * 2 * x[1] / link.length
+                    value[row] += abs(N)
+                    gradient[row, first] += np.sign(N) / 2
+                    gradient[row, first + 1] += np.sign(N) * end * 2 / link.length
+        return value, gradient
+
+    def solutions(self) -> list[np.ndarray]:
+        """Return the velocities after the impact of all solutions."""
+        found: list[np.ndarray] = []
+        locks = [(True, False) if one_way else (True,) for one_way in self.one_way]
+        for lock in itertools.product(*locks):
+            for modes in itertools.product((0, 1, -1), repeat=len(self.rough)):
+                for v in self.of_modes(np.array(lock, dtype=bool), np.array(modes)):
+                    if all(np.abs(v - other).max() > 1e-7 * self.scale for other in found):
+                        found.append(v)
+        return found
+
+    @property
+    def scale(self) -> float:
+        """The largest speed before, in a metre."""
+        return max(float(np.abs(self.before).max()), float(np.abs(self.speeds).max(initial=0.0)))
+
+    def of_modes(self, lock: np.ndarray, modes: np.ndarray) -> list[np.ndarray]:
+        """Return the velocities with which friction sticks (0) or slides (±1) consistently."""
+        n, joints = len(self.mass), len(self.joints)
+        sticks, slides = modes == 0, np.flatnonzero(modes)
+        G = np.concatenate([self.joints, self.hard[lock], self.sliding[sticks]])
+        if len(G) > n or np.linalg.matrix_rank(G / np.sqrt(self.mass)) < len(G):
+            return []
+        columns = np.zeros((n + len(G), 1 + len(slides)))
+        columns[:n, 0] = self.mass * self.before
+        columns[n + joints : n + joints + lock.sum(), 0] = self.speeds[lock]
+        columns[:n, 1:] = -self.sliding[slides].T
+        solution, results = bordered(self.mass, G, columns), []
+        for start in itertools.product((0.0, 1.0, -1.0), repeat=len(slides)):
+            f = self.impulses(solution[n : n + joints], modes, slides, np.array(start))
+            if f is None:
+                continue
+            x = solution @ np.concatenate([[1.0], f])
+            if self.consistent(x, lock, sticks, modes, slides):
+                results.append(x[:n])
+        return results
+
+    def impulses(self, reactions, modes, slides, start) -> np.ndarray | None:
+        """Return the impulses of what slides by Newton's method, or None."""
+        f = start * self.mu[slides] * self.normal(reactions[:, 0])[0][slides]
+        for _ in range(60):
+            normal, gradient = self.normal(reactions[:, 0] + reactions[:, 1:] @ f)
+            sense = (modes * self.mu)[slides]
+            error = f - sense * normal[slides]
+            if np.abs(error).max(initial=0.0) <= 1e-13 * (1e-3 + np.abs(f).max(initial=0.0)):
+                return f
+            change = np.eye(len(f)) - sense[:, None] * (gradient[slides] @ reactions[:, 1:])
+            if abs(np.linalg.det(change)) < 1e-12:
+                return None
+            f = f - np.linalg.solve(change, error)
+        return None
+
+    def consistent(self, x, lock, sticks, modes, slides) -> bool:
+        """Return whether Moreau's law holds, and one-way clutches push one way only."""
+        n, joints = len(self.mass), len(self.joints)
+        v, p = x[:n], x[n:]
+        largest = np.abs(p).max(initial=0.0)
+        normal, _ = self.normal(p[:joints])
+        held = p[joints + int(lock.sum()) :]
+        if np.any(np.abs(held) > (self.mu * normal)[sticks] + 1e-9 * largest):
+            return False
+        still = 1e-9 * self.scale
+        if np.any((modes * (self.sliding @ v))[slides] < -still):
+            return False
+        of_locked = p[joints : joints + int(lock.sum())]
+        one_way = np.array(self.one_way, dtype=bool)
+        if np.any(of_locked[one_way[lock]] > 1e-9 * largest):  # it may push the first body on
+            return False
+        open_ = one_way & ~lock
+        return not np.any((self.hard[open_] @ v) < -still)
+
+    def energy(self, v: np.ndarray) -> float:
+        """Return the kinetic energy [J]."""
+        return 0.5 * float(self.mass @ v**2)
+
+
+def rows_of_strike(q: np.ndarray, strike: Strike) -> tuple[list[np.ndarray], list[float]]:
+    """Return the rows of what becomes active, and the speeds that it prescribes."""
+    i, j = strike.first.body, strike.second.body
+    p, r = placed(q, strike.first), placed(q, strike.second)
+    if strike.kind in ("drive", "clutch"):
+        return [spin(q, i, j).real], [strike.number]
+    if strike.kind == "gear":
+        first = 0.3 * strike.number / (1.0 + strike.number)
+        centres = apart(q, (j, r), (i, p), (0.0, 1.0))  # the line of centres is along X
+        turns = spin(q, i, GROUND, first) + spin(q, j, GROUND, 0.3 - first)
+        return [(turns - centres).real], [0.0]
+    if strike.kind == "pin":
+        axes = (1.0, 0.0), (0.0, 1.0)
+        return [apart(q, (i, p), (j, p), axis).real for axis in axes], [0.0, 0.0]
+    x, y = (p[0] - r[0]).real, (p[1] - r[1]).real
+    d = math.hypot(x, y)
+    return [apart(q, (i, p), (j, r), (x / d, y / d)).real], [0.0]
+
+
+def model_of(struck: Struck, velocities: np.ndarray) -> fb.Mechanism:
+    """Return the mechanism, with sensors of all velocities and energies."""
+    draw, at = struck.draw, PointNames(len(struck.draw.parts))
+    joints = {f"J{k}": joint(link, at) for k, link in enumerate(draw.links)}
+    loads: dict = {"gravity": fb.Gravity()}
+    for k, brake in enumerate(draw.brakes):
+        loads[f"B{k}"] = fb.contact.Brake(
+            at(brake.first), at(brake.second), friction=brake.friction.made(),
+            radius=brake.radius, force=brake.force(0.0),
+        )  # fmt: skip
+    for k, strike in enumerate(struck.strikes):
+        a, b = at(strike.first), at(strike.second)
+        if strike.kind == "clutch":
+            loads[f"S{k}"] = fb.contact.OneWayClutch(a, b)
+        else:
+            joints[f"S{k}"] = fb.contact.Switched(switched(strike, a, b), lambda t: t > -1.0)
+    bodies = rigid_bodies(draw.parts, velocities, at)
+    model = fb.Mechanism(bodies=bodies, joints=joints, loads=loads)
+    sensors: dict = {"T": fb.KineticEnergy()}
+    for name in model.bodies:
+        sensors[f"v {name}"] = fb.Velocity(name)
+        sensors[f"w {name}"] = fb.AngularVelocity(name)
+    for name in [*joints, *(name for name in loads if name[0] in "SB")]:
+        sensors[f"work {name}"] = fb.Work(name)
+    for name, part in joints.items():
+        if isinstance(part, fb.contact.Switched):
+            sensors[f"lost {name}"] = fb.sensors.SwitchingLoss(name)
+    return replace(model, sensors=sensors)
+
+
+def switched(strike: Strike, a, b) -> object:
+    """Return the joint that becomes active."""
+    if strike.kind == "distance":
+        return fb.Distance(a, b, 1.0)
+    if strike.kind == "pin":
+        return fb.Revolute(a, b)
+    if strike.kind == "gear":
+        first = 0.3 * strike.number / (1.0 + strike.number)  # with centres 0.3 m apart
+        return fb.Gear(a, b, first, 0.3 - first)
+    return fb.PrescribedRotation(a, lambda t: strike.number * t)
+
+
+def judged(seed: int) -> tuple[str, str, str]:
+    """Return the family of a mechanism, what became of it, and why."""
+    rng = np.random.default_rng(seed)
+    struck = FAMILIES[seed % len(FAMILIES)](rng)
+    problem = Problem(struck)
+    solutions = problem.solutions()
+    kind = struck.draw.kind
+    expected = {0: "none", 1: "one"}.get(len(solutions), "several")
+    model = model_of(struck, problem.before.reshape(-1, 3))
+    try:
+        motion = fb.simulate(model, duration=1e-6, step=1e-6).isel(time=0)
+    except fb.errors.RunError as error:
+        refused = "refused" if expected != "one" else "refused wrongly"
+        return kind, refused, f"{expected} {error}"
+    names = [
+        n for k in range(len(struck.draw.parts)) for n in (f"v b{k}_X", f"v b{k}_Y", f"w b{k}")
+    ]
+    v = motion.sel(output=names).values
+    off = min((np.abs(v - s).max() for s in solutions), default=math.inf) / problem.scale
+    outputs = motion["output"].values.tolist()
+    before, after = problem.energy(problem.before), float(motion.sel(output="T"))
+    works = sum(float(motion.sel(output=n)) for n in outputs if n.startswith("work"))
+    losses = sum(float(motion.sel(output=n)) for n in outputs if n.startswith("lost"))
+    balance = abs(before + works - losses - after) / before
+    text = f"{expected} solution, speeds {off:.1e}, balance {balance:.1e}"
+    right = off < SPEED and balance < ENERGY
+    return kind, "right" if right else "wrong", text
+
+
+def main() -> None:
+    """Judge mechanisms of successive seeds and report how many of each family are right."""
+    given = options(__doc__, MECHANISMS, seed=(1, "first of the seeds"))
+    counts: dict[str, Counter] = {}
+    for seed in range(given.seed, given.seed + given.samples):
+        kind, outcome, why = judged(seed)
+        counts.setdefault(kind, Counter())[outcome] += 1
+        if outcome != "right":
+            print(seed, kind, outcome, why, file=sys.stderr, flush=True)
+    columns = ["right", "wrong", "refused", "refused wrongly"]
+    rows = [[kind, *(str(of_kind[c]) for c in columns)] for kind, of_kind in counts.items()]
+    report(given.output, "impacts", ["mechanism", *columns], rows,
+           {kind: dict(of_kind) for kind, of_kind in counts.items()})  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

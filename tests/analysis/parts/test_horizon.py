@@ -148,8 +148,8 @@ def pin(clearance):
     return replace(EXAMPLE["engine"](clearance), sensors=sensors)
 
 
-@pytest.mark.parametrize(("clearance", "predictable"), [(1e-4, True), (5e-4, False)])
-def test_a_worn_pin_is_predictable_at_a_tenth_of_a_millimetre_and_not_at_half_of_one(
+@pytest.mark.parametrize(("clearance", "predictable"), [(5e-5, True), (5e-4, False)])
+def test_a_worn_pin_is_predictable_at_a_twentieth_of_a_millimetre_and_not_at_half_of_one(
     clearance, predictable
 ):
     response = fb.dynamic_response(

@@ -50,9 +50,9 @@ class FrictionTable:
         slots.pop(places.nowhere, None)
         multipliers = range(state.friction, state.angle)
         rubbed = list(self.contact_forces)
+        keys = [[key for v in group for f in v for key in f.terms] for group in self.normal_forces]
         reacts = [
-            any(state.sliding <= j < state.gap for v in group for f in v for k in f.terms for j in k[:2])
-            for group in self.normal_forces
+            any(state.sliding <= j < state.gap for key in group for j in key[:2]) for group in keys
         ]
         return Friction(
             terms=self.terms.structure(places),

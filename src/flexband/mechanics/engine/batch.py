@@ -12,7 +12,7 @@ from flexband.mechanics.assembly.packing import pack, pack_end
 from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
-from flexband.mechanics.engine.failures import blame_laws, blame_overlaps, checked_schedule
+from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -122,7 +122,7 @@ def run_samples(
     )
     chosen = np.arange(system.samples) if samples is None else samples
     begin_block = start.of_blocks(Run(system, times, integrator, chosen))
-    schedule, rounds = checked_schedule(system, packed.schedule), len(packed.schedule.parts)
+    schedule, rounds = packed.schedule, len(packed.schedule.parts)
     method = integrator.coefficients(times[1] - times[0])._replace(
         attempts=attempts, matrices=most_matrices(system) if limits else 1000
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.errors import AssemblyError, InputError, SimulationError
+from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
@@ -14,7 +14,6 @@ from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.loads.law_shape import take_failures
-from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 from flexband.words import number_of
 
 SHORTER = (
@@ -25,19 +24,6 @@ SHORTER = (
 
 MAX_SHOWN = 5
 """Causes in a message, and samples of a cause."""
-
-
-def checked_schedule(system: System, schedule: Schedule) -> Schedule:
-    """Return a schedule; raise `InputError` if it has impulses in a mechanism with friction."""
-    struck = np.argwhere(schedule.parts == IMPULSE)
-    if len(struck) and system.mechanism.frictions:
-        time = float(schedule.times[tuple(struck[0])])
-        raise InputError(
-            f"the speed of a drive jumps at {time:g} s, and friction of "
-            f"{system.mechanism.frictions[0][0]!r} has no law for such an impulse; let the drive "
-            "change its speed over a time, as fb.ramp does"
-        )
-    return schedule
 
 
 def blame_laws(system: System, failure: np.ndarray, step: float) -> None:

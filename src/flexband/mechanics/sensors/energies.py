@@ -54,7 +54,8 @@ class Work(OverSteps):
 
     It is integrated by the trapezoidal rule over all steps, in an equilibrium over those on the way
     to it. An impulse, where speeds change at once, does its work with the mean of the velocities
-    before and after, and that of a drive which becomes active with those after. If a joint and a load have the same name, the joint is meant.
+    before and after, and that of a drive which becomes active with those after. If a joint and a
+    load have the same name, the joint is meant.
     """
 
     part: str

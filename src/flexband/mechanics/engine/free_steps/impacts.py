@@ -283,44 +283,47 @@ def excess_ratio(structure, values, z, k, largest):
 
 
 @compiled
-def add_works(structure, values, now, work, chosen):
+def add_works(structure, values, now, work, chosen, jumps):
     """Add up what the impulses do, with the means of the speeds before and after.
 
-    A joint that switches takes half of its impulse times the speed that it stops, and does that of
-    its drive. The velocities are those after the impact.
+    A joint that becomes active takes half of its impulse times the speed that it stops, and does
+    that of its drive. Where the speed of a drive `jumps`, all of it is its work. The velocities are
+    those after the impact, and those before are in `work.s`.
     """
-    state, z, r, none = structure.state, work.z, work.r, filled(0.0)
+    state, z, none = structure.state, work.z, filled(0.0)
     rows, joints, friction = friction_rows(state), reaction_rows(state), structure.friction
-    for k in range(rows.frictions):
-        impulse = where(chosen, load(z, state.friction + k), none)
-        before, after = load(z, rows.turn + k), load(z, rows.speed + k)
-        if friction.switched[k]:
-            add_to(z, rows.distance + k, 0.5 * before * impulse)
-        else:
-            add_to(z, rows.work + k, -0.5 * impulse * (before + after))
     for i in range(1, state.coordinates + 1):
         store(work.t, i, load(z, state.velocity + i))
-        store(z, state.velocity + i, none)
-    clear(r, state.velocity)
-    subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, r)
-    subtract_velocity_errors(
-        structure, values, friction.terms, values.friction.terms, now, z, r
-    )  # which are what drives move
+    for sign in (1.0, 0.0):  # Φ_q v + Φ_t of the mean velocities, less Φ_t
+        for i in range(1, state.coordinates + 1):
+            mean = 0.5 * sign * (load(work.s, i) + load(work.t, i))
+            store(z, state.velocity + i, mean)
+        clear(work.r, state.velocity)
+        subtract_velocity_errors(structure, values, structure.terms, values.terms, now, z, work.r)
+        subtract_velocity_errors(
+            structure, values, friction.terms, values.friction.terms, now, z, work.r
+        )
+        for k in range(state.multiplier, state.angle):
+            part = where(chosen, (2.0 * sign - 1.0) * load(z, k) * load(work.r, k), none)
+            if k < state.friction:
+                add_to(z, joints.work + k - state.multiplier, part)
+            else:
+                add_to(z, rows.work + k - state.friction, part)
     for i in range(1, state.coordinates + 1):
         store(z, state.velocity + i, load(work.t, i))
-    for k in range(state.multiplier, state.angle):
-        drive = where(chosen, -load(z, k) * load(r, k), none)
-        if k < state.friction:
-            add_to(z, joints.work + k - state.multiplier, drive)
-        elif friction.switched[k - state.friction]:
-            add_to(z, rows.work + k - state.friction, drive)
+    for k in range(rows.frictions):
+        if friction.switched[k] and not jumps:
+            impulse = where(chosen, load(z, state.friction + k), none)
+            loss = 0.5 * load(z, rows.turn + k) * impulse
+            add_to(z, rows.distance + k, loss)
+            add_to(z, rows.work + k, loss)
 
 
 @compiled
-def impact_matrix(structure, method, values, now, work, pending, elastic):
-    """Set the matrix to that of the masses, or of the integrator if `elastic`."""
+def impact_matrix(structure, method, values, now, work, pending, jumps):
+    """Set the matrix to that of the masses, or of the integrator where a drive's speed `jumps`."""
     state, z = structure.state, work.z
-    if not elastic:
+    if not jumps:
         mass_matrix(structure, values, values.regular_mass, now, z, work.matrix)
         return
     for k in range(state.multiplier, state.friction):  # they may be impulses
@@ -333,11 +336,11 @@ def impact_matrix(structure, method, values, now, work, pending, elastic):
 
 
 @compiled
-def strike_parts(structure, method, values, now, work, limits, chosen, elastic):
+def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
     """Change the velocities by an impact where `chosen` is true; return where it is refused.
 
-    `method` is that of a step of the output. If the impact is `elastic`, stiff members move as
-    rigid ones, as in an impulse of a drive.
+    `method` is that of a step of the output. Where the speed of a drive `jumps`, stiff members move
+    as rigid ones.
 
     In the end `work.s` has the velocities before, and the multipliers in z are impulses. All
     friction is left sliding; the reactions that it follows are those of `work.before`.
@@ -350,7 +353,7 @@ def strike_parts(structure, method, values, now, work, limits, chosen, elastic):
     begin_impact(structure, values, z, limits, step, chosen)
     pending, diverged, refused = chosen, none, none
     for count in range(2 + IMPACT.changes * rows.frictions):
-        impact_matrix(structure, method, values, now, work, pending, elastic)
+        impact_matrix(structure, method, values, now, work, pending, jumps)
         factorize(structure.pattern, work.matrix, load(work.smallest, 0), work.r)
         again = solve_impulses(structure, values, now, work, pending)
         refused, diverged = maximum(refused, where(diverged, again, none)), maximum(diverged, again)
@@ -363,7 +366,7 @@ def strike_parts(structure, method, values, now, work, limits, chosen, elastic):
         pending = maximum(pending, stuck)
         if not any_true(pending):
             break
-    add_works(structure, values, now, work, chosen)
+    add_works(structure, values, now, work, chosen, jumps)
     for k in range(joints.count):
         row = joints.reaction + k
         store(z, row, where(chosen, load(work.before, row), load(z, row)))

@@ -10,6 +10,7 @@ to an end no motion is consistent, as in the paradox of Painlevé.
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from flexband.mechanics.engine.free_steps.impacts import strike_parts

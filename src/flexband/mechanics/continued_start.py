@@ -21,7 +21,7 @@ from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+from flexband.mechanics.kernels.state import rows_of_gaps
 from flexband.words import number_of
 
 Label = tuple[str, str, int]

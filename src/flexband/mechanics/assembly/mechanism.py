@@ -42,10 +42,14 @@ from flexband.mechanics.kernels.forms import (
     moves,
     scale,
 )
-from flexband.mechanics.kernels.friction import friction_rows, reaction_rows
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
-from flexband.mechanics.kernels.state import FRICTION_ROWS, State
+from flexband.mechanics.kernels.state import (
+    FRICTION_ROWS,
+    State,
+    friction_rows,
+    reaction_rows,
+    rows_of_gaps,
+)
 from flexband.mechanics.loads.contacts import contact_entries
 from flexband.mechanics.loads.load import (
     Entries,

@@ -11,8 +11,8 @@ from flexband.mechanics.engine.loop_closure import gaps
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
+from flexband.mechanics.kernels.state import rows_of_gaps
 from flexband.mechanics.loads.law_shape import take_failures
 from flexband.words import number_of
 
@@ -198,7 +198,7 @@ def blame_overlaps(
     kinds = system.structure.laws.gap_kind
     state = system.structure.state
     rows = rows_of_gaps.py_func(state)
-    gaps, modes = (z[first:][: rows.count] for first in (rows.value, rows.mode))
+    gaps, modes = (z[first:][: rows.number] for first in (rows.value, rows.mode))
     contact = np.isin(kinds, (GAP.length, GAP.angle))
     depths, modes = -gaps[contact], modes[contact]
     sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]

@@ -52,7 +52,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.state import FRICTION_ROWS
+from flexband.mechanics.kernels.state import friction_rows, reaction_rows
 
 
 class FollowOptions(NamedTuple):
@@ -75,48 +75,6 @@ class Modes(NamedTuple):
 
 
 MODE = Modes()
-
-
-class StickSlipRows(NamedTuple):
-    """The number of frictions, and the first row of each of their `FRICTION_ROWS`."""
-
-    frictions: int
-    mode: int
-    anchor: int
-    speed: int
-    normal: int
-    distance: int  # |d| of circles; of a joint that switches, the energy that it has taken
-    turn: int  # φ₀ of circles; in an impact, the sliding speed before it
-    change: int  # last change of its impulse in the search for an impact
-    work: int  # of its impulses so far on the mechanism [J]
-
-
-@compiled
-def friction_rows(state):
-    """Return the `StickSlipRows`."""
-    n, first = state.angle - state.friction, state.sliding
-    return StickSlipRows(
-        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
-        first + 6 * n, first + 7 * n,
-    )  # fmt: skip
-
-
-class ReactionRows(NamedTuple):
-    """The number of multipliers of joints, and the first row of what friction has of each."""
-
-    count: int
-    reaction: int  # that friction follows, or an impulse
-    largest: int  # of all reactions so far, one row
-    change: int  # last one of a reaction
-    work: int  # of the impulses of a joint so far on the mechanism [J]
-
-
-@compiled
-def reaction_rows(state):
-    """Return the `ReactionRows`."""
-    n = state.friction - state.multiplier
-    first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
-    return ReactionRows(n, first, first + n, first + n + 1, first + 2 * n + 1)
 
 
 @compiled
@@ -234,7 +192,7 @@ def carry_reactions(structure, values, z, chosen, begins):
     rows, change, largest = reaction_rows(state), none, none
     if not friction.follows:
         return none
-    count, first, past = rows.count, rows.reaction, rows.change
+    count, first, past = rows.number, rows.reaction, rows.change
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
     squares, products, others = none, none, none

@@ -11,7 +11,7 @@ following forces act, and F the forces and moments of force laws, which are set 
 them. y are the first-order states of force laws and what integrates them, see
 `kernels.laws.states`. f is what friction depends on, see `kernels.friction`. g are the gaps of
 force laws whose zeros are events, and the margins of friction, with their rates, modes and more,
-see `kernels.laws.gap_rows`. x are extremes and integrals over the steps of a
+see `GapRows`. x are extremes and integrals over the steps of a
 run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
@@ -21,12 +21,14 @@ from __future__ import annotations
 from itertools import accumulate
 from typing import NamedTuple
 
+from flexband.mechanics.kernels.lanes import compiled
+
 GAP_ROWS = 7
-"""Rows of a gap, see `kernels.laws.gap_rows`."""
+"""Rows of a gap, see `GapRows`."""
 
 FRICTION_ROWS = 8
-"""Rows of a friction, see `kernels.friction.StickSlipRows`. Those of all frictions are followed by
-those of joints, see `kernels.friction.ReactionRows`, and by components of normal forces."""
+"""Rows of a friction, see `StickSlipRows`. Those of all frictions are followed by
+those of joints, see `ReactionRows`, and by components of normal forces."""
 
 
 class State(NamedTuple):
@@ -84,3 +86,68 @@ class State(NamedTuple):
     def with_extremes(self, count: int) -> State:
         """Return the rows with those of so many extremes and integrals."""
         return self._replace(rows=self.extreme + 2 * count)
+
+
+class StickSlipRows(NamedTuple):
+    """The number of frictions, and the first row of each of their `FRICTION_ROWS`."""
+
+    frictions: int
+    mode: int
+    anchor: int
+    speed: int
+    normal: int
+    distance: int  # |d| of circles; of a joint that switches, the energy that it has taken
+    turn: int  # φ₀ of circles; in an impact, the sliding speed before it
+    change: int  # last change of its impulse in the search for an impact
+    work: int  # of its impulses so far on the mechanism [J]
+
+
+@compiled
+def friction_rows(state):
+    """Return the `StickSlipRows`."""
+    n, first = state.angle - state.friction, state.sliding
+    return StickSlipRows(
+        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
+        first + 6 * n, first + 7 * n,
+    )  # fmt: skip
+
+
+class ReactionRows(NamedTuple):
+    """The number of multipliers of joints, and the first row of what friction has of each."""
+
+    number: int
+    reaction: int  # that friction follows, or an impulse
+    largest: int  # of all reactions so far, one row
+    change: int  # last one of a reaction
+    work: int  # of the impulses of a joint so far on the mechanism [J]
+
+
+@compiled
+def reaction_rows(state):
+    """Return the `ReactionRows`."""
+    n = state.friction - state.multiplier
+    first = state.sliding + FRICTION_ROWS * (state.angle - state.friction)
+    return ReactionRows(n, first, first + n, first + n + 1, first + 2 * n + 1)
+
+
+class GapRows(NamedTuple):
+    """The number of gaps, and the first row of each of their `GAP_ROWS`."""
+
+    number: int
+    value: int  # g
+    rate: int  # ġ
+    mode: int  # its sign is that of g, held in a step; its size is |ġ| at the last event
+    force: int  # of a contact along its gap
+    loss: int  # power that it takes from the motion for ever [W]
+    mass: int  # effective one of a contact [kg], [kg m²]; negative where an impact is over
+    depth: int  # of a closed contact: the largest so far, or that of its impact [m], [rad]
+
+
+@compiled
+def rows_of_gaps(state):
+    """Return the `GapRows`."""
+    n, first = (state.extreme - state.gap) // GAP_ROWS, state.gap
+    return GapRows(
+        n, first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n,
+        first + 6 * n,
+    )  # fmt: skip

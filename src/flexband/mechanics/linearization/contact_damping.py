@@ -12,8 +12,8 @@ import numpy as np
 from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
+from flexband.mechanics.kernels.state import rows_of_gaps
 from flexband.mechanics.linearization.linearize import Equations, Linear
 
 

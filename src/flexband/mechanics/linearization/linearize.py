@@ -31,9 +31,8 @@ from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.friction import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.kernels.state import FRICTION_ROWS
+from flexband.mechanics.kernels.state import FRICTION_ROWS, rows_of_gaps
 
 
 class LinearStates(NamedTuple):
@@ -177,8 +176,8 @@ class Equations:
         """Return the state with the modes of laws, but not of contacts, that its gaps have."""
         z, rows = z.copy(), rows_of_gaps.py_func(self.state)
         self.loads(z[:, None])
-        gaps = self.work.z[rows.value :][: rows.count, 0]
-        modes = z[rows.mode :][: rows.count]
+        gaps = self.work.z[rows.value :][: rows.number, 0]
+        modes = z[rows.mode :][: rows.number]
         events = self.system.structure.laws.gap_kind == GAP.event
         modes[events & (gaps * modes < 0)] *= -1.0
         return z
@@ -187,7 +186,7 @@ class Equations:
     def closed(system: System, z: np.ndarray) -> None:
         """Let contacts have the forces of their depth in these states, shape (rows, WIDTH)."""
         kinds, rows = system.structure.laws.gap_kind, rows_of_gaps.py_func(system.structure.state)
-        z[rows.mode :][: rows.count][np.isin(kinds, (GAP.length, GAP.angle))] = -MARK.at_rest
+        z[rows.mode :][: rows.number][np.isin(kinds, (GAP.length, GAP.angle))] = -MARK.at_rest
 
     def solved_states(self) -> np.ndarray:
         """Return the states of force laws that the last evaluation has solved for."""

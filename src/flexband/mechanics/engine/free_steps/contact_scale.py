@@ -21,7 +21,7 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 NO_DEPTH = 1e300
 """Of what meets and cannot move."""
@@ -83,7 +83,7 @@ def follow_depths(structure, values, z, chosen):
     """Let the depths of closed contacts grow where `chosen` is true; begin those that are new."""
     state = structure.state
     rows = rows_of_gaps(state)
-    for k in range(rows.count):
+    for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             known, depth = load(z, rows.depth + k), -load(z, rows.value + k)
             speed = approach_speed(structure, values, z, k)
@@ -98,7 +98,7 @@ def follow_depths(structure, values, z, chosen):
 def settle_at_start(structure, values, z, chosen):
     """Let contacts that are closed at the start be at rest, unless their speed presses deeper."""
     rows, none = rows_of_gaps(structure.state), filled(0.0)
-    for k in range(rows.count):
+    for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             speed = maximum(-load(z, rows.rate + k), none)
             impact = depth_of_impact(structure, values, z, k, speed)
@@ -118,7 +118,7 @@ def limits_of_contacts(structure, values, limits, z):
     """
     part, shortest = filled(1.0), filled(limits.smallest)
     rows = rows_of_gaps(structure.state)
-    for k in range(rows.count):
+    for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             closed = less(load(z, rows.mode + k), filled(0.0))
             share = scale_of_contact(structure, values, z, k)

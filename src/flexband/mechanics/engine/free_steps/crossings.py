@@ -23,8 +23,8 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 
 @compiled
@@ -48,7 +48,7 @@ def crossing(structure, values, limits, before, z, step):
     """
     state, late, part = structure.state, filled(0.0), filled(1.0)
     rows = rows_of_gaps(state)
-    for k in range(rows.count):
+    for k in range(rows.number):
         tolerance = _tolerance(structure, values, limits, before, k)
         positive = less(filled(0.0), load(z, rows.mode + k))
         sign = where(positive, filled(1.0), filled(-1.0))
@@ -56,7 +56,7 @@ def crossing(structure, values, limits, before, z, step):
         slope = sign * step * load(before, rows.rate + k)
         last = sign * step * load(z, rows.rate + k)
         if structure.laws.gap_kind[k] == GAP.margin:
-            friction = k - (rows.count - (state.angle - state.friction))
+            friction = k - (rows.number - (state.angle - state.friction))
             held = sticks(state, z, friction)  # the rate of a margin of forces is not known
             held = filled(1.0) if structure.friction.switched[friction] else held
             slope, last = where(held, end - start, slope), where(held, end - start, last)
@@ -104,7 +104,7 @@ def longest_in_contact(structure, values, limits, z):
     It is the same on the way in as on the way out, which begins where the other ends.
     """
     rows, longest = rows_of_gaps(structure.state), filled(1e300)
-    for k in range(rows.count):
+    for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             rate = load(z, rows.rate + k)
             part = where(
@@ -123,7 +123,7 @@ def longest_in_contact(structure, values, limits, z):
 def size_modes(state, z):
     """Set the size of modes that have changed at no time so far to the speed of their gaps."""
     rows = rows_of_gaps(state)
-    for k in range(rows.count):
+    for k in range(rows.number):
         mode, rate = load(z, rows.mode + k), load(z, rows.rate + k)
         speed = maximum(magnitude(rate), filled(CONTROL.least_speed))
         sized = where(less(filled(0.0), mode), speed, -speed)
@@ -138,7 +138,7 @@ def switch_modes(structure, z, chosen):
     A gap that is zero has the sign that it is about to have. Margins of friction remain positive.
     """
     rows, changed = rows_of_gaps(structure.state), filled(0.0)
-    for k in range(rows.count):
+    for k in range(rows.number):
         row = rows.mode + k
         gap, rate = load(z, rows.value + k), load(z, rows.rate + k)
         heading = where(less(filled(0.0), magnitude(gap)), gap, rate)
@@ -171,7 +171,7 @@ def settle_contacts(structure, before, z, chosen):
     At this moment the gap does not move, so that the force does not jump.
     """
     rows, settled = rows_of_gaps(structure.state), filled(0.0)
-    for k in range(rows.count):
+    for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             pressed = where(chosen, is_pressed_again(before, z, rows, k), filled(0.0))
             mass = load(z, rows.mass + k)

@@ -14,7 +14,7 @@ from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction import MODE, friction_rows
 from flexband.mechanics.kernels.lanes import clear, compiled, filled, less, load, store, where
 from flexband.mechanics.kernels.laws.forces import add_unit_force, is_contact
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 NO_MASS = 1e-300
 """Of a contact that cannot move."""

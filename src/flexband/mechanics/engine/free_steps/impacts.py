@@ -241,7 +241,7 @@ def follow_impulses(structure, values, z, active, count):
 @compiled
 def change_sticking(structure, values, z, limits, step, chosen):
     """Let slide what asks for most, and stick what would slide back; return where any does."""
-    state, none, one = structure.state, filled(0.0), filled(1.0)
+    state, none, true = structure.state, filled(0.0), filled(1.0)
     rows, friction = friction_rows(state), structure.friction
     largest, loosest, changed = none, none, none
     for k in range(state.multiplier, state.angle):
@@ -251,8 +251,8 @@ def change_sticking(structure, values, z, limits, step, chosen):
     for k in range(rows.frictions):
         mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
         excess = excess_ratio(structure, values, z, k, largest)
-        released = where(less(none, excess), where(less(excess, loosest), none, one), none)
-        sense = where(less(load(z, state.friction + k), none), filled(-1.0), one)
+        released = where(less(none, excess), where(less(excess, loosest), none, true), none)
+        sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
         rest = rest_speed(structure, values, limits, step, k)
         back = less(mode * u, -rest)
         if friction.one_way[k]:
@@ -367,7 +367,7 @@ def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
         if not any_true(pending):
             break
     add_works(structure, values, now, work, chosen, jumps)
-    for k in range(joints.count):
+    for k in range(joints.number):
         row = joints.reaction + k
         store(z, row, where(chosen, load(work.before, row), load(z, row)))
     for k in range(rows.frictions):

@@ -13,7 +13,6 @@ from flexband.mechanics.engine.free_steps.contact_scale import (
     follow_depths,
     is_contact_gap,
     limits_of_contacts,
-    settle_at_start,
 )
 from flexband.mechanics.engine.free_steps.control import (
     CONTROL,
@@ -22,16 +21,10 @@ from flexband.mechanics.engine.free_steps.control import (
     length_ratio,
     shift_accelerations,
 )
-from flexband.mechanics.engine.free_steps.crossings import (
-    crossing,
-    longest_in_contact,
-    settle_contacts,
-    size_modes,
-    switch_modes,
-)
-from flexband.mechanics.engine.free_steps.effective_mass import update_masses
+from flexband.mechanics.engine.free_steps.crossings import crossing, longest_in_contact
+from flexband.mechanics.engine.free_steps.events import begin_modes, end_impacts, switch
 from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
-from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
+from flexband.mechanics.engine.free_steps.stick_slip import update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
     add_turns,
@@ -46,12 +39,10 @@ from flexband.mechanics.engine.generalized_alpha import (
     kept_at,
     of_part,
     predict,
-    restart,
     sense_start,
     share_forces,
     states_to_keep,
 )
-from flexband.mechanics.engine.projection import share
 from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
@@ -67,7 +58,6 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
-    nearest_whole,
     store,
     where,
 )
@@ -76,7 +66,6 @@ from flexband.mechanics.kernels.laws.gaps import update_gap_rates
 from flexband.mechanics.kernels.laws.states import (
     begin_states,
     end_states,
-    hold_states,
     shift_states,
 )
 
@@ -94,51 +83,6 @@ def set_functions(count, values, polynomials, place, length):
         store(values.functions, f, value)
         store(values.rates, f, scale * rate)
         store(values.rates, f + count, 2.0 * scale * scale * half)
-
-
-@compiled
-def switch(structure, method, values, work, step, time, limits, chosen):
-    """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
-
-    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
-    and where friction jams.
-    """
-    state, now, jammed = structure.state, np.int64(0), filled(0.0)
-    changed = switch_modes(structure, work.z, chosen)
-    if any_true(changed):
-        keep_state(structure, work)
-        hold_states(state, work.z, changed)
-        left_out, jammed = settle_modes(structure, method, values, now, work, limits, changed)
-        if any_true(left_out):
-            share(structure, values, now, work, left_out)
-        largest = filled(0.0)
-        for i in range(1, state.coordinates + 1):
-            row = state.acceleration + i
-            jump = magnitude(load(work.z, row) - load(work.before, row))
-            largest = maximum(largest, jump * load(values.inverse_scale, i))
-        smooth = less(step * step * largest, filled(1e-3 * limits.tolerance))
-        smooth = filled(0.0) if state.angle > state.friction else smooth
-        restart(structure, work, where(smooth, filled(0.0), changed))
-        update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
-        update_margins(structure, values, now, work, limits, method.step)
-        go_back(structure, work, where(changed, smooth, filled(1.0)))
-        update_masses(structure, values, now, work, changed)
-        watch(structure, values, now, work, time, time, changed)
-    return changed, jammed
-
-
-@compiled
-def begin_friction(structure, method, values, work, limits, failure, fresh):
-    """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
-    step, everywhere, now = method.step, filled(1.0), np.int64(0)
-    keep_state(structure, work)
-    left_out, jammed = settle_modes(structure, method, values, now, work, limits, everywhere)
-    if any_true(left_out):
-        share(structure, values, now, work, left_out)
-    restart(structure, work, fresh)
-    update_margins(structure, values, now, work, limits, step)
-    known = load(failure, 0)
-    store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
 
 
 @compiled
@@ -252,12 +196,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     store(work.steps, 1, where(accepted, step, load(work.steps, 1)))
     go_back(structure, work, where(accepted, none, filled(1.0)))
     store(work.round, 4, where(accepted, elapsed + step, elapsed))
-    aged = load(work.counts, 0) / CONTROL.steps_of_mass
-    aged = less(magnitude(aged - nearest_whole(aged)), filled(0.5 / CONTROL.steps_of_mass))
-    settled = settle_contacts(structure, work.before, z, accepted)
-    settled = maximum(settled, where(closed, where(aged, accepted, none), none))
-    if any_true(settled):
-        update_masses(structure, values, now, work, settled)
+    end_impacts(structure, values, now, work, closed, accepted)
     changed, jammed = switch(structure, method, values, work, step, time + step, limits, accepted)
     follow_depths(structure, values, z, accepted)
     store(work.steps, 3, where(changed, none, load(work.steps, 3)))
@@ -331,12 +270,7 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
     known = load(failure, 3)
     span = CONTROL.difference * load(work.steps, 0)
     update_gap_rates(structure, values, now, z, span, work.blocks)
-    size_modes(structure.state, z)
-    if structure.state.angle > structure.state.friction:
-        begin_friction(structure, method, values, work, limits, failure, anew)
-    update_masses(structure, values, now, work, anew)
-    settle_at_start(structure, values, z, anew)
-    follow_depths(structure, values, z, anew)
+    begin_modes(structure, method, values, work, limits, failure, anew)
     sense_start(structure, values, work, outputs)
     alive = where(load(failure, 0), none, filled(1.0))
     rounds, arrived = outputs.shape[0] - 2, alive

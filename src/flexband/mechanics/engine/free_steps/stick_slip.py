@@ -49,7 +49,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 
 @compiled
@@ -85,7 +85,7 @@ def update_margins(structure, values, now, work, limits, step):
     """Set the margins and their rates; the contacts' forces are up to date."""
     state, z, none = structure.state, work.z, filled(0.0)
     rows, gaps = friction_rows(state), rows_of_gaps(state)
-    first = gaps.count - rows.frictions
+    first = gaps.number - rows.frictions
     if rows.frictions > 0:
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)

@@ -28,8 +28,8 @@ from flexband.mechanics.kernels.lanes import (
     store_rows,
     where,
 )
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 AXES = 3
 """Of a point: X, Y and θ."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector
 from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, layout
-from flexband.mechanics.kernels.laws.gap_rows import rows_of_gaps
 from flexband.mechanics.kernels.laws.states import rows_of_states
+from flexband.mechanics.kernels.state import rows_of_gaps
 
 
 @compiled

@@ -1,0 +1,104 @@
+"""What happens at events and at the start, on lanes: modes change, and so may velocities."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexband.mechanics.engine.free_steps.contact_scale import follow_depths, settle_at_start
+from flexband.mechanics.engine.free_steps.control import CONTROL
+from flexband.mechanics.engine.free_steps.crossings import (
+    settle_contacts,
+    size_modes,
+    switch_modes,
+)
+from flexband.mechanics.engine.free_steps.effective_mass import update_masses
+from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update_margins
+from flexband.mechanics.engine.generalized_alpha import go_back, keep_state, restart
+from flexband.mechanics.engine.projection import share
+from flexband.mechanics.kernels.equations import watch
+from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.lanes import (
+    any_true,
+    compiled,
+    filled,
+    less,
+    load,
+    magnitude,
+    maximum,
+    nearest_whole,
+    store,
+    where,
+)
+from flexband.mechanics.kernels.laws.gaps import update_gap_rates
+from flexband.mechanics.kernels.laws.states import hold_states
+
+
+@compiled
+def switch(structure, method, values, work, step, time, limits, chosen):
+    """Change the modes of force laws whose gaps have changed their sign, where `chosen` is true.
+
+    Where the forces jump by that, the accelerations start anew. Returns where a mode has changed,
+    and where friction jams.
+    """
+    state, now, jammed = structure.state, np.int64(0), filled(0.0)
+    changed = switch_modes(structure, work.z, chosen)
+    if any_true(changed):
+        keep_state(structure, work)
+        hold_states(state, work.z, changed)
+        left_out, jammed = settle_modes(structure, method, values, now, work, limits, changed)
+        if any_true(left_out):
+            share(structure, values, now, work, left_out)
+        largest = filled(0.0)
+        for i in range(1, state.coordinates + 1):
+            row = state.acceleration + i
+            jump = magnitude(load(work.z, row) - load(work.before, row))
+            largest = maximum(largest, jump * load(values.inverse_scale, i))
+        smooth = less(step * step * largest, filled(1e-3 * limits.tolerance))
+        smooth = filled(0.0) if state.angle > state.friction else smooth
+        restart(structure, work, where(smooth, filled(0.0), changed))
+        update_gap_rates(structure, values, now, work.z, CONTROL.difference * step, work.blocks)
+        update_margins(structure, values, now, work, limits, method.step)
+        go_back(structure, work, where(changed, smooth, filled(1.0)))
+        update_masses(structure, values, now, work, changed)
+        watch(structure, values, now, work, time, time, changed)
+    return changed, jammed
+
+
+@compiled
+def begin_friction(structure, method, values, work, limits, failure, fresh):
+    """Find what sticks and what slides at the start, which is `fresh` or the end of a motion."""
+    step, everywhere, now = method.step, filled(1.0), np.int64(0)
+    keep_state(structure, work)
+    left_out, jammed = settle_modes(structure, method, values, now, work, limits, everywhere)
+    if any_true(left_out):
+        share(structure, values, now, work, left_out)
+    restart(structure, work, fresh)
+    update_margins(structure, values, now, work, limits, step)
+    known = load(failure, 0)
+    store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
+
+
+@compiled
+def begin_modes(structure, method, values, work, limits, failure, fresh):
+    """Set the modes of laws and friction at the start, which is `fresh` or the end of a motion."""
+    now = np.int64(0)
+    size_modes(structure.state, work.z)
+    if structure.state.angle > structure.state.friction:
+        begin_friction(structure, method, values, work, limits, failure, fresh)
+    update_masses(structure, values, now, work, fresh)
+    settle_at_start(structure, values, work.z, fresh)
+    follow_depths(structure, values, work.z, fresh)
+
+
+@compiled
+def end_impacts(structure, values, now, work, closed, accepted):
+    """End the impacts of contacts that are pressed in again after an `accepted` step.
+
+    The effective masses of closed contacts follow the motion after some steps.
+    """
+    aged = load(work.counts, 0) / CONTROL.steps_of_mass
+    aged = less(magnitude(aged - nearest_whole(aged)), filled(0.5 / CONTROL.steps_of_mass))
+    aged = where(closed, where(aged, accepted, filled(0.0)), filled(0.0))
+    settled = maximum(aged, settle_contacts(structure, work.before, work.z, accepted))
+    if any_true(settled):
+        update_masses(structure, values, now, work, settled)

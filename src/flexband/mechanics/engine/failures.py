@@ -184,7 +184,7 @@ def blame_overlaps(
     failure: np.ndarray,
     before: np.ndarray | None = None,
     *,
-    touch: float = 1e-9,
+    touch: float = 1e-8,
     moved: float = 1e-5,
 ) -> None:
     """Write to `failure` which contacts are closed that must be open at the start.

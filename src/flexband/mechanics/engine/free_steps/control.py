@@ -66,6 +66,8 @@ class StepControl(NamedTuple):
     """Mobility of a contact, relative to that without joints, that counts as none."""
     events_in_a_row: float = 20.0
     """More, without a long step between them, are without end."""
+    remembered: float = 0.97
+    """Part of the events in a row that a long step leaves."""
     long_step: float = 10.0
     """Such a step over the shortest one."""
     newton: float = 0.01

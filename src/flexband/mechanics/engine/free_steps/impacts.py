@@ -85,16 +85,16 @@ def set_sliding_speeds(structure, values, now, work):
 
 
 @compiled
-def begin_impact(structure, values, z, limits, step, chosen):
+def begin_impact(structure, values, work, limits, step, chosen):
     """Let hold what switches or locks, and be free all else; keep the sliding speeds before."""
-    friction, rows = structure.friction, friction_rows(structure.state)
+    z, friction, rows = work.z, structure.friction, friction_rows(structure.state)
     for k in range(rows.frictions):
         mode, u = load(z, rows.mode + k), load(z, rows.speed + k)
         new = filled(MODE.free)
         if friction.switched[k]:
             new = mode
         elif friction.one_way[k]:
-            rest = rest_speed(structure, values, limits, step, k)
+            rest = rest_speed(structure, values, limits, work, step, k)
             new = where(less(u, rest), filled(MODE.sticks), new)
         store(z, rows.mode + k, where(chosen, new, mode))
         store(z, rows.turn + k, where(chosen, u, load(z, rows.turn + k)))
@@ -103,13 +103,13 @@ def begin_impact(structure, values, z, limits, step, chosen):
 
 
 @compiled
-def begin_sliding(structure, values, z, limits, step, chosen):
+def begin_sliding(structure, values, work, limits, step, chosen):
     """Let friction with an impulse slide as it does without one, or stick where it is at rest."""
-    friction, rows = structure.friction, friction_rows(structure.state)
+    z, friction, rows = work.z, structure.friction, friction_rows(structure.state)
     for k in range(rows.frictions):
         if friction.reacts[k]:
             u, mode = load(z, rows.speed + k), load(z, rows.mode + k)
-            slow = less(magnitude(u), rest_speed(structure, values, limits, step, k))
+            slow = less(magnitude(u), rest_speed(structure, values, limits, work, step, k))
             sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
             new = where(slow, filled(MODE.sticks), sense)
             store(z, rows.mode + k, where(chosen, new, mode))
@@ -239,9 +239,9 @@ def follow_impulses(structure, values, z, active, count):
 
 
 @compiled
-def change_sticking(structure, values, z, limits, step, chosen):
+def change_sticking(structure, values, work, limits, step, chosen):
     """Let slide what asks for most, and stick what would slide back; return where any does."""
-    state, none, true = structure.state, filled(0.0), filled(1.0)
+    state, z, none, true = structure.state, work.z, filled(0.0), filled(1.0)
     rows, friction = friction_rows(state), structure.friction
     largest, loosest, changed = none, none, none
     for k in range(state.multiplier, state.angle):
@@ -253,7 +253,7 @@ def change_sticking(structure, values, z, limits, step, chosen):
         excess = excess_ratio(structure, values, z, k, largest)
         released = where(less(none, excess), where(less(excess, loosest), none, true), none)
         sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
-        rest = rest_speed(structure, values, limits, step, k)
+        rest = rest_speed(structure, values, limits, work, step, k)
         back = less(mode * u, -rest)
         if friction.one_way[k]:
             sense, back = filled(MODE.free), less(u, -rest)
@@ -350,7 +350,7 @@ def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
     for i in range(1, state.coordinates + 1):
         store(work.s, i, load(z, state.velocity + i))
     set_sliding_speeds(structure, values, now, work)
-    begin_impact(structure, values, z, limits, step, chosen)
+    begin_impact(structure, values, work, limits, step, chosen)
     pending, diverged, refused = chosen, none, none
     for count in range(2 + IMPACT.changes * rows.frictions):
         impact_matrix(structure, method, values, now, work, pending, jumps)
@@ -358,11 +358,11 @@ def strike_parts(structure, method, values, now, work, limits, chosen, jumps):
         again = solve_impulses(structure, values, now, work, pending)
         refused, diverged = maximum(refused, where(diverged, again, none)), maximum(diverged, again)
         if count == 0 and structure.friction.follows:
-            begin_sliding(structure, values, z, limits, step, pending)
+            begin_sliding(structure, values, work, limits, step, pending)
             continue
         stuck = stick_instead(structure, z, again)
         settled = where(again, none, pending)
-        pending = change_sticking(structure, values, z, limits, step, settled)
+        pending = change_sticking(structure, values, work, limits, step, settled)
         pending = maximum(pending, stuck)
         if not any_true(pending):
             break

@@ -52,6 +52,10 @@ from flexband.mechanics.kernels.lanes import (
 from flexband.mechanics.kernels.state import rows_of_gaps
 
 
+MOVES = 1e300
+"""Looseness of what would stick, but moves in spite of that."""
+
+
 @compiled
 def excess(structure, values, z, k):
     """Return by how much friction k, if it sticks, asks for more than it can hold.
@@ -96,7 +100,7 @@ def update_margins(structure, values, now, work, limits, step):
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
-            slid = sense * u + rest_speed(structure, values, limits, step, k)
+            slid = sense * u + rest_speed(structure, values, limits, work, step, k)
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
@@ -122,7 +126,7 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
         back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
         if structure.friction.one_way[k]:
             sense, back = filled(1.0), less(u, none)
-        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
+        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, work, step, k))
         if not structure.friction.switched[k]:  # an impact moves what stuck before
             held = where(held, slow, none)
         rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
@@ -186,11 +190,11 @@ def looseness(structure, values, z, k, change_of_speed, still):
     """
     if structure.friction.switched[k]:
         return filled(0.0)
-    force, tiny = magnitude(load(z, structure.state.friction + k)), filled(1e-300)
-    over = excess(structure, values, z, k)
-    ratio = force / maximum(force - over, tiny)
+    force, over = load(z, structure.state.friction + k), excess(structure, values, z, k)
+    hold = maximum(magnitude(force) - over, filled(STICK.weakest) * magnitude(force))
+    ratio = magnitude(force) / maximum(hold, filled(1e-300))
     ratio = where(less(filled(0.0), over), ratio, filled(0.0))
-    ratio = where(less(still, magnitude(change_of_speed)), filled(1e300), ratio)
+    ratio = where(less(still, magnitude(change_of_speed)), filled(MOVES), ratio)
     return where(sticks(structure.state, z, k), ratio, filled(0.0))
 
 
@@ -208,19 +212,19 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
     for k in range(rows.frictions):
-        still = rest_speed(structure, values, limits, step, k)
+        still = rest_speed(structure, values, limits, work, step, k)
         still = still + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
     for k in range(rows.frictions):
         sense, force = load(z, rows.mode + k), load(z, state.friction + k)
-        held, slow = sticks(state, z, k), rest_speed(structure, values, limits, step, k)
+        held, slow = sticks(state, z, k), rest_speed(structure, values, limits, work, step, k)
         still = slow + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
         released = where(less(none, loose), where(less(loose, loosest), none, filled(1.0)), none)
-        moves = less(filled(1e299), loose)
+        moves = less(filled(0.5 * MOVES), loose)
         pulled = where(less(where(moves, change_of_speed, force), none), filled(-1.0), filled(1.0))
         back = less(sense * change_of_speed, -still)
         at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * slow)
@@ -234,12 +238,12 @@ def change_modes(structure, values, now, work, limits, step, chosen):
 
 
 @compiled
-def is_struck(structure, values, z, limits, step, chosen):
+def is_struck(structure, values, work, limits, step, chosen):
     """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
-    rows, struck = friction_rows(structure.state), filled(0.0)
+    z, rows, struck = work.z, friction_rows(structure.state), filled(0.0)
     for k in range(rows.frictions):
         if structure.friction.switched[k] or structure.friction.one_way[k]:
-            rest = 2.0 * rest_speed(structure, values, limits, step, k)
+            rest = 2.0 * rest_speed(structure, values, limits, work, step, k)
             moves = less(rest, magnitude(load(z, rows.speed + k)))
             moves = where(sticks(structure.state, z, k), moves, filled(0.0))
             struck = maximum(struck, where(chosen, moves, filled(0.0)))
@@ -259,7 +263,7 @@ def settle_modes(structure, method, values, now, work, limits, chosen):
     if rows.frictions == 0:
         return accelerate(structure, values, now, work, chosen), none
     begin_to_stick(structure, values, now, work, limits, step, chosen)
-    struck, refused = is_struck(structure, values, work.z, limits, step, chosen), none
+    struck, refused = is_struck(structure, values, work, limits, step, chosen), none
     if any_true(struck):
         refused = strike_parts(structure, method, values, now, work, limits, struck, False)
         begin_to_stick(structure, values, now, work, limits, step, struck)

@@ -22,6 +22,8 @@ class StickOptions(NamedTuple):
     """Part of a force that counts as held at least, where that is lost in rounding."""
     still: float = 1e-6
     """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
+    moved: float = 1e3
+    """Ratio of a rate to that beyond which what would stick cannot: rows may depend on others."""
     changes: int = 4
     """The most changes of modes at an event for each friction."""
 

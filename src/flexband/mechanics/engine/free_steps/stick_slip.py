@@ -51,7 +51,6 @@ from flexband.mechanics.kernels.lanes import (
 )
 from flexband.mechanics.kernels.state import rows_of_gaps
 
-
 MOVES = 1e300
 """Looseness of what would stick, but moves in spite of that."""
 
@@ -194,7 +193,8 @@ def looseness(structure, values, z, k, change_of_speed, still):
     hold = maximum(magnitude(force) - over, filled(STICK.weakest) * magnitude(force))
     ratio = magnitude(force) / maximum(hold, filled(1e-300))
     ratio = where(less(filled(0.0), over), ratio, filled(0.0))
-    ratio = where(less(still, magnitude(change_of_speed)), filled(MOVES), ratio)
+    moves = less(STICK.moved * still, magnitude(change_of_speed))
+    ratio = where(moves, filled(MOVES), ratio)
     return where(sticks(structure.state, z, k), ratio, filled(0.0))
 
 
@@ -238,6 +238,15 @@ def change_modes(structure, values, now, work, limits, step, chosen):
 
 
 @compiled
+def may_jam(structure):
+    """Return whether friction is that of joints: the forces of contacts and brakes are given."""
+    friction, may = structure.friction, structure.friction.follows
+    for k in range(friction_rows(structure.state).frictions):
+        may = may or friction.switched[k]
+    return may
+
+
+@compiled
 def is_struck(structure, values, work, limits, step, chosen):
     """Return where a joint that becomes active, or a clutch that locks, stops a speed at once."""
     z, rows, struck = work.z, friction_rows(structure.state), filled(0.0)
@@ -275,6 +284,8 @@ def settle_modes(structure, method, values, now, work, limits, chosen):
         if not any_true(pending):
             break
     bring_to_rest(structure, values, now, work, chosen)
+    if not may_jam(structure):
+        pending = none
     jammed = where(chosen, maximum(pending, refused), none)
     for k in range(1, state.coordinates + 1):
         finite = less(magnitude(load(work.z, state.acceleration + k)), filled(np.inf))

@@ -37,6 +37,10 @@ Argument = Property
 """An argument of a builder: numbers of shape (n,), or a function of position."""
 
 
+FINEST_TOLERANCE = 2e-13
+"""Of a step, that refinements of a response have."""
+
+
 @dataclass(frozen=True)
 class MechanismResponse(Response):
     """A response whose arguments are those of a function that builds a mechanism."""
@@ -99,6 +103,7 @@ class DynamicResponse(SensorResponse):
     """``response(**values)``: build the mechanism for all samples at once and simulate it.
 
     Each step between two outputs is divided into `step_parts`, each element into `element_parts`.
+    Where samples choose their steps, these are `chosen_parts` times shorter.
     """
 
     duration: float
@@ -107,6 +112,7 @@ class DynamicResponse(SensorResponse):
     threads: int | None = None
     step_parts: int = 1
     element_parts: int = 1
+    chosen_parts: int = 1
     given_step: bool = True
     start: str = "assembled"
     period: float | None = None
@@ -125,11 +131,14 @@ class DynamicResponse(SensorResponse):
         Only the discretization differs: the builder is called as before, and the points of flexible
         members, joints, loads and sensors stay where they are. What was warned of before is not
         warned of again. A member that the builder itself divides into bodies is not refined.
+        Where samples choose their steps, the tolerance of a step falls with the third power of its
+        parts, since that is the order of a step's error.
         """
         return replace(
             self,
             step_parts=step_parts * self.step_parts,
             element_parts=element_parts * self.element_parts,
+            chosen_parts=step_parts * self.chosen_parts,
             given=self.given or self,
         )
 
@@ -189,6 +198,7 @@ class DynamicResponse(SensorResponse):
         """What the motion depends on: all but the number of threads."""
         parts = self.step_parts, self.element_parts, self.given_step
         start = () if self.start == "assembled" else (self.start, self.period, self.slow)
+        parts = (*parts, self.chosen_parts) if self.chosen_parts > 1 else parts
         return self.builder, self.duration, self.output_step, self.integrator, *parts, *start
 
     def __call__(self, **values: Argument) -> xr.DataArray:
@@ -221,7 +231,7 @@ class DynamicResponse(SensorResponse):
                     start=self.start,
                     period=self.period,
                     slow=self.slow,
-                    integrator=self.integrator,
+                    integrator=self._integrator(mechanism),
                     threads=self.threads,
                     progress=listener().advance,
                     complete=self.given_step,
@@ -242,6 +252,14 @@ class DynamicResponse(SensorResponse):
         if "sample" not in motion.dims:  # no parameter differs between the samples
             motion = motion.expand_dims(sample=samples)
         return begun(motion)
+
+    def _integrator(self, mechanism: Mechanism) -> GeneralizedAlpha:
+        """Return the integrator with the tolerance of the steps that samples choose."""
+        limits = self.integrator.step_limits(mechanism.state, self.step)
+        if limits is None or self.chosen_parts == 1:
+            return self.integrator
+        tolerance = max(limits.tolerance / self.chosen_parts**3, FINEST_TOLERANCE)
+        return replace(self.integrator, step_tolerance=tolerance)
 
     def _difference(self) -> str:
         """Return in words what is finer than in the response that this is a refinement of."""

@@ -367,7 +367,7 @@ def judged(seed: int) -> tuple[str, str, str]:
     expected = {0: "none", 1: "one"}.get(len(solutions), "several")
     model = model_of(struck, problem.before.reshape(-1, 3))
     try:
-        motion = fb.simulate(model, duration=1e-6, step=1e-6).isel(time=0)
+        motion = fb.simulate(model, duration=1e-3, step=1e-3).isel(time=0)
     except fb.errors.RunError as error:
         refused = "refused" if expected != "one" else "refused wrongly"
         return kind, refused, f"{expected} {error}"

@@ -8,6 +8,9 @@ coefficient of restitution e alone. Two free bodies that meet with δ̇₀ part 
 whatever K, n, the masses and δ̇₀ are: with the work K δⁿ dδ as a variable, the equation of their
 motion is separable. `KeepsRestitution` chooses a such that e′ = e; the other laws are
 approximations of the literature.
+
+Once the contact is pressed in again without having opened, its damping is at most that of a small
+vibration, see `contact_law.damping_coefficient` and docs/decisions/closed-contacts.md.
 """
 
 from __future__ import annotations

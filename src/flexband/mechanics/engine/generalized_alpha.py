@@ -123,8 +123,8 @@ class GeneralizedAlpha:
     step_tolerance : error of a coordinate in a step, relative to the size of the mechanism, with
         which every sample chooses its steps between two times of the result; or None for steps that
         are given. Where force laws have `events`, steps are always chosen, and None is 1e-7.
-    smallest_step : shortest step [s] that may be chosen, or None for 1e-7 of the given one. A
-        sample that needs shorter ones fails.
+    smallest_step : shortest step [s] that may be chosen, or None for 1e-7 of the given one, and
+        1e-4 of the duration of an impact if that is less. A sample that needs shorter ones fails.
 
     Raises
     ------

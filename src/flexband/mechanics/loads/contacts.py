@@ -97,7 +97,8 @@ class Contact(ContactLoad):
     friction : of the surfaces, `Coulomb` or µ, or None for none. It acts on both bodies at one
         point, that of the first one.
     closed_at_start : whether the contact may be closed at the start. Otherwise a simulation of
-        bodies that overlap there is refused. Its δ̇₀ is then the speed at the start.
+        bodies that overlap there is refused. It is then at rest, a spring with little damping,
+        unless its speed at the start, δ̇₀, presses it in deeper.
 
     Raises
     ------

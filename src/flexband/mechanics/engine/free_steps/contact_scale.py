@@ -7,7 +7,6 @@ effective mass m. In a mechanism of 1 m these may be a nanometre and a microseco
 from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.control import CONTROL
-from flexband.mechanics.engine.free_steps.effective_mass import NO_MASS
 from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     compiled,
@@ -21,10 +20,8 @@ from flexband.mechanics.kernels.lanes import (
     where,
 )
 from flexband.mechanics.kernels.laws.forces import GAP
+from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.state import rows_of_gaps
-
-NO_DEPTH = 1e300
-"""Of what meets and cannot move."""
 
 
 @compiled
@@ -44,13 +41,13 @@ def size_of_unit(structure, values, gap):
 
 @compiled
 def depth_of_impact(structure, values, z, gap, speed):
-    """Return the depth that a contact reaches from a speed by its own, `NO_DEPTH` if unknown."""
+    """Return the depth that a contact reaches from a speed by its own, `MARK.bottomless` if unknown."""
     first = structure.laws.parameter_start[structure.laws.gap_law[gap]]
     K, n = load(values.laws, first), load(values.laws, first + 1)
     mass = magnitude(load(z, rows_of_gaps(structure.state).mass + gap))
     energy = 0.5 * (n + 1.0) * mass * speed * speed / K
     depth = power(maximum(energy, filled(1e-300)), 1.0 / (n + 1.0))
-    return where(less(filled(2.0 * NO_MASS), mass), depth, filled(NO_DEPTH))
+    return where(less(filled(2.0 * MARK.immovable), mass), depth, filled(MARK.bottomless))
 
 
 @compiled

@@ -14,10 +14,8 @@ from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction import MODE, friction_rows
 from flexband.mechanics.kernels.lanes import clear, compiled, filled, less, load, store, where
 from flexband.mechanics.kernels.laws.forces import add_unit_force, is_contact
+from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.state import rows_of_gaps
-
-NO_MASS = 1e-300
-"""Of a contact that cannot move."""
 
 
 @compiled
@@ -38,8 +36,8 @@ def _factorize_frictionless(structure, values, now, work):
 def update_masses(structure, values, now, work, chosen):
     """Set the effective masses of contacts where `chosen` is true; angles are up to date.
 
-    Where joints hold both sides of a contact, so that it cannot move, its mass is `NO_MASS`. Where
-    an impact is over it is negative.
+    Where joints hold both sides of a contact, so that it cannot move, its mass is
+    `MARK.immovable`. Where an impact is over it is negative.
     """
     laws, state, z, r, force = structure.laws, structure.state, work.z, work.r, work.s
     mass, first, factorized = structure.mass, rows_of_gaps(structure.state).mass, False
@@ -66,7 +64,7 @@ def update_masses(structure, values, now, work, chosen):
         for i in range(1, state.coordinates + 1):
             mobility = mobility + load(force, i) * load(r, i)
         moves = less(CONTROL.immovable * alone, mobility)
-        effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(NO_MASS))
+        effective = where(moves, 1.0 / where(moves, mobility, filled(1.0)), filled(MARK.immovable))
         row = first + laws.gap_start[s]
         known = load(z, row)
         effective = where(less(known, filled(0.0)), -effective, effective)

@@ -27,6 +27,10 @@ class Marks(NamedTuple):
     """For h (1 − c) where a law solves for a state that has no rate."""
     at_rest: float = 1e30
     """For the speed of a contact that never closed: it damps no vibration."""
+    immovable: float = 1e-300
+    """For the effective mass of a contact that cannot move."""
+    bottomless: float = 1e300
+    """For the depth of its impact."""
     unit: float = 1e60
     """For the speed of a contact whose force is to be 1."""
 

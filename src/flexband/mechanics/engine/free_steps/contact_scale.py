@@ -41,7 +41,7 @@ def size_of_unit(structure, values, gap):
 
 @compiled
 def depth_of_impact(structure, values, z, gap, speed):
-    """Return the depth that a contact reaches from a speed by its own, `MARK.bottomless` if unknown."""
+    """Return the depth that a contact reaches from a speed by its own, or `MARK.bottomless`."""
     first = structure.laws.parameter_start[structure.laws.gap_law[gap]]
     K, n = load(values.laws, first), load(values.laws, first + 1)
     mass = magnitude(load(z, rows_of_gaps(structure.state).mass + gap))

@@ -60,8 +60,6 @@ class StepControl(NamedTuple):
     """Depths of a contact in the size of a mechanism beyond which the tolerance refers to them."""
     durations: float = 1e-4
     """Part of the duration of an impact that its steps may have at least."""
-    steps_of_mass: float = 64.0
-    """Steps after which the effective masses of closed contacts are computed anew."""
     immovable: float = 1e-9
     """Mobility of a contact, relative to that without joints, that counts as none."""
     events_in_a_row: float = 20.0

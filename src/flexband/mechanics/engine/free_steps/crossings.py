@@ -166,15 +166,13 @@ def is_pressed_again(before, z, rows, gap):
 
 @compiled
 def settle_contacts(structure, before, z, chosen):
-    """End the impacts of contacts that are pressed in again; return the lanes with any.
+    """End the impacts of contacts that are pressed in again.
 
     At this moment the gap does not move, so that the force does not jump.
     """
-    rows, settled = rows_of_gaps(structure.state), filled(0.0)
+    rows = rows_of_gaps(structure.state)
     for k in range(rows.number):
         if is_contact_gap(structure.laws, k):
             pressed = where(chosen, is_pressed_again(before, z, rows, k), filled(0.0))
             mass = load(z, rows.mass + k)
             store(z, rows.mass + k, where(pressed, -mass, mass))
-            settled = maximum(settled, pressed)
-    return settled

@@ -25,7 +25,6 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
-    nearest_whole,
     store,
     where,
 )
@@ -94,11 +93,9 @@ def begin_modes(structure, method, values, work, limits, failure, fresh):
 def end_impacts(structure, values, now, work, closed, accepted):
     """End the impacts of contacts that are pressed in again after an `accepted` step.
 
-    The effective masses of closed contacts follow the motion after some steps.
+    The effective masses of contacts that stay closed follow the motion.
     """
-    aged = load(work.counts, 0) / CONTROL.steps_of_mass
-    aged = less(magnitude(aged - nearest_whole(aged)), filled(0.5 / CONTROL.steps_of_mass))
-    aged = where(closed, where(aged, accepted, filled(0.0)), filled(0.0))
-    settled = maximum(aged, settle_contacts(structure, work.before, work.z, accepted))
-    if any_true(settled):
-        update_masses(structure, values, now, work, settled)
+    settle_contacts(structure, work.before, work.z, accepted)
+    still_closed = where(accepted, closed, filled(0.0))
+    if any_true(still_closed):
+        update_masses(structure, values, now, work, still_closed)

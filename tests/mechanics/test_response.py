@@ -280,3 +280,31 @@ def test_sensors_over_windows_and_instants_are_finite_at_all_times():
     bands = fb.propagate(response, {"velocity": fb.Interval(1.5, 2.5)}, fb.PCCI(0, 8))
     instant = bands["mean"].sel(output="stop_t1").values[:, 0]
     assert instant == pytest.approx([0.04, 0.1 / 1.5], rel=1e-3)
+
+
+def rubbed(mu):
+    """A block on a spring that slides, and rubs more the slower it is."""
+    felt = fb.contact.Coulomb(kinetic=mu, static=2 * mu, stribeck_speed=0.3)
+    return fb.Mechanism(
+        bodies={"b": fb.PointMass(mass=1.0, velocity=(1.0, 0.0))},
+        joints={"s": fb.Slot("b", (0.0, 0.0), friction=felt)},
+        loads={"g": fb.Gravity(), "k": fb.Spring("b", (-1.0, 0.0), 60.0, 1.0)},
+        sensors={"x": fb.Position("b")},
+    )
+
+
+def test_a_refined_response_has_a_finer_tolerance_where_samples_choose_their_steps():
+    """With it a study states the error of the steps: before, it was too small by 20 times."""
+
+    def bands(tolerance, method):
+        integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
+        response = fb.dynamic_response(rubbed, duration=0.8, step=0.05, integrator=integrator)
+        return fb.propagate(response, {"mu": fb.Interval(0.05, 0.07)}, method)
+
+    exact = bands(1e-10, fb.PCCI(random_order=0, interval_order=8))["mean"].values
+    width = np.abs(exact[1] - exact[0]).max()
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        rough = bands(tolerance, fb.AdaptivePCCI(0.01))
+        error = np.abs(rough["mean"].values - exact).max() / width
+        assert rough.attrs["expected_error"] > error / 5
+        assert rough.attrs["expected_error"] < 10 * max(error, 1e-3)

@@ -50,7 +50,7 @@ WORKAROUND = {
         TestModels/ANCFcontactFrictionTest
     """,
     "a second simulation, in which the clamp begins to move": "Examples/ANCFcantileverTestDyn",
-    "a second simulation, since `start=\"static\"` takes no `Switched`": "Examples/bungeeJump",
+    'a second simulation, since `start="static"` takes no `Switched`': "Examples/bungeeJump",
     "a pin beside the axis, on a massless body": "TestModels/ANCFoutputTest",
     "its equations are those of a `Distance`": "TestModels/coordinateVectorConstraint",
     "the model only; flexband's own integrator": "TestModels/manualExplicitIntegrator",

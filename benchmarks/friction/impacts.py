@@ -26,7 +26,7 @@ import numpy as np
 import flexband as fb
 from benchmarks.friction.draws import Brake, Coulomb, Draw, Link, joint
 from benchmarks.friction.reference import bordered
-from benchmarks.friction.rows import apart, placed, rows_of, sliding_row, spin
+from benchmarks.friction.rows import apart, normal_force, placed, rows_of, sliding_row, spin
 from benchmarks.harness import options, report
 from benchmarks.numerics.contact_draws import GROUND, Part, Place, PointNames, rigid_bodies
 from benchmarks.numerics.contacts import bars, chain
@@ -206,18 +206,9 @@ class Problem:
         value, gradient = np.zeros(len(self.rough)), np.zeros((len(self.rough), len(reactions)))
         for row, k in enumerate(self.rough):
             first, link = self.first[k], self.draw.links[k]
-            x = reactions[first : first + 2]
-            if link.kind == "pin":
-                value[row] = np.hypot(*x)
-                gradient[row, first : first + 2] = x / max(value[row], 1e-300)
-            elif link.kind == "slot":
-                value[row], gradient[row, first] = abs(x[0]), np.sign(x[0])
-            else:
-                for end in (0.5, -0.5):
-                    N = x[0] / 2 + end * 2 * x[1] / link.length
-                    value[row] += abs(N)
-                    gradient[row, first] += np.sign(N) / 2
-                    gradient[row, first + 1] += np.sign(N) * end * 2 / link.length
+            count = 1 if link.kind == "slot" else 2
+            part = slice(first, first + count)
+            value[row], gradient[row, part] = normal_force(link, reactions[part])
         return value, gradient
 
     def solutions(self) -> list[np.ndarray]:

@@ -15,7 +15,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from benchmarks.friction.draws import Draw
-from benchmarks.friction.rows import apart, meetings, placed, rows_of, sliding_row, spin
+from benchmarks.friction.rows import (
+    apart,
+    meetings,
+    normal_force,
+    placed,
+    rows_of,
+    sliding_row,
+    spin,
+)
 from benchmarks.numerics.contact_draws import (
     EVENTS,
     GRAVITY,
@@ -221,18 +229,9 @@ class Reference:
         value, gradient = given.copy(), np.zeros((len(given), len(reactions)))
         for row, k in enumerate(self.rough):
             first, link = self.first_row[k], self.draw.links[k]
-            x = reactions[first : first + 2]
-            if link.kind == "pin":
-                value[row] = np.hypot(*x)
-                gradient[row, first : first + 2] = x / max(value[row], 1e-300)
-            elif link.kind == "slot":
-                value[row], gradient[row, first] = abs(x[0]), np.sign(x[0])
-            else:  # both ends of the guide
-                for end in (0.5, -0.5):
-                    N = x[0] / 2 + end * 2 * x[1] / link.length
-                    value[row] += abs(N)
-                    gradient[row, first] += np.sign(N) / 2
-                    gradient[row, first + 1] += np.sign(N) * end * 2 / link.length
+            count = 1 if link.kind == "slot" else 2
+            part = slice(first, first + count)
+            value[row], gradient[row, part] = normal_force(link, reactions[part])
         return value, gradient
 
     def settled(

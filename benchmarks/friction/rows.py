@@ -77,6 +77,21 @@ def sliding_row(q: np.ndarray, link: Link) -> np.ndarray:
     return apart(q, (i, p), (j, p), turned(q, j, link.axis)[0])
 
 
+def normal_force(link: Link, reactions: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return what the friction of a joint is proportional to, and its derivative by reactions."""
+    if link.kind == "pin":
+        value = float(np.hypot(*reactions))
+        return value, reactions / max(value, 1e-300)
+    if link.kind == "slot":
+        return abs(float(reactions[0])), np.sign(reactions)
+    value, gradient = 0.0, np.zeros(2)
+    for end in (0.5, -0.5):  # of the guide
+        N = reactions[0] / 2 + end * 2 * reactions[1] / link.length
+        value += abs(float(N))
+        gradient += np.sign(N) * np.array([0.5, end * 2 / link.length])
+    return value, gradient
+
+
 class Meeting(NamedTuple):
     """A gap, and w of its rate and of the sliding speed."""
 

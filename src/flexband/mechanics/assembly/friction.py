@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Friction, FrictionValues
 from flexband.mechanics.assembly.tables import Couples, Places, ProductTable, TermTable
 from flexband.mechanics.assembly.vectors import VectorTables
+from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.kernels.forms import TimeFunction
 
 
@@ -19,7 +22,8 @@ class FrictionTable:
         state = mechanism.state
         self.frictions = [friction for _, friction in mechanism.frictions]
         self.groups, self.actions = vectors.vectors.groups, vectors.actions
-        self.contact_forces = mechanism.rubbed_rows
+        self.contact_forces, self.gaps = mechanism.rubbed_rows, mechanism.rubbed_gaps
+        self.earlier = _earlier_in_line(self.frictions, mechanism.guess)
         travels = mechanism.travel_forms
         self.terms = TermTable(travels, state.friction, state.angle, set())
         components = [form for group in mechanism.normal_forces for v in group for form in v]
@@ -51,6 +55,7 @@ class FrictionTable:
         multipliers = range(state.friction, state.angle)
         rubbed = list(self.contact_forces)
         keys = [[key for v in group for f in v for key in f.terms] for group in self.normal_forces]
+        later = {k: n for n, k in self.earlier.items()}
         reacts = [
             any(state.sliding <= j < state.gap for key in group for j in key[:2]) for group in keys
         ]
@@ -73,6 +78,9 @@ class FrictionTable:
             centres=indices(self.actions + 3 * rubbed.index(k) + 2 for _, k in self.orbits),
             rubbed=indices(rubbed),
             contact_force=indices(self.contact_forces.values()),
+            gap=indices(self.gaps.get(k, -1) for k in range(len(self.frictions))),
+            earlier=indices(self.earlier.get(k, -1) for k in range(len(self.frictions))),
+            later=indices(later.get(k, -1) for k in range(len(self.frictions))),
             action=self.actions,
         )
 
@@ -87,3 +95,16 @@ class FrictionTable:
             **{name: stack([row[n] for row in numbers]) for n, name in enumerate(names)},
             radius=stack([f.sliding.action.radius for f in self.frictions if f.sliding.action]),
         )
+
+
+def _earlier_in_line(
+    frictions: Sequence[FrictionEntry], guess: Sequence[np.ndarray]
+) -> dict[int, int]:
+    """Return the last friction before another that slides along the same line with its body."""
+    lines = {k: f.sliding.line for k, f in enumerate(frictions) if f.sliding.line}
+    earlier = {}
+    for k, line in lines.items():
+        same = [n for n, other in lines.items() if n < k and line.is_that_of(other, guess)]
+        if same:
+            earlier[k] = same[-1]
+    return earlier

@@ -520,6 +520,19 @@ class Mechanism:
         frictions = enumerate(self.frictions)
         return {k: next(rows[name]) for k, (name, f) in frictions if f.sliding.action}
 
+    @cached_property
+    def rubbed_gaps(self) -> dict[int, int]:
+        """Of each friction of a contact, the number of the gap of the contact."""
+        gaps = {name: iter(self._gaps_of(name)) for name in self.entries}
+        frictions = enumerate(self.frictions)
+        return {k: next(gaps[name]) for k, (name, f) in frictions if f.sliding.action}
+
+    def _gaps_of(self, part: str) -> list[int]:
+        """Return the numbers of the gaps of a load or joint."""
+        before = sum(len(law.events) for law in self.laws[: self._before(part, "laws")])
+        number = sum(len(law.events) for law in self.entries[part].laws)
+        return list(range(before, before + number))
+
     def spring(self, name: str, *, torsion: bool) -> tuple[Form, Form]:
         """Return the tension and the elongation of a translational or a torsion spring."""
         rows = {}
@@ -552,13 +565,12 @@ class Mechanism:
         """Return the contacts of a load or joint."""
         owners = [name for name, _ in self.contact_laws]
         _within("part with contacts", part, dict.fromkeys(owners))
-        number, first = owners.count(part), self._before(part, "laws")
-        before = sum(len(law.events) for law in self.laws[:first])
-        rows = rows_of_gaps.py_func(self.state)
+        number, law = owners.count(part), self._before(part, "laws")
+        rows, gaps = rows_of_gaps.py_func(self.state), self._gaps_of(part)
         return [
             ContactRows(
-                *(Form.variable(first + before + n) for first in rows[1:6]),
-                angular=self.laws[first + n].gap_kind == GAP.angle,
+                *(Form.variable(first + gaps[n]) for first in rows[1:6]),
+                angular=self.laws[law + n].gap_kind == GAP.angle,
             )
             for n in range(number)
         ]

@@ -135,6 +135,9 @@ class Friction(NamedTuple):
     centres: np.ndarray  # such a term -> vector between the centres
     rubbed: np.ndarray  # frictions of contacts
     contact_force: np.ndarray  # such a one -> row of z with the force of its contact
+    gap: np.ndarray  # friction -> gap of its contact, or −1
+    earlier: np.ndarray  # friction -> the last one before it of a body on the same line, or −1
+    later: np.ndarray  # friction -> the first such one after it, or −1
     action: int  # first of three vectors of each of these, see `contact.geometry.geometry.Action`
 
 

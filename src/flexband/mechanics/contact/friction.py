@@ -130,7 +130,7 @@ class FrictionEntry(NamedTuple):
     @property
     def whole_travel(self) -> Form:
         """The travel, with the orbit for a distance of 1."""
-        travel, _, orbit = self.sliding
+        travel, orbit = self.sliding.travel, self.sliding.orbit
         return travel + orbit if orbit else travel
 
     @property

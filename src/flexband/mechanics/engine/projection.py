@@ -16,13 +16,13 @@ import numpy as np
 
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import add_constraints
+from flexband.mechanics.kernels.contacts_in_line import holds
 from flexband.mechanics.kernels.equations import add_mass, clear_matrix, residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, soften, solve
 from flexband.mechanics.kernels.friction import (
     add_friction,
     add_jacobian,
     carry_reactions,
-    sticks,
     subtract_rate_errors,
     subtract_speed_errors,
 )
@@ -306,7 +306,7 @@ def share(structure, values, now, work, shared):
         store(least, k, none)
     for k in range(state.angle - state.friction):  # what slides is not shared
         row = state.friction + k
-        given = where(sticks(state, z, k), none, where(shared, load(z, row), none))
+        given = where(holds(structure, z, k), none, where(shared, load(z, row), none))
         store(least, row, given)
         store(z, row, load(z, row) - given)
     for part in (PROJECTION.softening, PROJECTION.small_softening):

@@ -327,7 +327,9 @@ class Prismatic(LineJoint, AlignedJoint):
             numbers = line_parameters(normal, centre=(centre_x, centre_y), height=height)
             corner = frame(self.first).moved(centre_x, centre_y)
             lever = subtract(corner.position, frame(self.first).position)
-            travel = partial(travel_on_line, corner, frame(self.second), normal, lever=lever)
+            travel = partial(
+                travel_on_line, corner, frame(self.second), normal, lever=lever, height=height
+            )
             friction = rubbing(self.friction, travel)
             contacts.append(touching(gap_above_line, self.law, *numbers, friction=friction))
         return contacts

@@ -265,6 +265,15 @@ class Frame:
         """
         return self.y[1], -self.y[0]
 
+    def is_on_body_of(self, other: Frame) -> bool:
+        """Return whether both frames are on one rigid body, or on the ground."""
+        same = all(
+            a.terms.keys() == b.terms.keys()
+            for mine, others in ((self.x, other.x), (self.y, other.y))
+            for a, b in zip(mine, others, strict=True)
+        )
+        return self.rigid and other.rigid and same
+
     def shifted(self, rows: int) -> Frame:
         """Return the rates of the frame, or its second rates; see `Form.shifted`."""
         pairs = (self.position, self.x, self.y)

@@ -39,6 +39,8 @@ from flexband.mechanics.kernels.constraints import (
     subtract_acceleration_errors,
     subtract_velocity_errors,
 )
+from flexband.mechanics.kernels.contacts_in_line import holds
+from flexband.mechanics.kernels.friction_modes import sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
@@ -65,22 +67,6 @@ class FollowOptions(NamedTuple):
 
 
 FOLLOW = FollowOptions()
-
-
-class Modes(NamedTuple):
-    """Modes of friction that are not the sign of a sliding speed."""
-
-    free: float = 0.0
-    sticks: float = 2.0
-
-
-MODE = Modes()
-
-
-@compiled
-def sticks(state, z, k):
-    """Return the mask of the lanes in which friction k sticks."""
-    return less(filled(0.5 * (1.0 + MODE.sticks)), load(z, state.sliding + k))
 
 
 @compiled
@@ -222,11 +208,12 @@ def carry_reactions(structure, values, z, chosen, begins):
 
 
 @compiled
-def keep_sticking(state, z, r):
-    """Clear the rows of what does not stick."""
+def keep_sticking(structure, z, r):
+    """Clear the rows of what does not stick, or follows another."""
+    state = structure.state
     for k in range(state.angle - state.friction):
         row = state.friction + k
-        store(r, row, where(sticks(state, z, k), load(r, row), filled(0.0)))
+        store(r, row, where(holds(structure, z, k), load(r, row), filled(0.0)))
 
 
 @compiled
@@ -237,7 +224,7 @@ def add_friction(structure, values, now, z, r):
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(rows.frictions):
         add_to(r, state.friction + k, -load(z, rows.anchor + k))
-    keep_sticking(state, z, r)
+    keep_sticking(structure, z, r)
 
 
 @compiled
@@ -251,11 +238,11 @@ def add_jacobian(structure, values, now, z, weight, matrix):
         structure, values, friction.terms, values.friction.terms, now, z, weight, matrix
     )
     for n in range(len(friction.slot)):
-        held = sticks(state, z, friction.of_slot[n])
+        held = holds(structure, z, friction.of_slot[n])
         entry = load(matrix, friction.slot[n])
         store(matrix, friction.slot[n], where(held, entry, filled(0.0)))
     for k in range(len(friction.diagonal)):
-        held = sticks(state, z, k)
+        held = holds(structure, z, k)
         store(matrix, friction.diagonal[k], where(held, filled(0.0), filled(1.0)))
 
 
@@ -267,7 +254,7 @@ def subtract_speed_errors(structure, values, now, z, r):
     if state.angle > state.friction:
         update_distances(structure, values, z)
         subtract_velocity_errors(structure, values, friction.terms, numbers.terms, now, z, r)
-        keep_sticking(state, z, r)
+        keep_sticking(structure, z, r)
 
 
 @compiled
@@ -280,8 +267,8 @@ def subtract_rate_errors(structure, values, now, z, a, r, s):
     update_distances(structure, values, z)
     subtract_acceleration_errors(structure, values, friction.terms, numbers.terms, now, z, a, r, s)
     subtract_drift_of_circles(structure, values, z, r, s)
-    keep_sticking(state, z, r)
-    keep_sticking(state, z, s)
+    keep_sticking(structure, z, r)
+    keep_sticking(structure, z, s)
 
 
 @compiled

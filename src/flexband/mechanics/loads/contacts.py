@@ -182,13 +182,13 @@ class Stop(ContactLoad):
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
         straight("Stop", second)
         x, y = self.axis
-        friction = rubbing(self.friction, partial(travel_on_line, first, second, self.axis))
+        along = partial(travel_on_line, first, second, self.axis)
         return [
             touching(
                 gap_above_line,
                 self.law,
                 *line_parameters((-sign * x, -sign * y), height=-limit),
-                friction=friction,
+                friction=rubbing(self.friction, partial(along, height=sign * limit)),
             )
             for sign, limit in checked_limits("Stop", self.lower, self.upper)
         ]

@@ -10,7 +10,13 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_non_negative, check_numbers, check_pair
-from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
+from flexband.mechanics.contact.geometry.geometry import (
+    NO_LEVER,
+    Action,
+    Geometry,
+    Line,
+    Travel,
+)
 from flexband.mechanics.kernels.forms import Frame, Vector, angle, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,
@@ -104,15 +110,19 @@ def travel_on_line(
     normal: tuple[float, float],
     radius: ArrayLike = 0.0,
     lever: Vector = NO_LEVER,
+    height: ArrayLike = 0.0,
 ) -> Travel:
-    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), t along the line; `lever` leads to `first`."""
+    """Return t · (r₁ − r₂) + r (θ₁ − θ₂), t along the line; `lever` leads to `first`.
+
+    The line is at a `height` above the second point, along its normal.
+    """
     x, y = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     apart, line = subtract(first.position, second.position), second.direction(y, -x)
     radius = np.asarray(radius, dtype=float)
     travel, action = dot(line, apart), Action(line, lever, apart, radius)
-    if not np.any(radius):
-        return Travel(travel, action)
-    return Travel(travel + (angle(first.normal) - angle(second.normal)) * radius, action)
+    if np.any(radius):
+        travel = travel + (angle(first.normal) - angle(second.normal)) * radius
+    return Travel(travel, action, line=Line(first, second, second.direction(x, y), height))
 
 
 def line_parameters(

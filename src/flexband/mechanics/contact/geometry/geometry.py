@@ -6,10 +6,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
-from flexband.mechanics.kernels.forms import Form, Frame, Vector, fixed
+from flexband.mechanics.kernels.forms import (
+    Form,
+    Frame,
+    Vector,
+    cross,
+    dot,
+    fixed,
+    subtract,
+)
 
 NO_LEVER = fixed((0.0, 0.0))
 
@@ -23,12 +32,38 @@ class Action(NamedTuple):
     radius: ArrayLike  # from this centre to where it acts: θ₁ enters s with it
 
 
+class Line(NamedTuple):
+    """A straight line of the second body of a contact, beside which a point of the first slides."""
+
+    first: Frame
+    second: Frame
+    normal: Vector  # a unit vector away from the second body
+    height: ArrayLike  # of the line above the second point [m]
+
+    def is_that_of(self, other: Line, z: Sequence[ArrayLike]) -> bool:
+        """Return whether a rigid body slides along both where all is in the state z."""
+        if not (self.first.is_on_body_of(other.first) and self.second.is_on_body_of(other.second)):
+            return False
+        turn, apart = (
+            np.asarray(form.at(z))
+            for form in (
+                cross(self.normal, other.normal),
+                dot(self.normal, subtract(self.second.position, other.second.position)),
+            )
+        )
+        same_side = dot(self.normal, other.normal).at(z) > 0.0
+        rounding = 1e-12 * (np.abs(self.height) + np.abs(other.height) + np.abs(apart))
+        off = np.abs(apart + self.height - other.height)
+        return bool(np.all(same_side & (np.abs(turn) < 1e-12) & (off <= rounding)))
+
+
 class Travel(NamedTuple):
     """How two surfaces slide: along s, whose rate is the sliding speed."""
 
     travel: Form  # s, of the coordinates and of angles
     action: Action | None = None  # of a contact
     orbit: Form | None = None  # φ, whose product with the length of ``action.second`` is added to s
+    line: Line | None = None  # along which a contact slides
 
 
 class Geometry(ABC):

@@ -29,13 +29,10 @@ from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction import (
     FOLLOW,
-    MODE,
-    friction_rows,
-    reaction_rows,
-    sticks,
     subtract_speed_errors,
     update_distances,
 )
+from flexband.mechanics.kernels.friction_modes import MODE, sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,
@@ -51,6 +48,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
+from flexband.mechanics.kernels.state import friction_rows, reaction_rows
 
 
 class ImpactOptions(NamedTuple):

@@ -5,6 +5,9 @@ positive until an event. At an event all that is at rest sticks at first. What a
 N then slides in the sense in which it is pulled, and what would slide back sticks again, until
 nothing changes; only then are the velocities of what sticks set to zero. Where that does not come
 to an end no motion is consistent, as in the paradox of Painlevé.
+
+What follows another has the mode of that one and no margin of its own, see
+`kernels.contacts_in_line`.
 """
 
 from __future__ import annotations
@@ -23,18 +26,24 @@ from flexband.mechanics.engine.projection import (
     refine,
 )
 from flexband.mechanics.kernels.constraints import add_constraints, subtract_acceleration_errors
+from flexband.mechanics.kernels.contacts_in_line import (
+    follows,
+    holds,
+    is_closed,
+    is_in_line,
+    share_in_line,
+    sums_of_line,
+)
 from flexband.mechanics.kernels.equations import update_dependent
 from flexband.mechanics.kernels.factorization import factorize, solve
 from flexband.mechanics.kernels.friction import (
-    MODE,
     begin_sticking,
-    friction_rows,
-    sticks,
     subtract_drift_of_circles,
     subtract_speed_errors,
     update_distances,
     update_friction,
 )
+from flexband.mechanics.kernels.friction_modes import MODE, sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,
@@ -49,7 +58,7 @@ from flexband.mechanics.kernels.lanes import (
     store,
     where,
 )
-from flexband.mechanics.kernels.state import rows_of_gaps
+from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 
 MOVES = 1e300
 """Looseness of what would stick, but moves in spite of that."""
@@ -61,13 +70,12 @@ def excess(structure, values, z, k):
 
     What is one way holds any force against sliding back, and none against sliding on.
     """
-    state = structure.state
     if structure.friction.switched[k]:
         return filled(-1.0)
-    N, force = load(z, friction_rows(state).normal + k), load(z, state.friction + k)
+    force, N, hold = sums_of_line(structure, values, z, k)
     if not structure.friction.one_way[k]:
         force = magnitude(force)
-    return force - load(values.friction.static, k) * N - STICK.force * N
+    return force - hold - STICK.force * N
 
 
 @compiled
@@ -93,9 +101,11 @@ def update_margins(structure, values, now, work, limits, step):
         update_dependent(structure, values, now, z)
         clear(work.r, state.velocity)
         update_friction(structure, values, now, z, work.r)
+        share_in_line(structure, values, z)
         sliding_rates(structure, values, now, work)
         for k in range(rows.frictions):
-            N, u, held = load(z, rows.normal + k), load(z, rows.speed + k), sticks(state, z, k)
+            _, N, _ = sums_of_line(structure, values, z, k)
+            u, held = load(z, rows.speed + k), sticks(state, z, k)
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
@@ -104,6 +114,10 @@ def update_margins(structure, values, now, work, limits, step):
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
                 margin, rate = where(held, N, -N), none
+            if structure.friction.earlier[k] >= 0:
+                follower = follows(structure, z, k)
+                margin = where(follower, filled(1.0), margin)
+                rate = where(follower, none, rate)
             store(z, gaps.value + first + k, margin)
             store(z, gaps.rate + first + k, rate)
             store(z, gaps.mode + first + k, filled(1.0))
@@ -120,7 +134,8 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
     update_friction(structure, values, now, z, r)
     add_constraints(structure.friction.terms, values.friction.terms, values.functions, now, z, r)
     for k in range(rows.frictions):
-        held, u, N = sticks(state, z, k), load(z, rows.speed + k), load(z, rows.normal + k)
+        held, u = sticks(state, z, k), load(z, rows.speed + k)
+        _, N, _ = sums_of_line(structure, values, z, k)
         sense = where(less(u, none), filled(-1.0), filled(1.0))
         back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
         if structure.friction.one_way[k]:
@@ -130,6 +145,9 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
             held = where(held, slow, none)
         rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
         new = where(held, load(z, rows.mode + k), where(rest, filled(MODE.sticks), sense))
+        stopped = where(held, none, rest)
+        if is_in_line(structure, k):
+            new, stopped = where(is_closed(structure, z, k), new, sense), filled(1.0)
         travel = load(r, state.friction + k)
         if structure.friction.switched[k]:
             rest = less(none, N)
@@ -137,10 +155,27 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
             travel = allowed_place(structure, values, k, travel)
             force = load(z, state.friction + k)
             store(z, state.friction + k, where(rest, force, where(chosen, none, force)))
-        stopped = where(chosen, where(held, none, rest), none)
+            stopped = where(held, none, rest)
+        stopped = where(chosen, stopped, none)
         store(z, rows.anchor + k, where(stopped, travel, load(z, rows.anchor + k)))
         store(z, rows.mode + k, where(chosen, new, load(z, rows.mode + k)))
-        store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+        if not is_in_line(structure, k):
+            store(z, state.friction + k, where(stopped, none, load(z, state.friction + k)))
+    follow_first(structure, z, chosen)
+
+
+@compiled
+def follow_first(structure, z, chosen):
+    """Let what follows another have the mode of that one."""
+    first, friction = friction_rows(structure.state).mode, structure.friction
+    for k in range(structure.state.angle - structure.state.friction):
+        if friction.earlier[k] >= 0:
+            mode, n = load(z, first + k), friction.earlier[k]
+            while n >= 0:  # the last that is found is the first of the line
+                closed = where(follows(structure, z, k), is_closed(structure, z, n), filled(0.0))
+                mode = where(where(chosen, closed, filled(0.0)), load(z, first + n), mode)
+                n = friction.earlier[n]
+            store(z, first + k, mode)
 
 
 @compiled
@@ -189,13 +224,14 @@ def looseness(structure, values, z, k, change_of_speed, still):
     """
     if structure.friction.switched[k]:
         return filled(0.0)
-    force, over = load(z, structure.state.friction + k), excess(structure, values, z, k)
+    force, _, _ = sums_of_line(structure, values, z, k)
+    over = excess(structure, values, z, k)
     hold = maximum(magnitude(force) - over, filled(STICK.weakest) * magnitude(force))
     ratio = magnitude(force) / maximum(hold, filled(1e-300))
     ratio = where(less(filled(0.0), over), ratio, filled(0.0))
     moves = less(STICK.moved * still, magnitude(change_of_speed))
     ratio = where(moves, filled(MOVES), ratio)
-    return where(sticks(structure.state, z, k), ratio, filled(0.0))
+    return where(holds(structure, z, k), ratio, filled(0.0))
 
 
 @compiled
@@ -218,8 +254,9 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         loose = looseness(structure, values, z, k, change_of_speed, still)
         loosest = maximum(loosest, loose)
     for k in range(rows.frictions):
-        sense, force = load(z, rows.mode + k), load(z, state.friction + k)
-        held, slow = sticks(state, z, k), rest_speed(structure, values, limits, work, step, k)
+        sense, held = load(z, rows.mode + k), sticks(state, z, k)
+        force, N, _ = sums_of_line(structure, values, z, k)
+        slow = rest_speed(structure, values, limits, work, step, k)
         still = slow + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
@@ -229,11 +266,14 @@ def change_modes(structure, values, now, work, limits, step, chosen):
         back = less(sense * change_of_speed, -still)
         at_rest = less(magnitude(load(z, rows.speed + k)), 4.0 * slow)
         back = where(held, none, where(at_rest, back, none))
-        back = where(less(none, load(z, rows.normal + k)), back, none)
+        back = where(less(none, N), back, none)
+        if structure.friction.earlier[k] >= 0:
+            back = where(follows(structure, z, k), none, back)
         new = where(released, pulled, where(back, filled(MODE.sticks), sense))
         change = where(chosen, maximum(released, back), none)
         store(z, rows.mode + k, where(change, new, sense))
         changed = maximum(changed, change)
+    follow_first(structure, z, changed)
     return changed
 
 

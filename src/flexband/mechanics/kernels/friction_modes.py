@@ -1,0 +1,23 @@
+"""Modes of friction, on lanes: the sign of the sliding speed, or one of these."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flexband.mechanics.kernels.lanes import compiled, filled, less, load
+
+
+class Modes(NamedTuple):
+    """Modes of friction that are not the sign of a sliding speed."""
+
+    free: float = 0.0
+    sticks: float = 2.0
+
+
+MODE = Modes()
+
+
+@compiled
+def sticks(state, z, k):
+    """Return the mask of the lanes in which friction k sticks."""
+    return less(filled(0.5 * (1.0 + MODE.sticks)), load(z, state.sliding + k))

@@ -18,6 +18,8 @@ class Description(NamedTuple):
 
     left_out: Sequence[str] = ()
     """What of the discretization is not given, so that the method chooses it."""
+    by_default: Sequence[str] = ()
+    """What of it has a default, which a study makes finer where that is too coarse."""
     discretization: Mapping[str, float] = {}
     """The numbers of the discretization, such as the step, by name."""
     refinements: Callable[[], Mapping[str, Response]] = dict

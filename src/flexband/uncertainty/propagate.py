@@ -112,7 +112,7 @@ def propagate(
 
     def solved(runs: CountedRuns) -> xr.Dataset:
         bands = method.solve(runs.space, runs.start, sigmas)
-        counted = runs.attributes(bands.attrs.get("not_trusted", ""))
+        counted = runs.attributes(bands.attrs)
         between = between_times(runs, bands)
         return described(bands.assign(between.variables).assign_attrs(counted | between.attrs))
 
@@ -154,8 +154,7 @@ def expand(
 
     def expanded(runs: CountedRuns) -> Surrogate:
         surrogate = method.expand(runs.space, runs.start)
-        doubts = surrogate.diagnostics.attrs.get("not_trusted", "")
-        counted = runs.attributes(doubts)
+        counted = runs.attributes(surrogate.diagnostics.attrs)
         between = between_times(runs, surrogate.diagnostics)
         diagnostics = surrogate.diagnostics.assign(between.variables)
         return replace(surrogate, diagnostics=diagnostics.assign_attrs(counted | between.attrs))

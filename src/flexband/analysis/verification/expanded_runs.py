@@ -73,7 +73,8 @@ def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Respo
     halved = list(surrogate.diagnostics.attrs.get("halved", []))
     response, space = as_response(function), surrogate.space
     values = space.arguments_at(*space.nominal())
-    if not halved or not response.description(**values).left_out:
+    description = response.description(**values)
+    if not halved or not (description.left_out or description.by_default):
         return response, []
     for name in halved:
         response = response.refinements(**values)[name]

@@ -93,7 +93,11 @@ def raise_failures(
             "0.98 or less: give more damping, a longer period, or start='static'",
             FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
             f"{part[sample]:.3g} (m, or rad of an angle)",
-            FAILURE.jammed: _jam(system),
+            FAILURE.jammed: f"friction of {rough(system)} jams (Painlevé): κ = {part[sample]:.3g}, "
+            "and from κ = 1 on no motion is consistent, or several are. A smaller friction "
+            "coefficient, a longer guide, or a load nearer to it makes κ less; or let what is "
+            "pressed together be elastic",
+            FAILURE.unsettled: _unsettled(system),
             FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
@@ -127,8 +131,8 @@ def rough(system: System, *, switched: bool = False) -> str:
     return " or ".join(dict.fromkeys(map(repr, names)))
 
 
-def _jam(system: System) -> str:
-    """Return why friction, or a joint that switches, has no consistent motion."""
+def _unsettled(system: System) -> str:
+    """Return why nothing that sticks or slides, or becomes active, agrees with the rest."""
     reasons = []
     if joints := rough(system, switched=True):
         reasons.append(
@@ -137,9 +141,8 @@ def _jam(system: System) -> str:
         )
     if parts := rough(system):
         reasons.append(
-            f"friction of {parts} jams: with it no motion is consistent, or several are "
-            "(Painlevé). A smaller friction coefficient, a longer guide, or a load nearer to it "
-            "avoids that; or let what is pressed together be elastic"
+            f"no choice of what sticks and what slides of {parts} agrees with the other forces; "
+            "joints that contradict each other may be why"
         )
     return "; or ".join(reasons)
 

@@ -50,7 +50,7 @@ def violated_constraint(structure, values, now, z, r, tolerance):
     clear(r, state.velocity)
     add_constraints(structure.terms, values.terms, values.functions, now, z, r)
     largest, worst = filled(0.0), filled(0.0)
-    for k in range(state.multiplier, state.angle):
+    for k in range(state.multiplier, state.friction):
         off = magnitude(load(r, k)) * load(values.inverse_scale, 1)
         worst = where(less(off, largest), worst, filled(float(k)))
         largest = maximum(off, largest)

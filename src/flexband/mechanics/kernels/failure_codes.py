@@ -23,7 +23,8 @@ class FailureCodes(NamedTuple):
     unstable: float  # the equilibrium to start from is not stable
     not_periodic: float  # no periodic motion to start from was found
     not_met: float  # a joint is open where a motion goes on
-    jammed: float  # friction has no consistent motion
+    jammed: float  # friction jams, as in the paradox of Painlevé
+    unsettled: float  # nothing that sticks or slides, or becomes active, agrees with the rest
 
 
 FAILURE = FailureCodes(*(1.0 + k for k in range(len(FailureCodes._fields))))

@@ -97,6 +97,10 @@ class AdaptivePCCI(ExpansionMethod):
         object.__setattr__(self, "max_runs", check_integer("max_runs", self.max_runs, 2))
 
     @property
+    def aimed_error(self) -> float:
+        return self.tolerance
+
+    @property
     def label(self) -> str:
         return f"{self.name} ({100 * self.tolerance:g} %)"
 

@@ -34,6 +34,17 @@ def latin_hypercube_normals(samples: int, dimension: int, seed: int) -> np.ndarr
     return ndtri((strata.T - within) / samples)
 
 
+def points_at_ends(
+    count: int, intervals: int, families: Sequence[Family], seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return ξ and η of some runs at random ends of all intervals, the first one at 0."""
+    eta = np.random.default_rng(seed).choice([-1.0, 1.0], (count, intervals))
+    normals = latin_hypercube_normals(count, len(families), seed)
+    xi = of_normals(np.broadcast_to(normals, (count, len(families))), families)
+    xi[0], eta[0] = 0.0, 0.0
+    return xi, eta
+
+
 def stretched(
     normals: np.ndarray, farthest: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -108,6 +108,11 @@ class Method(ABC):
         """Name and orders, for tables and figures."""
         return self.name
 
+    @property
+    def aimed_error(self) -> float | None:
+        """The error of the bands at which it stops, in parts of the error bar's width, or None."""
+        return None
+
     @abstractmethod
     def runs(self, space: Space) -> int:
         """Return the number of runs, or the most there may be."""

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, warn
-from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
+from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.words import number_of
@@ -44,11 +44,7 @@ def between_times(
     response = level.of_nominal(level.response.at_more_times)
     if response is None:
         return xr.Dataset()
-    rng = np.random.default_rng(seed)
-    eta = rng.choice([-1.0, 1.0], (count, space.interval_dimension))
-    normals = latin_hypercube_normals(count, space.random_dimension, seed)
-    xi = of_normals(np.broadcast_to(normals, (count, space.random_dimension)), space.families)
-    xi[0], eta[0] = 0.0, 0.0
+    xi, eta = points_at_ends(count, space.interval_dimension, space.families, seed)
     try:
         good_runs = runs.at_other_times(response, xi, eta)
         above, below = _beyond(good_runs, labels)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,22 +21,30 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
-from flexband.progress import Budget, Progress
+from flexband.progress import Budget, Progress, listener
 from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
-from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
+from flexband.uncertainty.methods.method import (
+    REFINEMENTS,
+    Evaluate,
+    Method,
+    check_runs,
+    quantities,
+)
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
     evaluations,
     setting,
 )
+from flexband.uncertainty.runs.fine_enough import refinements_needed
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
+from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
@@ -128,7 +136,7 @@ class CountedRuns:
 
     def check_left_out(self) -> None:
         """Raise `InputError` if the method cannot choose what is left out, or not correct it."""
-        left_out = self.start.description.left_out
+        left_out = self.given.description.left_out
         if left_out and not self.method.chooses_discretization:
             raise InputError(
                 f"{' and '.join(left_out)} must be given for {self.method!r}; "
@@ -136,7 +144,7 @@ class CountedRuns:
             )
         method = self.method
         if method.correct and not method.chooses_discretization:
-            finer = len(self.start.refinements())
+            finer = len(self.given.refinements())
             if not finer:
                 raise InputError(
                     f"{method!r} needs {REFINEMENTS}; got {shown(self.response.original)}"
@@ -145,9 +153,34 @@ class CountedRuns:
             self.total += method.finer_runs(self.space, finer)
 
     @cached_property
-    def start(self) -> Level:
+    def given(self) -> Level:
         """The response as it is given."""
         return Level(self, self.response)
+
+    @cached_property
+    def start(self) -> Level:
+        """The response, which is finer where a default is too coarse for the method."""
+        levels = [self.given]
+        names = self.given.description.by_default
+        if not names:
+            return self.given
+        listener().stage(f"the first runs, which tell if the {' and '.join(names)} is fine enough")
+
+        def run(refinements: int, xi: np.ndarray, eta: np.ndarray) -> np.ndarray | None:
+            while len(levels) <= refinements:
+                level = levels[-1]
+                for name in names:
+                    level = level.refinements()[name]
+                levels.append(level)
+            try:
+                values = self.at_other_times(levels[refinements].response, xi, eta)
+            except (RunError, InputError, MemoryError):
+                return None
+            return series(values) if len(values) == len(xi) else None
+
+        of = partial(quantities, self.given)
+        count = refinements_needed(run, self.space, self.method.aimed_error, of)
+        return levels[count]
 
     def __call__(
         self,
@@ -276,11 +309,11 @@ class CountedRuns:
             return Budget.of(self.total, self.each)
         return self.total
 
-    def attributes(self, doubts: str = "") -> dict[str, Any]:
+    def attributes(self, of_method: Mapping[str, Any]) -> dict[str, Any]:
         """Return the number of runs and the method, and report that all runs are done.
 
-        `doubts` say why the method does not trust its results. Inputs that change no output are
-        warned of.
+        The attributes of the result tell why the method does not trust it, and what it has made
+        finer. Inputs that change no output are warned of.
         """
         self._check_inputs()
         if self.budget > self.done or isinstance(self.budget, Budget):
@@ -298,9 +331,12 @@ class CountedRuns:
             why = (
                 f"{failed} of {number_of(self.done, 'run')} failed, and what fails is rarely random"
             )
+            doubts = of_method.get("not_trusted", "")
             texts["not_trusted"] = "; ".join(filter(None, (doubts, f"any output ({why})")))
+        halved = [*self.start.finer, *of_method.get("halved", [])]
+        finer = {"halved": halved} if halved else {}
         impacts = {"impacts": 1} if self.start.description.impacts else {}
-        return {**counts, **texts, **impacts, **reached(xi), **self._constant_offsets()}
+        return {**counts, **texts, **finer, **impacts, **reached(xi), **self._constant_offsets()}
 
     def _constant_offsets(self) -> dict[str, Any]:
         """Return the outputs whose bounds hold for plays that are constant in each run only.
@@ -360,7 +396,7 @@ class Level(Evaluate):
         self.all_have_effects = False  # whether the first runs show effects of every input
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
-        with without_warnings(ResolutionWarning, when=bool(self.runs.start.description.left_out)):
+        with without_warnings(ResolutionWarning, when=bool(self.runs.given.description.left_out)):
             values = self.runs(self.response, self.finer, xi, eta)
         self.runs.keep(self, (xi, eta, values.values))
         return values
@@ -410,9 +446,9 @@ class Level(Evaluate):
     @cached_property
     def description(self) -> Description:
         description = self.of_nominal(self.response.description)
-        if self is self.runs.start:
+        if self is self.runs.given:
             return description
-        return description._replace(left_out=self.runs.start.description.left_out)
+        return description._replace(left_out=self.runs.given.description.left_out)
 
     def of_nominal(self, method: Callable[..., Answer]) -> Answer:
         """Return what a method of the response returns for inputs at their means and midpoints."""

@@ -19,7 +19,7 @@ from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 
 
 @compiled
-def _factorize_frictionless(structure, values, now, work):
+def factorize_frictionless(structure, values, now, work):
     """Factor [M, Φ_qᵀ; Φ_q, 0] with joints, and those that switch, but without friction."""
     z, modes, rows = work.z, work.t, friction_rows(structure.state)
     for k in range(rows.frictions):
@@ -45,7 +45,7 @@ def update_masses(structure, values, now, work, chosen):
         if not is_contact(laws, s):
             continue
         if not factorized:
-            _factorize_frictionless(structure, values, now, work)
+            factorize_frictionless(structure, values, now, work)
             factorized = True
         clear(r, state.velocity)
         add_unit_force(structure, values, now, z, s, r, work.blocks)

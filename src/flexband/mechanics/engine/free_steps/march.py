@@ -24,7 +24,8 @@ from flexband.mechanics.engine.free_steps.control import (
 from flexband.mechanics.engine.free_steps.crossings import crossing, longest_in_contact
 from flexband.mechanics.engine.free_steps.events import begin_modes, end_impacts, switch
 from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
-from flexband.mechanics.engine.free_steps.stick_slip import may_jam, update_margins
+from flexband.mechanics.engine.free_steps.jamming import find_jams
+from flexband.mechanics.engine.free_steps.stick_slip import update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
     add_turns,
@@ -209,8 +210,6 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     lost = where(stepping, where(shortest, where(accepted, endless, shortest), none), none)
     lost = maximum(lost, jammed)
     blame(work.trial, number, failed, failure, lost)
-    if may_jam(structure):  # its part in Newton's method diverges then
-        jammed = maximum(jammed, where(lost, failed, none))
     store(failure, 0, where(jammed, filled(FAILURE.jammed), load(failure, 0)))
     store(work.counts, 0, load(work.counts, 0) + accepted)
     arrived = where(less(step, ahead), none, accepted)
@@ -294,3 +293,5 @@ def march_freely(structure, method, limits, tolerance, values, work, outputs, fa
             structure, method, limits, tolerance, values, work, known, alive, failure
         )
         alive = where(lost, none, alive)
+    if structure.state.angle > structure.state.friction:
+        find_jams(structure, values, work, failure)

@@ -153,7 +153,9 @@ class Drawn:
         return self.finer(**values).values
 
 
-def draw(seed: int, longer: float = 1.0) -> tuple[Drawn, np.random.Generator]:
+def draw(
+    seed: int, longer: float = 1.0, dimensions: Sequence[tuple[int, int]] = DIMENSIONS
+) -> tuple[Drawn, np.random.Generator]:
     """Return the mechanism of a seed, and what draws its requirements.
 
     Chaotic ones only, with fewer runs of the reference, if they move for a longer time.
@@ -167,7 +169,7 @@ def draw(seed: int, longer: float = 1.0) -> tuple[Drawn, np.random.Generator]:
         k: float(np.exp(rng.uniform(*np.log([low, high]))))
         for k, (low, high, _) in family.ranges.items()
     }
-    fitting = [both for both in DIMENSIONS if sum(both) <= len(nominal) and nodes(*both, most)]
+    fitting = [both for both in dimensions if sum(both) <= len(nominal) and nodes(*both, most)]
     n, m = fitting[rng.integers(len(fitting))]
     every = list(family.builder(**nominal).sensors)
     sensors = [str(k) for k in rng.permutation(every)[: rng.integers(1, 3)]]

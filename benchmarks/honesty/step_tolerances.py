@@ -1,0 +1,142 @@
+"""Claims of studies whose samples choose their steps, judged by runs with much shorter steps.
+
+Each seed draws a mechanism of `contact_mechanisms` with stops, clearances or friction, one
+uncertain input, and a tolerance of steps, which one study in four leaves out. The reference are
+runs on a grid of the inputs with a tolerance of 1e-10, as in `contact_claims`. Its own error is
+what changes with every second point of the grid, or with a tolerance of 1e-9. Where that is more
+than a tenth of the claim and of the true error, a study is left out, and counted.
+
+    python -m benchmarks.honesty.step_tolerances --seed 1 --samples 300
+
+goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import flexband as fb
+from benchmarks.harness import options, report
+from benchmarks.honesty.contact_claims import Drawn, draw, varying_outputs
+from benchmarks.honesty.problems import Bands
+from benchmarks.honesty.rates import FACTOR, outcome, widths
+
+MECHANISMS = 300
+TOLERANCES = (None, 1e-6, 1e-5, 1e-4)
+FINE, FINER = 1e-9, 1e-10
+DIMENSIONS = [(0, 1), (1, 0)]
+"""Numbers of random and interval inputs that are drawn."""
+
+
+def with_tolerance(drawn: Drawn, tolerance: float | None) -> Drawn:
+    """Return the mechanism with a tolerance of its steps."""
+    integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
+    return replace(drawn, response=replace(drawn.response, integrator=integrator))
+
+
+def apart(one: Bands, other: Bands) -> float:
+    """Return the largest difference of bands, mean over time, in parts of the width."""
+    differences = [np.abs(a - b).mean(axis=(0, -1)) for a, b in zip(one, other, strict=True)]
+    return float((np.max(differences, axis=0) / widths(one)).max())
+
+
+def judged(seed: int) -> dict[str, Any]:
+    """Return what a study claims, and how far that is true; its failure if it fails."""
+    tolerance = TOLERANCES[seed % len(TOLERANCES)]
+    drawn, _ = draw(1000 * (seed // len(TOLERANCES)) + seed % 997, dimensions=DIMENSIONS)
+    about: dict[str, Any] = {"seed": seed, "family": drawn.family, "tolerance": tolerance}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return about | _judged(drawn, tolerance)
+        except (fb.errors.InputError, fb.errors.RunError) as error:
+            return about | {"failure": f"{type(error).__name__}: {error}"[:200]}
+
+
+def _judged(drawn: Drawn, tolerance: float | None) -> dict[str, Any]:
+    (best, sparse), units = with_tolerance(drawn, FINER).references()
+    (fine, _), _ = with_tolerance(drawn, FINE).references()
+    outputs = varying_outputs(best, units.values)
+    if not len(outputs):
+        return {"failure": "no output depends on the inputs"}
+    truth, *others = (
+        tuple(band[:, outputs] for band in reference.bands()) for reference in (best, sparse, fine)
+    )
+    own = max(apart(truth, other) for other in others)
+    response = with_tolerance(drawn, tolerance).response
+    found = fb.propagate(response, drawn.inputs, fb.AdaptivePCCI())
+    del found.attrs["expansion_error"]
+    found = found.drop_vars(["mean_expansion_error", "error_bar_expansion_error"])
+    result = outcome(drawn.family, drawn.seed, found.isel(output=outputs), truth)
+    return {
+        "own": own, "true": result.true, "claim": result.claim, "runs": result.runs,
+        "halved": len(found.attrs.get("halved", [])),
+    }  # fmt: skip
+
+
+def is_sure(case: dict[str, Any]) -> bool:
+    """Return whether the reference can tell if a claim is right."""
+    return case["own"] <= 0.1 * max(case["claim"], case["true"])
+
+
+def row(name: str, cases: list[dict[str, Any]]) -> list[str]:
+    """Return the line of a tolerance."""
+    done = [case for case in cases if "failure" not in case]
+    sure = [case for case in done if is_sure(case)]
+    small = [case for case in sure if case["true"] > FACTOR * case["claim"]]
+    ratios = [case["claim"] / max(case["true"], 1e-12) for case in sure]
+    middles = [
+        f"{np.median(values):.2g}" if values else ""
+        for values in ([100 * case[key] for case in sure] for key in ("true", "claim"))
+    ]
+    return [
+        name, str(len(cases)), str(len(cases) - len(done)), str(len(done) - len(sure)),
+        str(len(small)), *middles, f"{np.median(ratios):.2g}" if ratios else "",
+    ]  # fmt: skip
+
+
+HEADER = [
+    "step tolerance", "mechanisms", "failed", "not sure", f"claims too small by {FACTOR:g}",
+    "true error [%]", "claim [%]", "claim over true error",
+]  # fmt: skip
+
+
+def main() -> None:
+    chosen = options(
+        __doc__,
+        MECHANISMS,
+        seed=(1, "first seed; those of documented tables must not be looked at before"),
+        file=("output/step_tolerances.jsonl", "one line for each mechanism that was judged"),
+    )
+    file = Path(chosen.file)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    known = {case["seed"]: case for case in map(json.loads, lines)}
+    seeds = range(chosen.seed, chosen.seed + chosen.samples)
+    for seed in seeds:
+        if seed not in known:
+            known[seed] = judged(seed)
+            with file.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(known[seed]) + "\n")
+    cases = [known[seed] for seed in seeds]
+    rows = [
+        row("left out" if tolerance is None else f"{tolerance:g}", of_one)
+        for tolerance in TOLERANCES
+        if (of_one := [case for case in cases if case["tolerance"] == tolerance])
+    ]
+    rows.append(row("all", cases))
+    notes = [
+        f"seeds {seeds[0]} to {seeds[-1]}; errors and ratios are medians",
+        *[f"failed: {c['seed']} {c['failure']}" for c in cases if "failure" in c],
+    ]
+    report(chosen.output, "step_tolerances", HEADER, rows, {"cases": cases}, notes)
+
+
+if __name__ == "__main__":
+    main()

@@ -17,7 +17,7 @@ from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE
 from flexband.mechanics.engine.failures import rough
 from flexband.mechanics.engine.redundancy import dependent, refuse_shared_friction, require_inertia
-from flexband.mechanics.kernels.friction_modes import MODE
+from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
 from flexband.mechanics.linearization.contact_damping import contact_damping

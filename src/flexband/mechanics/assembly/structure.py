@@ -115,7 +115,7 @@ class Products(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """What sticks or slides, see `kernels.friction`."""
+    """What sticks or slides, see `kernels.friction.rows`."""
 
     terms: ConstraintProducts  # of the travels
     slot: np.ndarray  # places of their derivatives in the matrix

@@ -108,7 +108,7 @@ def check_law_output(name: str, value: tuple, kind: str) -> None:
 
 
 class FrictionEntry(NamedTuple):
-    """What sticks or slides along a travel s, see `kernels.friction`.
+    """What sticks or slides along a travel s, see `kernels.friction.rows`.
 
     `normal` returns vectors whose lengths add up to the normal force N, from the multipliers of a
     joint or the forces of the contacts of its part. A joint that switches says when s sticks: N is

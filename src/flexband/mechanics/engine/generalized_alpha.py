@@ -41,7 +41,7 @@ from flexband.mechanics.kernels.equations import (
 from flexband.mechanics.kernels.extremes import begin_extremes
 from flexband.mechanics.kernels.factorization import backward, factorize, forward
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.friction import carry_reactions
+from flexband.mechanics.kernels.friction.rows import carry_reactions
 from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,

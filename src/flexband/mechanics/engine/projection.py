@@ -16,10 +16,10 @@ import numpy as np
 
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import add_constraints
-from flexband.mechanics.kernels.contacts_in_line import holds
 from flexband.mechanics.kernels.equations import add_mass, clear_matrix, residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, soften, solve
-from flexband.mechanics.kernels.friction import (
+from flexband.mechanics.kernels.friction.contacts_in_line import holds
+from flexband.mechanics.kernels.friction.rows import (
     add_friction,
     add_jacobian,
     carry_reactions,

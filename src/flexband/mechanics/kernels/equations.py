@@ -15,7 +15,7 @@ from flexband.mechanics.kernels.elements.elastic import (
     update_free_strains,
 )
 from flexband.mechanics.kernels.extremes import update_extremes
-from flexband.mechanics.kernels.friction import (
+from flexband.mechanics.kernels.friction.rows import (
     add_friction,
     add_jacobian,
     add_to_contacts,

@@ -9,7 +9,7 @@ energy, M what acts on each angle or length, T the tension of each spring and s 
 length of a translational spring, the angle of a torsion spring. e are the unit vectors along which
 following forces act, and F the forces and moments of force laws, which are set where a sensor reads
 them. y are the first-order states of force laws and what integrates them, see
-`kernels.laws.states`. f is what friction depends on, see `kernels.friction`. g are the gaps of
+`kernels.laws.states`. f is what friction depends on, see `kernels.friction.rows`. g are the gaps of
 force laws whose zeros are events, and the margins of friction, with their rates, modes and more,
 see `GapRows`. x are extremes and integrals over the steps of a
 run, see `kernels.extremes`.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.kernels.friction_modes import MODE
+from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK

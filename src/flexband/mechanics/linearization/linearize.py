@@ -28,7 +28,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import run
 from flexband.mechanics.engine.entries import LINEARIZE, LOADS, RESIDUAL
 from flexband.mechanics.kernels.factorization import to_dense
-from flexband.mechanics.kernels.friction_modes import MODE
+from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK

@@ -9,7 +9,7 @@ from __future__ import annotations
 from flexband.mechanics.engine.free_steps.contact_scale import is_contact_gap, scale_of_contact
 from flexband.mechanics.engine.free_steps.control import CONTROL
 from flexband.mechanics.kernels.extremes import minimum
-from flexband.mechanics.kernels.friction_modes import sticks
+from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,

@@ -11,7 +11,7 @@ from flexband.mechanics.engine.free_steps.control import CONTROL
 from flexband.mechanics.engine.projection import mass_matrix, refine
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.friction_modes import MODE
+from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lanes import clear, compiled, filled, less, load, store, where
 from flexband.mechanics.kernels.laws.forces import add_unit_force, is_contact
 from flexband.mechanics.kernels.laws.states import MARK

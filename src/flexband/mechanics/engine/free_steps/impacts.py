@@ -27,12 +27,12 @@ from flexband.mechanics.kernels.constraints import (
 )
 from flexband.mechanics.kernels.equations import residual, tangent
 from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.friction import (
+from flexband.mechanics.kernels.friction.modes import MODE, sticks
+from flexband.mechanics.kernels.friction.rows import (
     FOLLOW,
     subtract_speed_errors,
     update_distances,
 )
-from flexband.mechanics.kernels.friction_modes import MODE, sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,

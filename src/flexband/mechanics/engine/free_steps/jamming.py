@@ -20,8 +20,8 @@ from flexband.mechanics.kernels.constraints import add_constraints, add_products
 from flexband.mechanics.kernels.equations import update_dependent
 from flexband.mechanics.kernels.factorization import solve
 from flexband.mechanics.kernels.failure_codes import FAILURE
-from flexband.mechanics.kernels.friction import update_distances
-from flexband.mechanics.kernels.friction_modes import sticks
+from flexband.mechanics.kernels.friction.modes import sticks
+from flexband.mechanics.kernels.friction.rows import update_distances
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,

@@ -48,7 +48,7 @@ from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import COEFFICIENTS
-from flexband.mechanics.kernels.friction import begin_sticking
+from flexband.mechanics.kernels.friction.rows import begin_sticking
 from flexband.mechanics.kernels.lanes import (
     any_true,
     clear,
@@ -101,7 +101,11 @@ def next_length(error, closed, failed, early, event, step):
 
 @compiled
 def blame(trial, number, failed, failure, lost):
-    """Note why lanes are `lost`: what their last step failed of, or that it was the shortest."""
+    """Note why lanes are `lost`: what their last step failed of, or that it was the shortest.
+
+    What has been noted before remains.
+    """
+    lost = where(load(failure, 0), filled(0.0), lost)
     code = where(failed, load(trial, 0), filled(FAILURE.too_small))
     store(failure, 0, where(lost, code, load(failure, 0)))
     store(failure, 1, where(lost, number, load(failure, 1)))
@@ -223,7 +227,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
     z, none, now, rounds = work.z, filled(0.0), np.int64(0), outputs.shape[0] - 2
     part, moment = load(values.parts, n), load(values.moments, n)
     add_turns(structure, method, values, work, where(less(none, part), chosen, none))
-    still, struck = where(less(none, part), none, chosen), none
+    still, struck, jammed = where(less(none, part), none, chosen), none, none
     place, length = where(still, none, filled(1.0)), load(work.round, 1) * method.step
     set_functions(structure.functions, values, work.polynomials, place, length)
     if any_true(still):
@@ -231,10 +235,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         begin_sticking(structure, values, z)
         struck = is_impulse(part, chosen)
         if any_true(struck) and state.angle > state.friction:
-            refused = strike_by_drive(structure, method, values, now, work, limits, struck)
-            code = where(load(failure, 0), load(failure, 0), filled(FAILURE.jammed))
-            store(failure, 0, where(refused, code, load(failure, 0)))
-            store(failure, 1, where(refused, load(values.numbers, n), load(failure, 1)))
+            jammed = strike_by_drive(structure, method, values, now, work, limits, struck)
         break_off(structure, method, values, now, work, part, chosen)
         update_law_states(structure, values, now, z, work.blocks)
         span = CONTROL.difference * load(work.steps, 0)
@@ -243,7 +244,13 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         restarted = where(less(part, filled(-0.5)), still, none)
         watch(structure, values, now, work, moment, moment, restarted)
         go_back(structure, work, where(still, none, filled(1.0)))
-        switch(structure, method, values, work, load(work.steps, 0), moment, limits, still)
+        step = load(work.steps, 0)
+        _, more = switch(structure, method, values, work, step, moment, limits, still)
+        jammed = maximum(jammed, more)
+        known = load(failure, 0)
+        store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
+        jammed = where(known, none, jammed)
+        store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
     sensed, rows = outputs[rounds + 1], outputs[n]
     sense(structure, values, now, z, sensed, work.blocks)

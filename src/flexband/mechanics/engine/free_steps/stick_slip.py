@@ -7,7 +7,7 @@ nothing changes; only then are the velocities of what sticks set to zero. Where 
 to an end no motion is consistent, as in the paradox of Painlevé.
 
 What follows another has the mode of that one and no margin of its own, see
-`kernels.contacts_in_line`.
+`kernels.friction.contacts_in_line`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from flexband.mechanics.engine.projection import (
     refine,
 )
 from flexband.mechanics.kernels.constraints import add_constraints, subtract_acceleration_errors
-from flexband.mechanics.kernels.contacts_in_line import (
+from flexband.mechanics.kernels.equations import update_dependent
+from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.friction.contacts_in_line import (
     follows,
     holds,
     is_closed,
@@ -34,16 +36,14 @@ from flexband.mechanics.kernels.contacts_in_line import (
     share_in_line,
     sums_of_line,
 )
-from flexband.mechanics.kernels.equations import update_dependent
-from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.friction import (
+from flexband.mechanics.kernels.friction.modes import MODE, sticks
+from flexband.mechanics.kernels.friction.rows import (
     begin_sticking,
     subtract_drift_of_circles,
     subtract_speed_errors,
     update_distances,
     update_friction,
 )
-from flexband.mechanics.kernels.friction_modes import MODE, sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,

@@ -12,7 +12,7 @@ they stick. The others follow it. All take part in its force in proportion to wh
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.friction_modes import sticks
+from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import compiled, filled, less, load, maximum, store, where
 from flexband.mechanics.kernels.state import friction_rows, rows_of_gaps
 

@@ -39,8 +39,8 @@ from flexband.mechanics.kernels.constraints import (
     subtract_acceleration_errors,
     subtract_velocity_errors,
 )
-from flexband.mechanics.kernels.contacts_in_line import holds
-from flexband.mechanics.kernels.friction_modes import sticks
+from flexband.mechanics.kernels.friction.contacts_in_line import holds
+from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,

@@ -16,6 +16,7 @@ from flexband.uncertainty.methods.method import MAX_RUNS, ExpansionMethod, Metho
 from flexband.uncertainty.runs import BATCH
 from flexband.uncertainty.runs.between import between_times
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, OutputCheck
+from flexband.uncertainty.runs.fine_enough import start_fine_enough
 from flexband.uncertainty.runs.runs import CountedRuns, in_cases
 from flexband.uncertainty.surrogates.bands import described
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices, over_choices
@@ -111,6 +112,7 @@ def propagate(
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     def solved(runs: CountedRuns) -> xr.Dataset:
+        start_fine_enough(runs)
         bands = method.solve(runs.space, runs.start, sigmas)
         counted = runs.attributes(bands.attrs)
         between = between_times(runs, bands)
@@ -153,6 +155,7 @@ def expand(
     options = EvaluationOptions(batch, store, executor, failed, most_runs, check, progress)
 
     def expanded(runs: CountedRuns) -> Surrogate:
+        start_fine_enough(runs)
         surrogate = method.expand(runs.space, runs.start)
         counted = runs.attributes(surrogate.diagnostics.attrs)
         between = between_times(runs, surrogate.diagnostics)

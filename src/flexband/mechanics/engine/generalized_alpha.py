@@ -122,7 +122,8 @@ class GeneralizedAlpha:
     tolerance : of Newton's method, for the coordinates relative to the size of the mechanism.
     step_tolerance : error of a coordinate in a step, relative to the size of the mechanism, with
         which every sample chooses its steps between two times of the result; or None for steps that
-        are given. Where force laws have `events`, steps are always chosen, and None is 1e-7.
+        are given. Where force laws have `events`, steps are always chosen, and None is 1e-7, or
+        less in a study whose bands it would change by a tenth of its tolerance.
     smallest_step : shortest step [s] that may be chosen, or None for 1e-7 of the given one, and
         1e-4 of the duration of an impact if that is less. A sample that needs shorter ones fails.
 

@@ -6,17 +6,20 @@ tells the error, in parts of the error bar's width.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from flexband.errors import InputError, RunError
+from flexband.progress import listener
 from flexband.uncertainty.inputs.sampling import points_at_ends
-from flexband.uncertainty.inputs.space import Space
+from flexband.uncertainty.methods.method import quantities
+from flexband.uncertainty.runs.runs import CountedRuns, Level
+from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.diagnostics import Quantities, largest_of, rms
 
 
-class RefinementOptions(NamedTuple):
+class DefaultOptions(NamedTuple):
     """When what has a default is refined."""
 
     share: float = 0.1  # part of the tolerance of a method that this error may have
@@ -28,38 +31,47 @@ class RefinementOptions(NamedTuple):
     rounding: float = 1e-9  # range of an output, relative to its values, that is none
 
 
-OPTIONS = RefinementOptions()
-
-Run = Callable[[int, np.ndarray, np.ndarray], np.ndarray | None]
-"""Returns the outputs (runs, outputs, times) with so many refinements, None if a run fails."""
+OPTIONS = DefaultOptions()
 
 
-def refinements_needed(
-    run: Run, space: Space, tolerance: float | None, of: Callable[[int], Quantities]
-) -> int:
-    """Return how often the discretization must be refined.
+def start_fine_enough(runs: CountedRuns) -> None:
+    """Let runs start on a discretization whose error is small enough for their method.
 
-    `tolerance` is that of the method, `of` tells the vectors of so many outputs. Outputs whose
-    range is due to rounding do not count, and those whose error does not fall ask for nothing
-    finer.
+    Outputs whose range is due to rounding do not count, and those whose error does not fall ask for
+    nothing finer. A discretization on which a run fails is not taken.
     """
-    allowed = OPTIONS.share * (tolerance or OPTIONS.tolerance)
-    points = points_at_ends(OPTIONS.runs, space.interval_dimension, space.families, seed=0)
-    before, coarse, counted = np.inf, run(0, *points), None
-    for refinements in range(OPTIONS.most):
-        fine = None if coarse is None else run(refinements + 1, *points)
+    if not runs.given.description.by_default:
+        return
+    listener().stage("the first runs, which tell if the default of the step is short enough")
+    allowed = OPTIONS.share * (runs.method.aimed_error or OPTIONS.tolerance)
+    coarse, before, counted = _outputs(runs, runs.start), np.inf, np.array(True)
+    for _ in range(OPTIONS.most):
+        finer = runs.start
+        for name in runs.given.description.by_default:
+            finer = finer.refinements()[name]
+        fine = None if coarse is None else _outputs(runs, finer)
         if coarse is None or fine is None:
-            return refinements
-        error = errors(coarse, fine, of(coarse.shape[1]))
-        falls = error * OPTIONS.least_fall < before
-        counted = falls if counted is None else counted & falls
+            return
+        error = errors(coarse, fine, quantities(runs.given, coarse.shape[1]))
+        counted = counted & (error * OPTIONS.least_fall < before)
         worst = np.max(error, where=counted, initial=0.0)
         if worst <= allowed:
-            return refinements
+            return
+        runs.start = finer
         if worst <= OPTIONS.fall * allowed:
-            return refinements + 1
+            return
         before, coarse = error, fine
-    return OPTIONS.most
+
+
+def _outputs(runs: CountedRuns, level: Level) -> np.ndarray | None:
+    """Return the outputs of uncounted runs, (runs, outputs, times); None if one fails."""
+    space = runs.space
+    xi, eta = points_at_ends(OPTIONS.runs, space.interval_dimension, space.families, seed=0)
+    try:
+        values = runs.at_other_times(level.response, xi, eta)
+    except (RunError, InputError, MemoryError):
+        return None
+    return series(values) if len(values) == len(xi) else None
 
 
 def errors(coarse: np.ndarray, fine: np.ndarray, of: Quantities) -> np.ndarray:

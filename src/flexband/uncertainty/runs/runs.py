@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,30 +21,22 @@ from flexband.errors import (
     without_warnings,
 )
 from flexband.execution.store import as_store, versions
-from flexband.progress import Budget, Progress, listener
+from flexband.progress import Budget, Progress
 from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
 from flexband.uncertainty.inputs.one_sample import of_one_sample
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, cases, in_words
-from flexband.uncertainty.methods.method import (
-    REFINEMENTS,
-    Evaluate,
-    Method,
-    check_runs,
-    quantities,
-)
+from flexband.uncertainty.methods.method import REFINEMENTS, Evaluate, Method, check_runs
 from flexband.uncertainty.runs.evaluations import (
     EvaluationOptions,
     Evaluations,
     evaluations,
     setting,
 )
-from flexband.uncertainty.runs.fine_enough import refinements_needed
 from flexband.uncertainty.runs.repetition import check_repetition, check_stored, middle
 from flexband.uncertainty.runs.reuse import generic_runs, keep_domains, located
-from flexband.uncertainty.surrogates.axes import series
 from flexband.uncertainty.surrogates.extrapolation import reached
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
@@ -131,6 +123,7 @@ class CountedRuns:
         self.check = options.check
         self.stored: np.ndarray | None = None
         self.reused = 0
+        self.start = self.given  # or what is finer, see `fine_enough`
         self.levels: list[Level] = []  # discretizations with runs
         self.repeated = 0
 
@@ -156,31 +149,6 @@ class CountedRuns:
     def given(self) -> Level:
         """The response as it is given."""
         return Level(self, self.response)
-
-    @cached_property
-    def start(self) -> Level:
-        """The response, which is finer where a default is too coarse for the method."""
-        levels = [self.given]
-        names = self.given.description.by_default
-        if not names:
-            return self.given
-        listener().stage(f"the first runs, which tell if the {' and '.join(names)} is fine enough")
-
-        def run(refinements: int, xi: np.ndarray, eta: np.ndarray) -> np.ndarray | None:
-            while len(levels) <= refinements:
-                level = levels[-1]
-                for name in names:
-                    level = level.refinements()[name]
-                levels.append(level)
-            try:
-                values = self.at_other_times(levels[refinements].response, xi, eta)
-            except (RunError, InputError, MemoryError):
-                return None
-            return series(values) if len(values) == len(xi) else None
-
-        of = partial(quantities, self.given)
-        count = refinements_needed(run, self.space, self.method.aimed_error, of)
-        return levels[count]
 
     def __call__(
         self,

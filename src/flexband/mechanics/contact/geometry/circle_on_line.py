@@ -13,8 +13,8 @@ from flexband.errors import InputError, check_finite, check_non_negative, check_
 from flexband.mechanics.contact.geometry.geometry import (
     NO_LEVER,
     Action,
+    ContactLine,
     Geometry,
-    Line,
     Travel,
 )
 from flexband.mechanics.kernels.forms import Frame, Vector, angle, dot, subtract
@@ -122,7 +122,7 @@ def travel_on_line(
     travel, action = dot(line, apart), Action(line, lever, apart, radius)
     if np.any(radius):
         travel = travel + (angle(first.normal) - angle(second.normal)) * radius
-    return Travel(travel, action, line=Line(first, second, second.direction(x, y), height))
+    return Travel(travel, action, line=ContactLine(first, second, second.direction(x, y), height))
 
 
 def line_parameters(

@@ -32,7 +32,7 @@ class Action(NamedTuple):
     radius: ArrayLike  # from this centre to where it acts: θ₁ enters s with it
 
 
-class Line(NamedTuple):
+class ContactLine(NamedTuple):
     """A straight line of the second body of a contact, beside which a point of the first slides."""
 
     first: Frame
@@ -40,7 +40,7 @@ class Line(NamedTuple):
     normal: Vector  # a unit vector away from the second body
     height: ArrayLike  # of the line above the second point [m]
 
-    def is_that_of(self, other: Line, z: Sequence[ArrayLike]) -> bool:
+    def is_that_of(self, other: ContactLine, z: Sequence[ArrayLike]) -> bool:
         """Return whether a rigid body slides along both where all is in the state z."""
         if not (self.first.is_on_body_of(other.first) and self.second.is_on_body_of(other.second)):
             return False
@@ -52,8 +52,9 @@ class Line(NamedTuple):
             )
         )
         same_side = dot(self.normal, other.normal).at(z) > 0.0
-        rounding = 1e-12 * (np.abs(self.height) + np.abs(other.height) + np.abs(apart))
-        off = np.abs(apart + self.height - other.height)
+        height, others = np.asarray(self.height), np.asarray(other.height)
+        rounding = 1e-12 * (np.abs(height) + np.abs(others) + np.abs(apart))
+        off = np.abs(apart + height - others)
         return bool(np.all(same_side & (np.abs(turn) < 1e-12) & (off <= rounding)))
 
 
@@ -63,7 +64,7 @@ class Travel(NamedTuple):
     travel: Form  # s, of the coordinates and of angles
     action: Action | None = None  # of a contact
     orbit: Form | None = None  # φ, whose product with the length of ``action.second`` is added to s
-    line: Line | None = None  # along which a contact slides
+    line: ContactLine | None = None  # along which a contact slides
 
 
 class Geometry(ABC):

@@ -90,8 +90,8 @@ def share_in_line(structure, values, z):
             part = force / where(shared, hold, filled(1.0))
             n = k
             while n >= 0:
-                own = load(values.friction.static, n) * load(z, rows.normal + n)
+                limit = load(values.friction.static, n) * load(z, rows.normal + n)
                 closed = where(is_closed(structure, z, n), sticks(state, z, n), filled(0.0))
                 row = state.friction + n
-                store(z, row, where(where(closed, shared, closed), part * own, load(z, row)))
+                store(z, row, where(where(closed, shared, closed), part * limit, load(z, row)))
                 n = structure.friction.later[n]

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.cli import app
+from flexband.errors import InputError
+from flexband.numbering import NUMBERING
 
 OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
 """The folder of a study of 9 runs and 16 verification runs, and a surrogate with a carrier."""
@@ -39,11 +41,12 @@ def call(*words, status=0):
 def test_surrogates_open(folder):
     pairs = [("decay/surrogate.npz", "decay/bands.nc"), ("ringing.npz", "ringing.nc")]
     for file, data in pairs:
-        surrogate = fb.load_surrogate(folder.parent / file)
+        surrogate = fb.load_surrogate(folder.parent / file, outdated=True)
         with xr.open_dataset(folder.parent / data, engine="scipy") as bands:
             for name in ("mean", "error_bar"):
                 np.testing.assert_allclose(surrogate.bands(1.0)[name], bands[name], rtol=1e-6)
-    call("contributions", folder.parent / "ringing.npz")
+    refused = call("contributions", folder.parent / "ringing.npz", status=1)
+    assert "computes runs and answers otherwise now" in refused
 
 
 def test_runs_open_and_are_used_once_that_is_asked_for(folder):
@@ -72,3 +75,59 @@ def test_answers_and_reports_say_how_the_result_is_restored(folder):
     assert f"{older}; {RESTORED}" in call("status", folder)
     for command in ("report", "contributions", "limits", "distribution"):
         assert RESTORED in call(command, folder, status=1)
+
+
+OUTDATED = Path(__file__).parent / "results_of_3bd77716.zip"
+"""The folder of a study with contact, which has a PASS; numbers of runs and answers rose since."""
+
+AGAIN = "computes runs and answers otherwise now; `flexband run` computes them again"
+
+
+@pytest.fixture
+def bob(tmp_path, monkeypatch):
+    """The folder of a study with lower numbers, beside its file."""
+    monkeypatch.chdir(tmp_path)
+    with zipfile.ZipFile(OUTDATED) as archive:
+        archive.extractall(tmp_path)
+    about = json.loads(Path("bob/study.json").read_text(encoding="utf-8"))
+    about["file"] = str(tmp_path / "bob.py")
+    Path("bob/study.json").write_text(json.dumps(about), encoding="utf-8")
+    return tmp_path / "bob"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["report"], ["limits"], ["contributions"], ["yield"], ["sobol"], ["path", "bob_X", "bob_Y"]],
+    ids=lambda command: command[0],
+)
+def test_outdated_verdicts_are_not_shown(bob, command):
+    name, *outputs = command
+    shown = call(name, bob, *outputs, status=1)
+    assert AGAIN in shown
+    assert "PASS" not in shown
+
+
+def test_status_says_that_results_are_outdated(bob):
+    shown = call("status", bob)
+    assert AGAIN in shown
+    assert "PASS" not in shown
+
+
+def test_outdated_runs_are_not_used(bob):
+    refused = call("run", bob.with_name("bob.py"), "-o", bob, status=1)
+    assert "flexband's mechanics changed" in refused
+    assert "`flexband run --replace`" in refused
+    assert "PASS" not in refused
+    again = call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+    assert "PASS" in again
+    assert AGAIN not in call("status", bob)
+
+
+@pytest.mark.parametrize(("field", "word"), [("runs", "runs"), ("answers", "answers")])
+def test_a_number_that_rises_makes_results_outdated(bob, field, word, monkeypatch):
+    call("run", bob.with_name("bob.py"), "-o", bob, "--replace")
+    raised = NUMBERING._replace(**{field: getattr(NUMBERING, field) + 1})
+    monkeypatch.setattr("flexband.numbering.NUMBERING", raised)
+    assert f"computes {word} otherwise now" in call("report", bob, status=1)
+    with pytest.raises(InputError, match=f"computes {word} otherwise now"):
+        fb.load_surrogate(bob / "surrogate.npz")

@@ -20,6 +20,7 @@ from flexband.cli.messages import print_json, print_text, reported_errors
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import RunStatus
+from flexband.numbering import OutdatedError, check_numbering
 from flexband.report.progress import duration
 from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
@@ -115,6 +116,10 @@ def doubts_in(about: dict[str, Any]) -> list[str] | None:
         return None
     if about["format"] < FORMAT:
         return ["an older version of flexband has written the result; `flexband run` restores it"]
+    try:
+        check_numbering("study.json", about.get("numbering"))
+    except OutdatedError as error:
+        return [str(error)]
     if result.get("checksum") != checksum_of(result):
         return ["the result in study.json is not as written; `flexband run` restores it"]
     return [doubt_text(Doubt.from_json(content)) for content in result["doubts"]]

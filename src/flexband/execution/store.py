@@ -17,6 +17,7 @@ from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.files import refuse_links
+from flexband.numbering import NUMBERING
 from flexband.response import ResponseFunction
 from flexband.source_hash import source_hash
 
@@ -103,6 +104,11 @@ def as_store(store: StoreLike) -> Store | None:
     return Store(store)
 
 
+def mechanics_hash() -> str:
+    """Return a text that another one replaces wherever runs of mechanisms may be others."""
+    return f"{NUMBERING.runs}: {source_hash('mechanics')[:16]}"
+
+
 class Owner(NamedTuple):
     """What the runs of a store belong to; each is a text."""
 
@@ -117,8 +123,7 @@ class Owner(NamedTuple):
         cls, response: ResponseFunction, version: str, inputs: Sequence[str], fields: str
     ) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""
-        hashes = fingerprint(response), source_hash("mechanics")[:16]
-        return cls(*hashes, version, ", ".join(inputs), fields)
+        return cls(fingerprint(response), mechanics_hash(), version, ", ".join(inputs), fields)
 
     def check(self, owner: Mapping[str, str] | None, store: Store) -> None:
         """Raise `StoreError` if the runs of a store belong to another response."""

@@ -22,6 +22,7 @@ from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import FileName, RunStatus
 from flexband.files import read_unlinked, replaced, try_write
+from flexband.numbering import NUMBERING
 from flexband.progress import listener
 from flexband.response import ResponseFunction
 
@@ -33,7 +34,7 @@ KINDS = {
     "failed": str, "batch": int, "executor": str, "time_limit": int | float, "command": str,
     "identity": str, "process": str, "started": str, "session": int, "done": int,
     "total": int, "each": int, "most": bool, "ran": int | float, "elapsed": int | float,
-    "state": str, "reason": str, "now": str, "result": dict, "points": dict,
+    "state": str, "reason": str, "now": str, "result": dict, "points": dict, "numbering": list,
 }  # fmt: skip
 """Of what study.json may have; each may be missing, or null."""
 
@@ -112,7 +113,7 @@ class StudyFolder:
     def write(self, content: dict[str, Any]) -> None:
         """Write study.json, which is there as a whole at any moment."""
         with replaced(self.path / FileName.STUDY) as partial:
-            text = json.dumps({"format": FORMAT, **content}, indent=1)
+            text = json.dumps({"format": FORMAT, **content, "numbering": NUMBERING}, indent=1)
             partial.write_text(text, encoding="utf-8")
 
     @contextmanager

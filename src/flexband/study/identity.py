@@ -11,6 +11,7 @@ import numpy as np
 from flexband.analysis.requirements.requirement import several
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
+from flexband.numbering import NUMBERING
 from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
@@ -37,6 +38,7 @@ def identity(study: Study, *options: object) -> str:
         repr(study.scatter),
         options,
         versions(),
+        NUMBERING,
         source_hash(*COMPUTING),
     )
     digest = hashlib.sha256(repr(settings).encode())

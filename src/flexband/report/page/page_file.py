@@ -7,6 +7,7 @@ from pathlib import Path
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import read_json, write_json
+from flexband.numbering import NUMBERING, check_numbering
 from flexband.report.page.arrays import JsonRecord
 from flexband.study.folder import StudyFolder
 from flexband.study.results.netcdf import RESTORED
@@ -16,11 +17,11 @@ from flexband.study.results.reliability import Doubt
 def write_given(folder: Path, given: JsonRecord) -> None:
     """Write page.json, with `doubts` and checksums `signed` of results, into a folder."""
     doubts = [doubt.as_json() for doubt in given["doubts"]]
-    write_json(folder / FileName.PAGE, {**given, "doubts": doubts})
+    write_json(folder / FileName.PAGE, {**given, "doubts": doubts, "numbering": NUMBERING})
 
 
 def read_given(folder: Path) -> JsonRecord:
-    """Return what page.json has, or nothing; raise `InputError` if it is not as written."""
+    """Return what page.json has, or nothing; raise `InputError` if outdated or not as written."""
     file = folder / FileName.PAGE
     try:
         given = read_json(file)
@@ -33,6 +34,7 @@ def read_given(folder: Path) -> JsonRecord:
     except ValueError:
         older = "was written by an older version of flexband"
         raise InputError(f"{file} {older}; {RESTORED}") from None
+    check_numbering(str(file), given.pop("numbering", None))
     if "shapes" not in (given.get("motion") or {"shapes": []}):
         given["motion"] = None
         older = "an older version of flexband recorded it. Run the study again to see it"

@@ -16,6 +16,7 @@ import xarray as xr
 from flexband.errors import InputError
 from flexband.execution.names import ANSWERS
 from flexband.files import try_write
+from flexband.numbering import OutdatedError
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 
 STALE = "stale"
@@ -67,6 +68,9 @@ def read_answers(folder: Path, names: Iterable[str] = ANSWERS) -> Answers:
         try:
             answer = read_netcdf(answer_file(folder, name))
         except FileNotFoundError:
+            continue
+        except OutdatedError:
+            answers.unusable[name] = Unusable.STALE
             continue
         except InputError:
             answers.unusable[name] = Unusable.ALTERED

@@ -15,9 +15,13 @@ from xarray.backends import ScipyDataStore
 
 from flexband.errors import InputError
 from flexband.files import checksum, read_unlinked, replaced
+from flexband.numbering import NUMBERING, check_numbering
 
 SEAL, DIGITS = b"\nCRC-32C ", 8
 """What stands behind the data of a file, before the digits of its checksum."""
+
+NUMBERS = "numbering"
+"""The attribute with the numbers of what has computed a dataset."""
 
 RESTORED = "`flexband run` restores it"
 """What can be done about a result that was altered."""
@@ -30,7 +34,8 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
     """
     variables = {name: _stored(variable) for name, variable in dataset.variables.items()}
-    stored = xr.Dataset(variables, attrs=_attributes(dataset.attrs)).set_coords(dataset.coords)
+    attributes = {**dataset.attrs, NUMBERS: np.array(NUMBERING)}
+    stored = xr.Dataset(variables, attrs=_attributes(attributes)).set_coords(dataset.coords)
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
         with closing(target):
@@ -55,8 +60,8 @@ def _stored(variable: xr.Variable) -> xr.Variable:
 def read_netcdf(file: Path) -> xr.Dataset:
     """Return a dataset that `write_netcdf` has written.
 
-    Raise `FileNotFoundError` if there is no such file, `InputError` if it cannot be read, or is not
-    as written.
+    Raise `FileNotFoundError` if there is no such file, `InputError` if it cannot be read, is not as
+    written, or is outdated.
     """
     try:
         data = read_unlinked(file)
@@ -69,6 +74,7 @@ def read_netcdf(file: Path) -> xr.Dataset:
         raise InputError(f"{file} is not as written; {RESTORED}")
     with xr.open_dataset(BytesIO(content), engine="scipy", decode_times=False) as opened:
         dataset = opened.load()
+    check_numbering(str(file), dataset.attrs.pop(NUMBERS, None))
     return dataset.assign_attrs({k: _attribute(value) for k, value in dataset.attrs.items()})
 
 

@@ -16,10 +16,9 @@ from flexband.errors import InputError
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
-from flexband.execution.store import Owner, Store
+from flexband.execution.store import Owner, Store, mechanics_hash
 from flexband.files import read_json, write_json
 from flexband.response import ResponseFunction
-from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, in_words
@@ -96,7 +95,7 @@ def keep_domains(
 
 
 def _owner(response: ResponseFunction, store: Store) -> list[str]:
-    return [fingerprint(response), source_hash("mechanics")[:16], store.version]
+    return [fingerprint(response), mechanics_hash(), store.version]
 
 
 def texts(space: Space, *, random: bool) -> str:

@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_instance, shown, without_warnings
+from flexband.numbering import NUMBERING, OutdatedError, check_numbering
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
@@ -85,7 +86,7 @@ def save_surrogate(surrogate: Surrogate | SurrogateOfChoices, file: str | Path) 
             "given": _recorded_inputs(surrogate.given),
             "parts": [record for record, _ in parts],
         }
-    write_archive(_path(file), about | {"format": FORMAT}, arrays)
+    write_archive(_path(file), about | {"format": FORMAT, "numbering": NUMBERING}, arrays)
 
 
 def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -124,14 +125,20 @@ def _recorded_inputs(inputs: GivenInputs) -> dict[str, Record]:
     return records
 
 
-def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
+def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | SurrogateOfChoices:
     """Return the surrogate that `save_surrogate` has written. Nothing in the file is executed.
+
+    Parameters
+    ----------
+    file : path of the file.
+    outdated : whether it may be one of an older version of flexband, which now computes runs or
+        answers otherwise.
 
     Raises
     ------
     InputError
         If there is no such file, it holds no surrogate or a damaged one, it is of another version
-        of the format, or an input in it is of a class that is not defined yet.
+        of the format, is `outdated`, or an input in it is of a class that is not defined yet.
     """
     file = _path(file)
     if not file.is_file():
@@ -145,8 +152,13 @@ def load_surrogate(file: str | Path) -> Surrogate | SurrogateOfChoices:
             )
         if not intact:
             raise InputError("the file is not as it was saved: it is damaged, or was changed")
+        if not outdated:
+            check_numbering("it", about.get("numbering"))
         with without_warnings():  # which were given when it was made
             return _choices(about, arrays) if "parts" in about else _surrogate(about, arrays)
+    except OutdatedError as error:
+        opened = "load_surrogate(file, outdated=True) opens it as it is"
+        raise OutdatedError(f"{file}: {error}, and {opened}") from None
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises

@@ -13,10 +13,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
-from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin
+from flexband.mechanics.engine.batch import run as run_task
 from flexband.mechanics.engine.corrections import Corrections
+from flexband.mechanics.engine.entries import STRIKE
 from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
@@ -29,6 +31,9 @@ Label = tuple[str, str, int]
 
 STEP_ROWS = 4
 """Rows of `WorkSpace.steps`."""
+
+IMPACT_LEAST = 1e-9
+"""Change of velocities, relative to the largest, that is due to an impact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +169,8 @@ class ContinuedStart(Start):
                 unchanged = smooth & (np.abs(ratio - 1.0) < 1e-9)
                 work.z[laws] = np.where(unchanged, z[laws], work.z[laws])
             work.z[stuck] = z[stuck]  # and where; what is new is free until the run begins
+            if free and state.friction < state.angle:
+                _strike(run, values, work, z, failure)
             samples = run.samples[number * WIDTH : (number + 1) * WIDTH]
             lost = _lost_energy(system, values, z[velocity:], work.z[velocity:])
             self.lost_energy[samples] = lost[: len(samples)]
@@ -178,6 +185,33 @@ class ContinuedStart(Start):
 
     def attributes(self, system: System, changes: Corrections) -> dict[str, Any]:
         return {"lost_energy": self.lost_energy.tolist()}
+
+
+def _strike(
+    run: Run, values: Values, work: WorkSpace, before: np.ndarray, failure: np.ndarray
+) -> None:
+    """Let friction take part in the impact that changed the velocities `before`, (rows, WIDTH).
+
+    It slides then as it does after the impact.
+    """
+    state = run.system.structure.state
+    speeds = slice(state.velocity, state.acceleration)
+    modes = slice(state.sliding, state.sliding + state.angle - state.friction)
+    kept, scale = work.z.copy(), values.inverse_scale * np.abs(before[speeds])
+    change = values.inverse_scale * np.abs(before[speeds] - kept[speeds])
+    struck = change.max(axis=0) > IMPACT_LEAST * scale.max(axis=0)
+    if not struck.any():
+        return
+    step = float(run.times[1] - run.times[0])
+    work.z[speeds] = before[speeds]
+    run_task(
+        STRIKE, run.system, values, work, failure=failure,
+        method=run.integrator.coefficients(step), limits=run.integrator.step_limits(state, step),
+    )  # fmt: skip
+    after = [np.where(struck, work.z[rows], kept[rows]) for rows in (speeds, modes)]
+    work.z[:] = kept
+    for rows, numbers in zip((speeds, modes), after, strict=True):
+        work.z[rows] = numbers
 
 
 def _lost_energy(

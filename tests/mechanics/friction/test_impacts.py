@@ -191,3 +191,41 @@ def test_what_slides_may_reverse_in_an_impact():
 def test_random_mechanisms_have_the_speeds_of_their_impulse_problems(seed):
     _, outcome, why = judged(seed)
     assert outcome in ("right", "refused"), why
+
+
+@pytest.mark.parametrize("friction", [0.01, 0.3, 0.9])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_motion_that_goes_on_with_a_link_at_a_slope(friction, sense):
+    """The link presses the wagon at rest on its rail, whose friction takes part in the impact.
+
+    v = m v₀ (1 − µ tan φ)/(M + m (1 − µ tan φ)), and what remains of the energy.
+    """
+    m, M, v0, slope = 3.0, 1.0, 2.0 * sense, 0.7
+    heights = 0.0, float(np.tan(slope))
+
+    def wagons(**link):
+        return fb.Mechanism(
+            bodies={
+                "a": fb.PointMass(mass=m, velocity=(v0, 0.0)),
+                "b": fb.PointMass(mass=M, position=(1.0, heights[1])),
+            },
+            joints={
+                "ra": fb.Slot("a", (0.0, 0.0)),
+                "rb": fb.Slot("b", (0.0, heights[1]), friction=friction),
+                **link,
+            },
+            sensors={"a": fb.Velocity("a"), "b": fb.Velocity("b"), "T": fb.KineticEnergy()},
+        )
+
+    step = 1e-6
+    free = fb.simulate(wagons(), duration=step, step=step, keep_state=True)
+    length = float(np.hypot(1.0 - v0 * step, heights[1]))
+    held = wagons(link=fb.Distance("a", "b", length))
+    motion = fb.simulate(held, duration=step, step=step, start=free)
+    part = 1.0 - friction * np.tan(slope)
+    v = m * v0 * part / (M + m * part)
+    after = motion.isel(time=0).sel(output=["a_X", "b_X", "T"]).values
+    np.testing.assert_allclose(after[:2], v, rtol=1e-5)
+    lost = 0.5 * m * v0**2 - 0.5 * (m + M) * v**2
+    assert motion.attrs["lost_energy"][0] == pytest.approx(lost, rel=1e-5)
+    assert after[2] == pytest.approx(0.5 * (m + M) * v**2, rel=1e-5)

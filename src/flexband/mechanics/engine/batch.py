@@ -357,10 +357,10 @@ def run(
     number: float = 0.0,
     limits: StepLimits | None = None,
 ) -> None:
-    """Perform one of the tasks of `entries`. With limits, lanes choose the steps of MARCH."""
+    """Perform one of the tasks of `entries`. With limits it is one of `free_dynamics`."""
     memory = Record(values), Record(work), outputs, address(failure), address(stop_flag())
     if limits:
-        free_dynamics(system.record, method, limits, float(number), *memory)
+        free_dynamics(task, system.record, method, limits, float(number), *memory)
     else:
         entry = dynamics if task in (START, HOLD, MARCH) else statics
         entry(task, system.record, method, float(number), *memory)

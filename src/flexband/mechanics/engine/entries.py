@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexband.mechanics.engine.free_steps.impacts import strike_at_start
 from flexband.mechanics.engine.free_steps.march import march_freely
 from flexband.mechanics.engine.generalized_alpha import march
 from flexband.mechanics.engine.initial_conditions import start
@@ -15,7 +16,7 @@ from flexband.mechanics.engine.static_solver import settle
 from flexband.mechanics.kernels.equations import loads, residual, sense, tangent
 from flexband.mechanics.kernels.lanes import cached, filled
 
-START, HOLD, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE = range(8)
+START, HOLD, MARCH, SETTLE, SENSE, RESIDUAL, LOADS, LINEARIZE, STRIKE = range(9)
 
 
 @cached
@@ -42,13 +43,17 @@ def dynamics(task, structure, method, number, values, work, outputs, failure, st
 
 
 @cached
-def free_dynamics(structure, method, limits, number, values, work, outputs, failure, stop):
-    """Simulate one block of samples from the start, with steps that each lane chooses.
+def free_dynamics(task, structure, method, limits, number, values, work, outputs, failure, stop):
+    """Perform a task for one block of samples whose lanes choose their steps.
 
-    Parameters are those of `dynamics`, and `limits`, the `StepLimits` of the run. `method` is that
-    of a step of the output; the last of the outputs are work space.
+    Parameters are those of `dynamics`, and `limits`, the `StepLimits` of the run. MARCH simulates
+    from the start; `method` is that of a step of the output, and the last of the outputs are work
+    space. STRIKE changes the velocities by an impact to those that agree with the joints.
     """
-    march_freely(structure, method, limits, number, values, work, outputs, failure, stop)
+    if task == STRIKE:
+        strike_at_start(structure, method, values, work, limits, failure)
+    else:
+        march_freely(structure, method, limits, number, values, work, outputs, failure, stop)
 
 
 @cached

@@ -17,7 +17,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from flexband.mechanics.engine.free_steps.rest import rest_speed
+from flexband.mechanics.engine.generalized_alpha import keep_state
 from flexband.mechanics.engine.projection import mass_matrix, refine
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import (
@@ -25,8 +28,9 @@ from flexband.mechanics.kernels.constraints import (
     add_products,
     subtract_velocity_errors,
 )
-from flexband.mechanics.kernels.equations import residual, tangent
+from flexband.mechanics.kernels.equations import residual, tangent, update_dependent
 from flexband.mechanics.kernels.factorization import factorize, solve
+from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.friction.modes import MODE, sticks
 from flexband.mechanics.kernels.friction.rows import (
     FOLLOW,
@@ -391,3 +395,15 @@ def strike_by_drive(structure, method, values, now, work, limits, chosen):
         store(z, row, where(chosen, v - before, load(z, row)))
         store(z, state.velocity + i, where(chosen, 0.5 * (before + v), v))
     return refused
+
+
+@compiled
+def strike_at_start(structure, method, values, work, limits, failure):
+    """Perform `strike_parts` in all lanes at the start, and note where it is refused."""
+    everywhere, known = filled(1.0), load(failure, 0)
+    now = np.int64(0)
+    update_dependent(structure, values, now, work.z)
+    keep_state(structure, work)
+    refused = strike_parts(structure, method, values, now, work, limits, everywhere, False)
+    code = where(refused, filled(FAILURE.jammed), known)
+    store(failure, 0, where(known, known, code))

@@ -64,6 +64,8 @@ class FollowOptions(NamedTuple):
     """Squared sine of the angle between two changes that count as parallel."""
     ratio: float = 0.995
     """Of their sizes, beyond which they are not summed up."""
+    least: float = 1e-7
+    """Part of m v² over the size to which changes are relative at least: less is rounding."""
 
 
 FOLLOW = FollowOptions()
@@ -168,11 +170,25 @@ def add_to_contacts(structure, values, z):
 
 
 @compiled
+def force_of_motion(structure, values, z):
+    """Return the largest m v² over the size of the mechanism."""
+    mass, first = structure.mass, structure.state.velocity
+    momentum, rate = filled(0.0), filled(0.0)
+    for p in range(len(mass.i)):
+        if mass.i[p] == mass.j[p]:
+            v = magnitude(load(z, first + mass.i[p]))
+            momentum = maximum(momentum, load(values.mass, p) * v)
+            rate = maximum(rate, v * load(values.inverse_scale, mass.i[p]))
+    return momentum * rate
+
+
+@compiled
 def carry_reactions(structure, values, z, chosen, begins):
     """Let normal forces follow the reactions of the `chosen` lanes; return how much these change.
 
-    That is relative to the largest one, or to a millionth of the largest so far if that is more.
-    Changes before it `begins` do not count.
+    That is relative to the largest one, to a millionth of the largest so far, or to the `least`
+    part of the forces that turn the motion, whichever is most. Changes before it `begins` do not
+    count.
     """
     friction, state, none = structure.friction, structure.state, filled(0.0)
     rows, change, largest = reaction_rows(state), none, none
@@ -181,6 +197,7 @@ def carry_reactions(structure, values, z, chosen, begins):
     count, first, past = rows.number, rows.reaction, rows.change
     for i in range(1, state.coordinates + 1):
         largest = maximum(largest, 1e-6 * magnitude(load(values.weight, i)))
+    largest = maximum(largest, FOLLOW.least * force_of_motion(structure, values, z))
     squares, products, others = none, none, none
     for k in range(count):
         step = load(z, state.multiplier + k) - load(z, first + k)

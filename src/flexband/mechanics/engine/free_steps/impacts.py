@@ -96,7 +96,7 @@ def begin_impact(structure, values, work, limits, step, chosen):
         if friction.switched[k]:
             new = mode
         elif friction.one_way[k]:
-            rest = rest_speed(structure, values, limits, work, step, k)
+            rest = rest_speed(structure, values, limits, step, k)
             new = where(less(u, rest), filled(MODE.sticks), new)
         store(z, rows.mode + k, where(chosen, new, mode))
         store(z, rows.turn + k, where(chosen, u, load(z, rows.turn + k)))
@@ -111,7 +111,7 @@ def begin_sliding(structure, values, work, limits, step, chosen):
     for k in range(rows.frictions):
         if friction.reacts[k]:
             u, mode = load(z, rows.speed + k), load(z, rows.mode + k)
-            slow = less(magnitude(u), rest_speed(structure, values, limits, work, step, k))
+            slow = less(magnitude(u), rest_speed(structure, values, limits, step, k))
             sense = where(less(u, filled(0.0)), filled(-1.0), filled(1.0))
             new = where(slow, filled(MODE.sticks), sense)
             store(z, rows.mode + k, where(chosen, new, mode))
@@ -255,7 +255,7 @@ def change_sticking(structure, values, work, limits, step, chosen):
         excess = excess_ratio(structure, values, z, k, largest)
         released = where(less(none, excess), where(less(excess, loosest), none, true), none)
         sense = where(less(load(z, state.friction + k), none), filled(-1.0), true)
-        rest = rest_speed(structure, values, limits, work, step, k)
+        rest = rest_speed(structure, values, limits, step, k)
         back = less(mode * u, -rest)
         if friction.one_way[k]:
             sense, back = filled(MODE.free), less(u, -rest)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.lanes import compiled, filled, less, load, maximum, power, where
+from flexband.mechanics.kernels.lanes import compiled, filled, load
 
 
 class StickOptions(NamedTuple):
@@ -12,18 +12,12 @@ class StickOptions(NamedTuple):
 
     speed: float = 1e-3
     """Sliding speed that counts as rest, in tolerances of a step per step of the output."""
-    patience: float = 2.0
-    """Events without a long step between them before that speed grows."""
-    growth: float = 4.0
-    """Its ratio with each of them, six times."""
     force: float = 1e-9
     """Force by which µs N must be exceeded, relative to N."""
     weakest: float = 1e-16
     """Part of a force that counts as held at least, where that is lost in rounding."""
     still: float = 1e-6
     """Rate of what sticks, relative to the largest q̈, that is due to rounding."""
-    moved: float = 1e3
-    """Ratio of a rate to that beyond which what would stick cannot: rows may depend on others."""
     changes: int = 4
     """The most changes of modes at an event for each friction."""
 
@@ -41,13 +35,6 @@ def length_unit(structure, values, k):
 
 
 @compiled
-def rest_speed(structure, values, limits, work, step, k):
-    """Return the sliding speed of friction k that counts as rest; `step` is that of the output.
-
-    It grows where events follow each other: two corners of a box that rocks cannot both stick, but
-    how they slide does not matter.
-    """
-    events = load(work.steps, 2) - STICK.patience
-    events = maximum(filled(0.0), where(less(events, filled(6.0)), events, filled(6.0)))
-    speed = STICK.speed * limits.tolerance * length_unit(structure, values, k) / step
-    return speed * power(filled(STICK.growth), events)
+def rest_speed(structure, values, limits, step, k):
+    """Return the sliding speed of friction k that counts as rest; `step` is that of the output."""
+    return STICK.speed * limits.tolerance * length_unit(structure, values, k) / step

@@ -109,7 +109,7 @@ def update_margins(structure, values, now, work, limits, step):
             idle = where(less(none, N), none, filled(1.0))  # it may slide in any sense
             sense = where(less(u, none), filled(-1.0), filled(1.0))
             sense = where(idle, sense, load(z, rows.mode + k))
-            slid = sense * u + rest_speed(structure, values, limits, work, step, k)
+            slid = sense * u + rest_speed(structure, values, limits, step, k)
             margin = where(held, -excess(structure, values, z, k), slid)
             rate = where(held, none, -sense * load(work.r, state.friction + k))
             if structure.friction.switched[k]:
@@ -140,7 +140,7 @@ def begin_to_stick(structure, values, now, work, limits, step, chosen):
         back = less(u * load(z, rows.mode + k), none)  # beyond the event at which it comes to rest
         if structure.friction.one_way[k]:
             sense, back = filled(1.0), less(u, none)
-        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, work, step, k))
+        slow = less(magnitude(u), 2.0 * rest_speed(structure, values, limits, step, k))
         if not structure.friction.switched[k]:  # an impact moves what stuck before
             held = where(held, slow, none)
         rest = where(less(none, N), maximum(slow, where(held, none, back)), none)
@@ -229,8 +229,7 @@ def looseness(structure, values, z, k, change_of_speed, still):
     hold = maximum(magnitude(force) - over, filled(STICK.weakest) * magnitude(force))
     ratio = magnitude(force) / maximum(hold, filled(1e-300))
     ratio = where(less(filled(0.0), over), ratio, filled(0.0))
-    moves = less(STICK.moved * still, magnitude(change_of_speed))
-    ratio = where(moves, filled(MOVES), ratio)
+    ratio = where(less(still, magnitude(change_of_speed)), filled(MOVES), ratio)
     return where(holds(structure, z, k), ratio, filled(0.0))
 
 
@@ -248,7 +247,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     largest = greatest(z, state.acceleration, values.inverse_scale, state.coordinates)
     rounding = STICK.still * step * largest
     for k in range(rows.frictions):
-        still = rest_speed(structure, values, limits, work, step, k)
+        still = rest_speed(structure, values, limits, step, k)
         still = still + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
@@ -256,7 +255,7 @@ def change_modes(structure, values, now, work, limits, step, chosen):
     for k in range(rows.frictions):
         sense, held = load(z, rows.mode + k), sticks(state, z, k)
         force, N, _ = sums_of_line(structure, values, z, k)
-        slow = rest_speed(structure, values, limits, work, step, k)
+        slow = rest_speed(structure, values, limits, step, k)
         still = slow + rounding * length_unit(structure, values, k)
         change_of_speed = -load(work.r, state.friction + k) * step
         loose = looseness(structure, values, z, k, change_of_speed, still)
@@ -292,7 +291,7 @@ def is_struck(structure, values, work, limits, step, chosen):
     z, rows, struck = work.z, friction_rows(structure.state), filled(0.0)
     for k in range(rows.frictions):
         if structure.friction.switched[k] or structure.friction.one_way[k]:
-            rest = 2.0 * rest_speed(structure, values, limits, work, step, k)
+            rest = 2.0 * rest_speed(structure, values, limits, step, k)
             moves = less(rest, magnitude(load(z, rows.speed + k)))
             moves = where(sticks(structure.state, z, k), moves, filled(0.0))
             struck = maximum(struck, where(chosen, moves, filled(0.0)))

@@ -29,7 +29,7 @@ ROOMS = [
     "files",
     "progress",
     "response",
-    "source_hash",
+    "computation",
     "compilation",
     "execution",
     "mechanics.kernels",

@@ -135,13 +135,18 @@ class Pace:
     ----------
     many_steps : steps of a run whose number is told at once.
     long : time left [s] that is worth a message.
+    silent : time without a step [s] that is.
     """
 
-    many_steps, long = 1_000_000, 60.0
+    many_steps, long, silent = 1_000_000, 60.0, 60.0
 
-    def __init__(self, steps: int, part: Callable[[], float]):
-        """Take the number of steps of a run, and what returns the part of all that is done."""
-        self.steps, self.part, self.warned = steps, part, False
+    def __init__(self, steps: int, part: Callable[[], float], why: Callable[[], str] = str):
+        """Take the number of steps of a run, and what returns the part of all that is done.
+
+        `why` returns what takes long, or "" if that is not known.
+        """
+        self.steps, self.part, self.why, self.warned = steps, part, why, False
+        self.begun = time.monotonic()
         self.listener, self.stage = listener(), _stage.get()
         self.first: tuple[float, float] | None = None
         if steps >= self.many_steps:
@@ -153,12 +158,18 @@ class Pace:
         now, part = time.monotonic(), self.part()
         if self.first is None or part <= self.first[1]:
             self.first = self.first or ((now, part) if part > 0 else None)
+            if now - self.begun >= self.silent:
+                self._warn(f"no further time is reached after {duration(now - self.begun)}")
             return
         remaining = (now - self.first[0]) * (1 - part) / (part - self.first[1])
         text = f"{100 * part:.0f} % of runs of {self.steps} steps, about {duration(remaining)} left"
         self._tell(text)
-        if remaining >= self.long and not self.warned:
-            self.listener.warn(text)
+        if remaining >= self.long:
+            self._warn(text)
+
+    def _warn(self, text: str) -> None:
+        if not self.warned:
+            self.listener.warn("; ".join(filter(None, (text, self.why()))))
             self.warned = True
 
     def _tell(self, text: str) -> None:

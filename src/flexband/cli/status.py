@@ -17,10 +17,10 @@ from rich.live import Live
 from flexband.cli.application import app
 from flexband.cli.files import Folder
 from flexband.cli.messages import print_json, print_text, reported_errors
+from flexband.computation import OutdatedError, check_numbering
 from flexband.errors import StoreError
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import RunStatus
-from flexband.numbering import OutdatedError, check_numbering
 from flexband.report.progress import duration
 from flexband.report.text.doubts import doubt_text
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of

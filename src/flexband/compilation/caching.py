@@ -26,8 +26,8 @@ from llvmlite import binding, ir
 
 from flexband.compilation.functions import compiled, machine_code
 from flexband.compilation.targets import ENTRY, SETTINGS, instruction_set, target_machine
+from flexband.computation import PACKAGE, Source, sources
 from flexband.files import CACHE_VARIABLE, replaced, user_folder
-from flexband.source_hash import PACKAGE, Source, sources
 
 KEPT = 8
 """Files of a function that are kept in a folder, the last used ones: one for each version of the

@@ -13,13 +13,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.arguments import frozen
+from flexband.computation import NUMBERING, source_hash
 from flexband.errors import InputError, StoreError, check_flag, shown
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.names import FileName
 from flexband.files import refuse_links
-from flexband.numbering import NUMBERING
 from flexband.response import ResponseFunction
-from flexband.source_hash import source_hash
 
 OTHER_FOLDER = "Take another folder, or delete its runs (`flexband run --replace` does)"
 ALLOW_MISMATCH = "allow_mismatch=True of the Store uses them; on the command line, --allow-mismatch"

@@ -17,12 +17,12 @@ from typing import Any
 
 import google_crc32c
 
+from flexband.computation import NUMBERING
 from flexband.errors import StoreError, shown
 from flexband.execution.journal import Journal
 from flexband.execution.lock import Lock, is_locked
 from flexband.execution.names import FileName, RunStatus
 from flexband.files import read_unlinked, replaced, try_write
-from flexband.numbering import NUMBERING
 from flexband.progress import listener
 from flexband.response import ResponseFunction
 

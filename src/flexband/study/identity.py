@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexband.analysis.requirements.requirement import several
+from flexband.computation import NUMBERING, source_hash
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
-from flexband.numbering import NUMBERING
-from flexband.source_hash import source_hash
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case, in_words

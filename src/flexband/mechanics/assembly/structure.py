@@ -277,7 +277,8 @@ class WorkSpace(NamedTuple):
     steps: np.ndarray  # lengths of steps [s] and more, see `march.take_step`, four rows
     round: np.ndarray  # in which free steps are, see `march.enter`, five rows
     polynomials: np.ndarray  # of the functions of time in it
-    counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices, three rows
+    counts: np.ndarray  # of free steps, and of a block's Newton iterations and matrices; and the
+    # coordinate that the last step followed, 0 for the depth of a contact: four rows
     forms: np.ndarray  # those of extremes
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
@@ -290,7 +291,7 @@ class WorkSpace(NamedTuple):
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
         rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 5)
-        rows += (structure.functions * COEFFICIENTS, 3)
+        rows += (structure.functions * COEFFICIENTS, 4)
         rows += (len(structure.extremes.kind),)
         rows += (KEPT * rows[1],)
         starts = [0, *accumulate(rows)]

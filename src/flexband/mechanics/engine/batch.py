@@ -13,6 +13,7 @@ from flexband.mechanics.assembly.structure import KEPT, Values, WorkSpace
 from flexband.mechanics.engine.corrections import Corrections, corrections, report
 from flexband.mechanics.engine.entries import HOLD, MARCH, START, dynamics, free_dynamics, statics
 from flexband.mechanics.engine.failures import blame_laws, blame_overlaps
+from flexband.mechanics.engine.free_steps.under_way import BlocksUnderWay
 from flexband.mechanics.engine.generalized_alpha import (
     NEWTON,
     Coefficients,
@@ -138,14 +139,14 @@ def run_samples(
     members = Members(system)
     strains = LargestStrains.zeros(len(members.bodies), len(chosen))
     ends = [np.empty((0, 0))] * blocks
-    reached: dict[int, np.ndarray] = {}  # numbers of rounds of the blocks so far, which grow
+    under_way = BlocksUnderWay(system, blocks, rounds - 1)
 
     def simulate(block: int) -> int:
         places = slice(block * WIDTH, (block + 1) * WIDTH)
         numbers = chosen[places]
         values = packed(block)
         begun = begin_block(block, values)
-        reached[block] = begun.work.reached
+        under_way.works[block] = begun.work
         series, failure, first, work = run_block(values, rounds, begun=begun[:2])
         lost = (failure[0] > 0) & (failure[1] == 0)
         require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
@@ -173,7 +174,8 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-    _run_blocks(simulate, blocks, len(chosen), rounds - 1, reached, threads, progress)
+
+    _run_blocks(simulate, len(chosen), under_way, threads, progress)
     return Batch(
         outputs,
         failures,
@@ -190,22 +192,20 @@ def run_samples(
 
 def _run_blocks(
     simulate: Callable[[int], int],
-    blocks: int,
     samples: int,
-    steps: int,
-    reached: dict[int, np.ndarray],
+    under_way: BlocksUnderWay,
     threads: int,
     progress: Progress | None,
 ) -> None:
-    """Simulate all blocks, and show the progress by the rounds that they have `reached`."""
-    pace = Pace(steps, lambda: sum(r[0, 0] for r in list(reached.values())) / (blocks * steps))
+    """Simulate all blocks, and show how far they are."""
+    pace = Pace(under_way.steps, under_way.part, under_way.slowness)
 
     def finish(block: int) -> int:
         count = simulate(block)
-        reached[block] = np.full((1, 1), float(steps))  # a view would keep the work space
+        under_way.finish(block)
         return count
 
-    in_parallel(finish, blocks, samples, threads, progress, pace)
+    in_parallel(finish, under_way.blocks, samples, threads, progress, pace)
     pace.end()
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flexband.computation import NUMBERING, check_numbering
 from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import read_json, write_json
-from flexband.numbering import NUMBERING, check_numbering
 from flexband.report.page.arrays import JsonRecord
 from flexband.study.folder import StudyFolder
 from flexband.study.results.netcdf import RESTORED

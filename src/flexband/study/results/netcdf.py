@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 from xarray.backends import ScipyDataStore
 
+from flexband.computation import NUMBERING, check_numbering
 from flexband.errors import InputError
 from flexband.files import checksum, read_unlinked, replaced
-from flexband.numbering import NUMBERING, check_numbering
 
 SEAL, DIGITS = b"\nCRC-32C ", 8
 """What stands behind the data of a file, before the digits of its checksum."""

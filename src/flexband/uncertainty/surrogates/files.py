@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from flexband.computation import NUMBERING, OutdatedError, check_numbering
 from flexband.errors import InputError, check_instance, shown, without_warnings
-from flexband.numbering import NUMBERING, OutdatedError, check_numbering
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input

@@ -183,6 +183,8 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     short = less((1.0 - event) * step, smallest)
     early = where(good, where(short, none, early), none)
     accepted = where(stepping, where(early, none, good), none)
+    by_depth = where(closed, less(error, filled(0.5)), none)  # a contact asks for a shorter step
+    store(work.counts, 3, where(by_depth, none, load(work.counts, 3)))
     end_states(state, z, step, accepted)
     watch(structure, values, now, work, time, time + step, accepted)
     share_forces(structure, values, now, work, accepted, redundant, known, number)

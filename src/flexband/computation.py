@@ -1,6 +1,9 @@
-"""Hashes of code, which comments, docstrings and layout do not change.
+"""What flexband computes: numbers that rise when results change on purpose, and hashes of code.
 
-What is known of a file is kept on disk, so that only files that have changed are read and parsed.
+What is on file has the numbers with which it was computed. Runs and answers of lower ones are not
+used, whatever the code: a hash of the code changes with every commit, and does not tell whether its
+results do. Comments, docstrings and layout do not change it. What is known of a file is kept on
+disk, so that only files that have changed are read and parsed.
 """
 
 from __future__ import annotations
@@ -10,18 +13,51 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from flexband.errors import InputError
 from flexband.files import read_unlinked, replaced, user_folder
 
 PACKAGE = Path(__file__).parent
 
 MEMORY = "sources.json"
 """File of what is known of sources, by path, modification time, change time and size."""
+
+
+class Numbering(NamedTuple):
+    """The numbers of what computes."""
+
+    runs: int
+    """Of mechanics. Raise it where a motion, a rest or a mode is another one than before."""
+    answers: int
+    """Of all that is made of runs. Raise it where a band, a claim or a verdict is another one."""
+
+
+NUMBERING = Numbering(runs=2, answers=2)
+
+FIRST = Numbering(1, 1)
+"""That of what states none."""
+
+
+class OutdatedError(InputError):
+    """What is on file was computed with lower numbers."""
+
+
+def check_numbering(name: str, numbers: Sequence[int] | None) -> None:
+    """Raise `OutdatedError` if what is on file was computed otherwise than it would be now."""
+    before = FIRST if numbers is None else Numbering(*map(int, numbers))
+    changed = [
+        field for field in Numbering._fields if getattr(before, field) < getattr(NUMBERING, field)
+    ]
+    if changed:
+        raise OutdatedError(
+            f"{name} has results of an older version of flexband, which computes "
+            f"{' and '.join(changed)} otherwise now; `flexband run` computes them again"
+        )
 
 
 class Source(NamedTuple):

@@ -24,7 +24,7 @@ TEXT = """# Exudyn's scripts
 Innsbruck. Of the scripts that come with it (Examples and TestModels of version 1.11.0), 96 have
 planar items. flexband does {documented} of them as documented and {workaround} by a
 workaround; {no} are out of its reach. {rebuilt} are rebuilt in `validation/exudyn/`; the others are
-judged by their parts.
+judged by their parts: whether flexband has each of them. An asterisk marks them below.
 
 ## Both numbers
 
@@ -75,10 +75,13 @@ def number_table() -> str:
 
 
 def script_table() -> str:
-    """Return a table with one row per answer and remark."""
+    """Return a table with one row per answer and remark; names of judgements have an asterisk."""
     rows: dict[tuple[str, str], list[str]] = {}
+    rebuilt = {case.script.removesuffix(".py") for case in REBUILT}
     for path, answer in all_scripts().items():
-        rows.setdefault(answer, []).append(path.rpartition("/")[2].removesuffix(".py"))
+        script = path.removesuffix(".py")
+        judged = "" if script in rebuilt or answer[0] == "no" else "*"
+        rows.setdefault(answer, []).append(script.rpartition("/")[2] + judged)
     return "\n".join(
         ["| flexband does it | how, or why not | scripts |", "| --- | --- | --- |"]
         + [

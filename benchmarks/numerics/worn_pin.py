@@ -7,8 +7,11 @@ force F on this end and −F on the slider:
     (I + m L²/4) φ̈ = L t·F − (m L/2) t·P̈,    M ẍ = −F_x.
 
 The pin is a point in a hole of the slider whose radius is the clearance c: beyond it by δ, the
-force is K δ^1.5 (1 + a δ̇/δ̇₀) towards the middle of the hole, never outwards. A method of Dormand
-and Prince with chosen steps, which end where the gap closes, serves one sample at a time.
+force is K δ^1.5 (1 + a δ̇/δ̇₀) towards the middle of the hole, never outwards. Once the pin leaves
+and is pressed in again, its damping is at most 2 ζ √(k m) with the tangent stiffness k and the
+mass m of the gap, and it falls to that where the pin is pressed in more slowly than by its impact.
+A method of Dormand and Prince with chosen steps, which end where the gap closes or turns, serves
+one sample at a time.
 """
 
 from __future__ import annotations
@@ -19,6 +22,8 @@ import numpy as np
 CRANK, ROD, ROD_MASS, ROD_INERTIA = 0.05, 0.12, 0.21, 2.5e-5
 SPEED = 2 * np.pi * 5000 / 60
 K, A, LEAST_SPEED = 6.61e10, 0.75 * (1 - 0.9**2), 1e-3
+ZETA = -np.log(0.9) / np.hypot(np.pi, np.log(0.9))
+ROD_MASS_OF_TURNING = ROD_INERTIA + ROD_MASS * ROD**2 / 4
 LATE, END = 0.012, 0.036
 TOLERANCE, LONGEST = 1e-10, 5e-6
 
@@ -52,36 +57,54 @@ def contact(t, y, clearance):
 
 
 @numba.njit
-def force(depth, rate, began):
-    """Return the force of a contact that began with a speed; none where that is negative."""
+def force(depth, rate, began, settled, moved):
+    """Return the force of a contact that began with a speed; none where that is negative.
+
+    `moved` is the mass of the gap, and `settled` whether its impact is over.
+    """
     if began < 0.0 or depth <= 0.0:
         return 0.0
-    return max(0.0, K * depth**1.5 * (1.0 + A * rate / max(began, LEAST_SPEED)))
+    speed, elastic = max(began, LEAST_SPEED), K * depth**1.5
+    c = A * elastic / speed
+    least = 2.0 * ZETA * np.sqrt(1.5 * elastic / depth * moved)
+    reached = 2.0 * elastic * depth / (2.5 * moved)  # squared speed of an impact of this depth
+    if settled:
+        c = min(c, least)
+    elif reached > (2.0 * speed) ** 2:
+        c = min(c, max(c * (2.0 * speed) ** 2 / reached, least))
+    return max(0.0, elastic + c * rate)
 
 
 @numba.njit
-def rates(t, y, clearance, mass, began, f):
+def mass_of_gap(y, nx, ny, mass):
+    """Return 1 over the acceleration of the gap by a unit force along it."""
+    across = ROD * (np.cos(y[0]) * ny - np.sin(y[0]) * nx)
+    return 1.0 / (across**2 / ROD_MASS_OF_TURNING + nx**2 / mass)
+
+
+@numba.njit
+def rates(t, y, clearance, mass, began, settled, f):
     """Fill in the rates of φ, x and their rates."""
     depth, rate, nx, ny = contact(t, y, clearance)
-    F = force(depth, rate, began)
+    F = force(depth, rate, began, settled, mass_of_gap(y, nx, ny, mass))
     c, s = np.cos(y[0]), np.sin(y[0])
     ax = -CRANK * SPEED**2 * np.cos(SPEED * t)
     ay = -CRANK * SPEED**2 * np.sin(SPEED * t)
     moment = -ROD * F * (c * ny - s * nx) - ROD_MASS * ROD / 2 * (c * ay - s * ax)
     f[0], f[1] = y[2], y[3]
-    f[2] = moment / (ROD_INERTIA + ROD_MASS * ROD**2 / 4)
+    f[2] = moment / ROD_MASS_OF_TURNING
     f[3] = F * nx / mass
 
 
 @numba.njit
-def tried(t, y, h, clearance, mass, began, f, new):
+def tried(t, y, h, clearance, mass, began, settled, f, new):
     """Fill in the state after a step; return its error in parts of what is allowed."""
     for stage in range(7):
         for k in range(4):
             new[k] = y[k]
             for earlier in range(stage):
                 new[k] += h * WEIGHTS[stage, earlier] * f[earlier, k]
-        rates(t + NODES[stage] * h, new, clearance, mass, began, f[stage])
+        rates(t + NODES[stage] * h, new, clearance, mass, began, settled, f[stage])
     worst = 0.0
     for k in range(4):
         error = 0.0
@@ -97,36 +120,45 @@ def sample(clearance, mass, numbers):
     """Fill in how often the gap closes, and the largest forces of the run and after a turn."""
     y = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0])
     f, new = np.empty((7, 4)), np.empty(4)
-    t, h, began = 0.0, 1e-7, -1.0
+    t, h, began, settled = 0.0, 1e-7, -1.0, False
     numbers[:] = 0.0
     while t < END:
         h = min(h, LONGEST, END - t)
-        error = tried(t, y, h, clearance, mass, began, f, new)
+        error = tried(t, y, h, clearance, mass, began, settled, f, new)
         if error > 1.0:
             h *= max(0.2, 0.9 * error**-0.2)
             continue
-        depth = contact(t + h, new, clearance)[0]
+        depth, rate, _, _ = contact(t + h, new, clearance)
+        leaves = contact(t, y, clearance)[1] < 0.0
         taken = h
-        if (began < 0.0) == (depth > 0.0) and depth != 0.0:  # it closes or opens: where?
+        event = 0  # 1 where it closes or opens, 2 where it is pressed in again
+        if (began < 0.0) == (depth > 0.0) and depth != 0.0:
+            event = 1
+        elif began >= 0.0 and not settled and leaves and rate > 0.0:
+            event = 2
+        if event > 0:
             low, high = 0.0, h
             for _ in range(60):
                 taken = (low + high) / 2
-                tried(t, y, taken, clearance, mass, began, f, new)
-                if (contact(t + taken, new, clearance)[0] > 0.0) == (depth > 0.0):
+                tried(t, y, taken, clearance, mass, began, settled, f, new)
+                now, moves, _, _ = contact(t + taken, new, clearance)
+                if (now > 0.0) == (depth > 0.0) if event == 1 else moves > 0.0:
                     high = taken
                 else:
                     low = taken
             taken = high
-            tried(t, y, taken, clearance, mass, began, f, new)
+            tried(t, y, taken, clearance, mass, began, settled, f, new)
         t += taken
         y[:] = new
-        depth, rate, _, _ = contact(t, y, clearance)
+        depth, rate, nx, ny = contact(t, y, clearance)
         if began < 0.0 and depth > 0.0:
-            began = max(rate, 0.0)
+            began, settled = max(rate, 0.0), False
             numbers[0] += 1
         elif began >= 0.0 and depth <= 0.0:
             began = -1.0
-        F = force(depth, rate, began)
+        elif event == 2:
+            settled = True
+        F = force(depth, rate, began, settled, mass_of_gap(y, nx, ny, mass))
         numbers[1] = max(numbers[1], F)
         if t >= LATE:
             numbers[2] = max(numbers[2], F)

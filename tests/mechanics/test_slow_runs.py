@@ -4,7 +4,7 @@ import re
 
 import flexband as fb
 from flexband import contact, progress
-from flexband.mechanics.engine import threads
+from flexband.mechanics.engine.free_steps.under_way import BlocksUnderWay
 
 LAW = contact.KeepsRestitution(stiffness=1e7, restitution=0.7)
 
@@ -28,16 +28,30 @@ def cable():
     )  # fmt: skip
 
 
-def test_what_the_steps_follow_is_told_once(monkeypatch, capsys):
-    fb.simulate(cable(), duration=1e-4, step=1e-5)  # which may compile the engine
-    capsys.readouterr()
-    monkeypatch.setattr(threads, "BEAT", 0.005)
+def test_what_the_steps_follow_is_known(monkeypatch):
+    texts, finish = [], BlocksUnderWay.finish
+
+    def told(blocks, number):
+        texts.append(blocks.slowness())
+        finish(blocks, number)
+
+    monkeypatch.setattr(BlocksUnderWay, "finish", told)
+    fb.simulate(cable(), duration=0.02, step=1e-3)
+    (text,) = texts
+    words = r"fast motions of body 'rope'( while 'floor' is closed)?: damping, or fewer elements"
+    assert re.match(r"steps of [\d.e-]+ s follow " + words, text)
+
+
+def test_why_a_run_takes_long_is_told_once(monkeypatch):
     monkeypatch.setattr(progress.Pace, "long", 0.0)
-    fb.simulate(cable(), duration=0.05, step=1e-4)
-    lines = [line for line in capsys.readouterr().err.splitlines() if "steps of" in line]
-    assert len(lines) == 1
-    words = r"fast motions of body 'rope'( while 'floor' is closed)?: damping, or fewer"
-    assert re.search(r"; steps of [\d.e-]+ s follow " + words, lines[0])
+    messages, listener, done = [], progress.ProgressListener(), iter([0.1, 0.2, 0.3, 0.4])
+    listener.warn = messages.append
+    with progress.listening(listener):
+        pace = progress.Pace(10, lambda: next(done), lambda: "steps follow this")
+        for _ in range(4):
+            pace()
+    (message,) = messages
+    assert re.fullmatch(r"20 % of runs of 10 steps, about .* left; steps follow this", message)
 
 
 def test_steps_that_reach_no_time_are_told(monkeypatch):

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import flexband as fb
-from flexband.files import write_json
 from flexband.report.page.given import given_by, study_motion
 from flexband.report.page.motion.motion import motion_data
-from flexband.report.page.page_file import read_given
 from flexband.uncertainty.inputs.space import Space
 
 BAR = {"height": 0.02, "width": 0.02, "density": 1000.0}
@@ -331,11 +329,3 @@ def test_a_study_whose_runs_take_long_shows_the_nominal_motion_alone():
         None,
         ["The motion is not shown, since a run takes 75 s on average."],
     )
-
-
-def test_a_motion_that_an_older_version_recorded_is_not_shown(tmp_path):
-    older = {"doubts": [], "signed": {}, "hidden": [], "motion": {"times": [], "bodies": []}}
-    write_json(tmp_path / "page.json", older)
-    given = read_given(tmp_path)
-    assert given["motion"] is None
-    assert "older version" in given["hidden"][0]

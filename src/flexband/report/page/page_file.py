@@ -35,10 +35,6 @@ def read_given(folder: Path) -> JsonRecord:
         older = "was written by an older version of flexband"
         raise InputError(f"{file} {older}; {RESTORED}") from None
     check_numbering(str(file), given.pop("numbering", None))
-    if "shapes" not in (given.get("motion") or {"shapes": []}):
-        given["motion"] = None
-        older = "an older version of flexband recorded it. Run the study again to see it"
-        given["hidden"].append(f"The motion is not shown, since {older}.")
     for name, checksum in given["signed"].items():
         there = (folder / name).exists()
         if there and not StudyFolder(folder).has({name: checksum}):

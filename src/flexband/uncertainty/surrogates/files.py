@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.computation import NUMBERING, OutdatedError, check_numbering
-from flexband.errors import InputError, check_instance, shown, without_warnings
+from flexband.errors import InputError, check_flag, check_instance, shown, without_warnings
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
@@ -140,7 +140,7 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         If there is no such file, it holds no surrogate or a damaged one, it is of another version
         of the format, is `outdated`, or an input in it is of a class that is not defined yet.
     """
-    file = _path(file)
+    file, outdated = _path(file), check_flag("outdated", outdated)
     if not file.is_file():
         raise InputError(f"there is no file {file}")
     try:

@@ -388,7 +388,10 @@ FLAGS = [(k, p.name) for k in CALLABLES for p in parameters(k) if isinstance(p.d
 
 
 @pytest.mark.parametrize(("name", "flag"), [k for k in FLAGS if k[1] != "elements_left_out"])
-def test_flags_are_true_or_false(name, flag):
+def test_flags_are_true_or_false(name, flag, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    known = fb.expand(lambda a: 2.0 * a, {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 1))
+    fb.save_surrogate(known, "surrogate.npz")
     for value in (np.ones(3), 1, None, "no"):
         with pytest.raises(fb.errors.InputError, match=f"{flag} must be True or False"):
             CALLABLES[name](**usual(name) | {flag: value})

@@ -39,17 +39,17 @@ class Numbering(NamedTuple):
 
 NUMBERING = Numbering(runs=2, answers=2)
 
-FIRST = Numbering(1, 1)
-"""That of what states none."""
-
 
 class OutdatedError(InputError):
     """What is on file was computed with lower numbers."""
 
 
 def check_numbering(name: str, numbers: Sequence[int] | None) -> None:
-    """Raise `OutdatedError` if what is on file was computed otherwise than it would be now."""
-    before = FIRST if numbers is None else Numbering(*map(int, numbers))
+    """Raise `OutdatedError` if what is on file was computed otherwise than it would be now.
+
+    What states no numbers has 1 and 1.
+    """
+    before = Numbering(*map(int, (1, 1) if numbers is None else numbers))
     changed = [
         field for field in Numbering._fields if getattr(before, field) < getattr(NUMBERING, field)
     ]

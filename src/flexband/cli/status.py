@@ -117,7 +117,7 @@ def doubts_in(about: dict[str, Any]) -> list[str] | None:
     if about["format"] < FORMAT:
         return ["an older version of flexband has written the result; `flexband run` restores it"]
     try:
-        check_numbering("study.json", about.get("numbering"))
+        check_numbering("the folder", about.get("numbering"))
     except OutdatedError as error:
         return [str(error)]
     if result.get("checksum") != checksum_of(result):

@@ -32,9 +32,6 @@ Label = tuple[str, str, int]
 STEP_ROWS = 4
 """Rows of `WorkSpace.steps`."""
 
-IMPACT_LEAST = 1e-9
-"""Change of velocities, relative to the largest, that is due to an impact."""
-
 
 @dataclass(frozen=True, eq=False)
 class EndState:
@@ -188,18 +185,25 @@ class ContinuedStart(Start):
 
 
 def _strike(
-    run: Run, values: Values, work: WorkSpace, before: np.ndarray, failure: np.ndarray
+    run: Run,
+    values: Values,
+    work: WorkSpace,
+    before: np.ndarray,
+    failure: np.ndarray,
+    *,
+    least: float = 1e-9,
 ) -> None:
     """Let friction take part in the impact that changed the velocities `before`, (rows, WIDTH).
 
-    It slides then as it does after the impact.
+    It slides then as it does after the impact. A change below the `least` part of the largest
+    velocity is none.
     """
     state = run.system.structure.state
     speeds = slice(state.velocity, state.acceleration)
     modes = slice(state.sliding, state.sliding + state.angle - state.friction)
     kept, scale = work.z.copy(), values.inverse_scale * np.abs(before[speeds])
     change = values.inverse_scale * np.abs(before[speeds] - kept[speeds])
-    struck = change.max(axis=0) > IMPACT_LEAST * scale.max(axis=0)
+    struck = change.max(axis=0) > least * scale.max(axis=0)
     if not struck.any():
         return
     step = float(run.times[1] - run.times[0])

@@ -25,15 +25,15 @@ from flexband.mechanics.engine.loop_closure import closed, guessed
 from flexband.mechanics.engine.projection import PROJECTION
 from flexband.mechanics.engine.redundancy import rank_deficiency, require_inertia
 from flexband.mechanics.engine.straining import LargestStrains, Members, kept_steps
-from flexband.mechanics.engine.threads import in_parallel, stop_flag, while_compiling
+from flexband.mechanics.engine.threads import stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, address, zeros
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
-from flexband.progress import Pace, Progress
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
+    from flexband.progress import Progress
 
 NOTHING = np.zeros((1, WIDTH))
 """In place of an array that a task does not use."""
@@ -175,7 +175,7 @@ def run_samples(
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
 
-    _run_blocks(simulate, len(chosen), under_way, threads, progress)
+    under_way.run(simulate, len(chosen), threads, progress)
     return Batch(
         outputs,
         failures,
@@ -188,25 +188,6 @@ def run_samples(
         sorted(impulses, key=lambda impulse: (impulse.time, impulse.sample)),
         np.concatenate(ends, axis=1),
     )
-
-
-def _run_blocks(
-    simulate: Callable[[int], int],
-    samples: int,
-    under_way: BlocksUnderWay,
-    threads: int,
-    progress: Progress | None,
-) -> None:
-    """Simulate all blocks, and show how far they are."""
-    pace = Pace(under_way.steps, under_way.part, under_way.slowness)
-
-    def finish(block: int) -> int:
-        count = simulate(block)
-        under_way.finish(block)
-        return count
-
-    in_parallel(finish, under_way.blocks, samples, threads, progress, pace)
-    pace.end()
 
 
 def most_matrices(system: System) -> int:

@@ -20,9 +20,6 @@ from flexband.files import checksum, read_unlinked, replaced
 SEAL, DIGITS = b"\nCRC-32C ", 8
 """What stands behind the data of a file, before the digits of its checksum."""
 
-NUMBERS = "numbering"
-"""The attribute with the numbers of what has computed a dataset."""
-
 RESTORED = "`flexband run` restores it"
 """What can be done about a result that was altered."""
 
@@ -34,7 +31,7 @@ def write_netcdf(dataset: xr.Dataset, file: Path) -> None:
     checksum of the file, which `read_netcdf` checks, stands behind what other programs read.
     """
     variables = {name: _stored(variable) for name, variable in dataset.variables.items()}
-    attributes = {**dataset.attrs, NUMBERS: np.array(NUMBERING)}
+    attributes = {**dataset.attrs, "numbering": np.array(NUMBERING)}
     stored = xr.Dataset(variables, attrs=_attributes(attributes)).set_coords(dataset.coords)
     with replaced(file) as partial_file:  # `to_netcdf` would import all of Dask first
         target = ScipyDataStore(str(partial_file), mode="w", format="NETCDF3_64BIT", lock=False)
@@ -74,7 +71,7 @@ def read_netcdf(file: Path) -> xr.Dataset:
         raise InputError(f"{file} is not as written; {RESTORED}")
     with xr.open_dataset(BytesIO(content), engine="scipy", decode_times=False) as opened:
         dataset = opened.load()
-    check_numbering(str(file), dataset.attrs.pop(NUMBERS, None))
+    check_numbering(str(file), dataset.attrs.pop("numbering", None))
     return dataset.assign_attrs({k: _attribute(value) for k, value in dataset.attrs.items()})
 
 

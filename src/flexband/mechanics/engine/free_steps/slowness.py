@@ -9,9 +9,6 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.state import rows_of_gaps
 
-EVENTS = 2.0
-"""Events without a long step between them from which on these are named."""
-
 
 def slow_steps(system: System, work: WorkSpace) -> str:
     """Return what the shortest of the next steps of a block follows; "" before there is one."""
@@ -23,10 +20,11 @@ def slow_steps(system: System, work: WorkSpace) -> str:
     return f"steps of {lengths[lane]:.2g} s follow {_followed(system, work, lane)}"
 
 
-def _followed(system: System, work: WorkSpace, lane: int) -> str:
+def _followed(system: System, work: WorkSpace, lane: int, *, events: float = 2.0) -> str:
+    """Return what the steps of a lane follow; more `events` without a long step are named."""
     limit, closed = int(work.counts[3, lane]), _closed(system, work.z[:, lane])
     touching = " and ".join(map(repr, dict.fromkeys(closed)))
-    if work.steps[2, lane] > EVENTS:
+    if work.steps[2, lane] > events:
         return "events that are close together, as of contacts that bounce or of stick and slip"
     if limit == 0:
         return f"the depth of {touching}" if touching else "contacts"

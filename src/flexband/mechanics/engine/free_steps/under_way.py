@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from flexband.mechanics.assembly.structure import WorkSpace
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.free_steps.slowness import slow_steps
+from flexband.mechanics.engine.threads import in_parallel
+from flexband.progress import Pace, Progress
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,24 @@ class BlocksUnderWay:
     steps: int
     works: dict[int, WorkSpace] = field(default_factory=dict)
     finished: set[int] = field(default_factory=set)
+
+    def run(
+        self,
+        simulate: Callable[[int], int],
+        samples: int,
+        threads: int,
+        progress: Progress | None,
+    ) -> None:
+        """Simulate all blocks, and show how far they are; `simulate` returns its samples."""
+        pace = Pace(self.steps, self.part, self.slowness)
+
+        def finish(block: int) -> int:
+            count = simulate(block)
+            self.finish(block)
+            return count
+
+        in_parallel(finish, self.blocks, samples, threads, progress, pace)
+        pace.end()
 
     def part(self) -> float:
         """Return the part of all steps that is done; it grows."""

@@ -318,7 +318,7 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
         change = correct(structure, method, values, z, a, r, active)
         if not first:
             store(rate, 0, where(active, change / previous, load(rate, 0)))
-        previous, first = change, False
+        previous, first = (change if first else where(active, change, previous)), False
         q = maximum(load(rate, 0), filled(1e-3))
         error = where(less(q, filled(0.9)), q / (1.0 - q) * change, 1e3 * change)
         if rough:  # after reactions have changed, what is left is soon due to rounding alone

@@ -146,15 +146,14 @@ class DynamicResponse(SensorResponse):
         """Return what it says about itself.
 
         Its discretization is the step [s] and the number of elements of each flexible member. Half
-        the step is finer, and so are twice the elements. Where samples choose their steps it is the
-        tolerance of a step in place of the step, and an eighth is finer: a step of half the length
-        has an eighth of the error. Contacts and friction are its impacts.
+        the step is finer, and so are twice the elements. Where samples choose their steps, up to
+        that one, an eighth of their tolerance goes with half the step. Contacts and friction are
+        its impacts.
         """
         mechanism = self.built(values)
         elements = elements_of(mechanism, self.element_parts)
         limits = self._integrator(mechanism).step_limits(mechanism.state, self.step)
-        shorter = replace(self, chosen_parts=2 * self.chosen_parts, given=self.given or self)
-        finer = {"step": shorter if limits else self.refined(element_parts=1)}
+        finer = {"step": self.refined(element_parts=1)}
         if elements:
             finer["elements"] = self.refined(step_parts=1)
         open_step, open_mesh = not self.given_step, bool(mechanism.without_elements)
@@ -278,8 +277,7 @@ class DynamicResponse(SensorResponse):
         """Return in words what is finer than in the response that this is a refinement of."""
         if self.given is None:
             return ""
-        shorter = self.chosen_parts // self.given.chosen_parts
-        parts = max(round(self.given.step / self.step), shorter), self.element_parts
+        parts = round(self.given.step / self.step), self.element_parts
         words = zip(("steps", "elements"), parts, strict=True)
         text = " and ".join(f"{n} times finer {name}" for name, n in words if n > 1)
         return f" with {text}" if text else ""

@@ -62,20 +62,30 @@ def first_in_line(structure, k):
 
 
 @compiled
+def sum_up_line(structure, values, z, first):
+    """Return λ, the normal force, and what they can hold, of the closed ones of a line."""
+    friction, rows, none = structure.friction, friction_rows(structure.state), filled(0.0)
+    force, N, hold, n = none, none, none, first
+    while n >= 0:
+        closed = is_closed(structure, z, n)
+        normal = where(closed, load(z, rows.normal + n), none)
+        N, hold = N + normal, hold + load(values.friction.static, n) * normal
+        force = force + where(closed, load(z, structure.state.friction + n), none)
+        n = friction.later[n]
+    return force, N, hold
+
+
+@compiled
 def sums_of_line(structure, values, z, k):
-    """Return λ, the normal force, and what it can hold, summed up over the line of k."""
-    state, friction, rows = structure.state, structure.friction, friction_rows(structure.state)
-    force, N = load(z, state.friction + k), load(z, rows.normal + k)
+    """Return λ, the normal force, and what it can hold, of k or, where it is closed, its line."""
+    force = load(z, structure.state.friction + k)
+    N = load(z, friction_rows(structure.state).normal + k)
     hold = load(values.friction.static, k) * N
     if is_in_line(structure, k):
-        none = filled(0.0)
-        force, N, hold, n = none, none, none, first_in_line(structure, k)
-        while n >= 0:
-            closed = is_closed(structure, z, n)
-            normal = where(closed, load(z, rows.normal + n), none)
-            N, hold = N + normal, hold + load(values.friction.static, n) * normal
-            force = force + where(closed, load(z, state.friction + n), none)
-            n = friction.later[n]
+        closed, first = is_closed(structure, z, k), first_in_line(structure, k)
+        of_line = sum_up_line(structure, values, z, first)
+        force, N = where(closed, of_line[0], force), where(closed, of_line[1], N)
+        hold = where(closed, of_line[2], hold)
     return force, N, hold
 
 
@@ -85,7 +95,7 @@ def share_in_line(structure, values, z):
     state, rows = structure.state, friction_rows(structure.state)
     for k in range(rows.frictions):
         if structure.friction.earlier[k] < 0 and is_in_line(structure, k):
-            force, _, hold = sums_of_line(structure, values, z, k)
+            force, _, hold = sum_up_line(structure, values, z, k)
             shared = less(filled(0.0), hold)
             part = force / where(shared, hold, filled(1.0))
             n = k

@@ -8,8 +8,8 @@ from benchmarks.honesty.contact_mechanisms import FAMILIES
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", ["worn pin", "rough crank", "guide with play"])
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5])
+@pytest.mark.parametrize("name", ["worn pin", "guide with play"])
+@pytest.mark.parametrize("tolerance", [1e-4])
 def test_a_sample_is_the_same_alone_and_in_a_batch(name, tolerance):
     """With long steps, in which Newton's method needs several matrices for some of the samples."""
     family = FAMILIES[name]

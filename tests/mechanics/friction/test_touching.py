@@ -96,7 +96,7 @@ def box(push, law, *, width=0.2, height=0.1, apart=0.0, friction=0.3, corners=2)
 
 
 @pytest.mark.parametrize("corners", [2, 3])
-@pytest.mark.parametrize("apart", [0.0, 1e-12, -1e-12, 1e-7])
+@pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-7])
 @pytest.mark.parametrize("push", [0.2, 2.8])
 def test_a_box_at_rest_on_rough_corners(push, apart, corners):
     """Its corners carry the weight and the moment of the push, and friction holds the push."""

@@ -433,6 +433,25 @@ def row(name: str, cases: Sequence[dict[str, Any]]) -> list[str]:
     ]
 
 
+def judged_cases(
+    path: str, seeds: Sequence[int], judge: Callable[[int], dict[str, Any]]
+) -> list[dict[str, Any]]:
+    """Return the judged cases of seeds, with a "seed" each; those in a file are not judged again.
+
+    The file has a line for each. It is made if it is missing.
+    """
+    file = Path(path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    known = {case["seed"]: case for case in map(json.loads, lines)}
+    for seed in seeds:
+        if seed not in known:
+            known[seed] = judge(seed)
+            with file.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(known[seed]) + "\n")
+    return [known[seed] for seed in seeds]
+
+
 HEADER = [
     "family", "mechanisms", "failed", "runs", "true error [%]", "claim [%]", "sampled",
     "true error before the horizon [%]", "claim there [%]", "PASS", "FAIL", "UNDECIDED", "CPU [s]",
@@ -447,18 +466,9 @@ def main() -> None:
         file=("output/contact_claims.jsonl", "one line for each mechanism that was judged"),
         longer=(1.0, "factor of the durations; chaotic mechanisms only, if it is not 1"),
     )
-    file = Path(chosen.file)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-    known = {case["seed"]: case for case in map(json.loads, lines)}
     seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    for seed in seeds:
-        if seed not in known:
-            method = fb.AdaptivePCCI(TOLERANCE, correct=False)
-            known[seed] = judged(seed, method, chosen.longer)
-            with file.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(known[seed]) + "\n")
-    cases = [known[seed] for seed in seeds]
+    method = fb.AdaptivePCCI(TOLERANCE, correct=False)
+    cases = judged_cases(chosen.file, seeds, lambda seed: judged(seed, method, chosen.longer))
     families = {case["family"] for case in cases}
     rows = [
         row(name, [c for c in cases if c["family"] == name])

@@ -13,17 +13,15 @@ goes on where it was stopped.
 
 from __future__ import annotations
 
-import json
 import warnings
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import flexband as fb
 from benchmarks.harness import options, report
-from benchmarks.honesty.contact_claims import Drawn, draw, varying_outputs
+from benchmarks.honesty.contact_claims import Drawn, draw, judged_cases, varying_outputs
 from benchmarks.honesty.problems import Bands
 from benchmarks.honesty.rates import FACTOR, outcome, widths
 
@@ -114,17 +112,8 @@ def main() -> None:
         seed=(1, "first seed; those of documented tables must not be looked at before"),
         file=("output/step_tolerances.jsonl", "one line for each mechanism that was judged"),
     )
-    file = Path(chosen.file)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-    known = {case["seed"]: case for case in map(json.loads, lines)}
     seeds = range(chosen.seed, chosen.seed + chosen.samples)
-    for seed in seeds:
-        if seed not in known:
-            known[seed] = judged(seed)
-            with file.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(known[seed]) + "\n")
-    cases = [known[seed] for seed in seeds]
+    cases = judged_cases(chosen.file, seeds, judged)
     rows = [
         row("left out" if tolerance is None else f"{tolerance:g}", of_one)
         for tolerance in TOLERANCES

@@ -20,16 +20,22 @@ OLDER = Path(__file__).parent / "results_of_ce872fc.zip"
 RESTORED = "`flexband run` restores it"
 
 
+def unpacked(archive, name, path):
+    """Return the folder of a study in an archive, beside its file."""
+    with zipfile.ZipFile(archive) as opened:
+        opened.extractall(path)
+    file = path / name / "study.json"
+    about = json.loads(file.read_text(encoding="utf-8"))
+    about["file"] = str(path / f"{name}.py")
+    file.write_text(json.dumps(about), encoding="utf-8")
+    return path / name
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The folder of a study, beside its file."""
     monkeypatch.chdir(tmp_path)
-    with zipfile.ZipFile(OLDER) as archive:
-        archive.extractall(tmp_path)
-    about = json.loads(Path("decay/study.json").read_text(encoding="utf-8"))
-    about["file"] = str(tmp_path / "decay.py")
-    Path("decay/study.json").write_text(json.dumps(about), encoding="utf-8")
-    return tmp_path / "decay"
+    return unpacked(OLDER, "decay", tmp_path)
 
 
 def call(*words, status=0):
@@ -87,12 +93,7 @@ AGAIN = "computes runs and answers otherwise now; `flexband run` computes them a
 def bob(tmp_path, monkeypatch):
     """The folder of a study with lower numbers, beside its file."""
     monkeypatch.chdir(tmp_path)
-    with zipfile.ZipFile(OUTDATED) as archive:
-        archive.extractall(tmp_path)
-    about = json.loads(Path("bob/study.json").read_text(encoding="utf-8"))
-    about["file"] = str(tmp_path / "bob.py")
-    Path("bob/study.json").write_text(json.dumps(about), encoding="utf-8")
-    return tmp_path / "bob"
+    return unpacked(OUTDATED, "bob", tmp_path)
 
 
 @pytest.mark.parametrize(

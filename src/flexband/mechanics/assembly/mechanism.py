@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -516,16 +516,18 @@ class Mechanism:
     @cached_property
     def rubbed_rows(self) -> dict[int, int]:
         """Of each friction of a contact, the row of z with the force of the contact."""
-        rows = {name: iter(self._law_rows(name)) for name in self.entries}
-        frictions = enumerate(self.frictions)
-        return {k: next(rows[name]) for k, (name, f) in frictions if f.sliding.action}
+        return self._by_contact(self._law_rows)
 
     @cached_property
     def rubbed_gaps(self) -> dict[int, int]:
         """Of each friction of a contact, the number of the gap of the contact."""
-        gaps = {name: iter(self._gaps_of(name)) for name in self.entries}
+        return self._by_contact(self._gaps_of)
+
+    def _by_contact(self, numbers_of: Callable[[str], list[int]]) -> dict[int, int]:
+        """Return for each friction of a contact its own of the numbers of its part."""
+        numbers = {name: iter(numbers_of(name)) for name in self.entries}
         frictions = enumerate(self.frictions)
-        return {k: next(gaps[name]) for k, (name, f) in frictions if f.sliding.action}
+        return {k: next(numbers[name]) for k, (name, f) in frictions if f.sliding.action}
 
     def _gaps_of(self, part: str) -> list[int]:
         """Return the numbers of the gaps of a load or joint."""

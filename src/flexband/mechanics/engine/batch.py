@@ -174,7 +174,6 @@ def run_samples(
 
     if not (free_dynamics if limits else dynamics).codes:
         while_compiling(lambda: run_block(packed(0), 1))
-
     under_way.run(simulate, len(chosen), threads, progress)
     return Batch(
         outputs,

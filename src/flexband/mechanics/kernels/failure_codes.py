@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flexband.mechanics.kernels.lanes import compiled, filled, load, store, where
+
 
 class FailureCodes(NamedTuple):
     """The first number of a sample's failure, see `entries`: 1, 2, …, or 0 for none."""
@@ -28,3 +30,12 @@ class FailureCodes(NamedTuple):
 
 
 FAILURE = FailureCodes(*(1.0 + k for k in range(len(FailureCodes._fields))))
+
+
+@compiled
+def note_failure(failure, code, lanes):
+    """Note a code in the `lanes` that have not failed so far; return which these are."""
+    known = load(failure, 0)
+    new = where(known, filled(0.0), lanes)
+    store(failure, 0, where(new, filled(code), known))
+    return new

@@ -16,7 +16,7 @@ from flexband.mechanics.engine.free_steps.stick_slip import settle_modes, update
 from flexband.mechanics.engine.generalized_alpha import go_back, keep_state, restart
 from flexband.mechanics.engine.projection import share
 from flexband.mechanics.kernels.equations import watch
-from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -25,7 +25,6 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
-    store,
     where,
 )
 from flexband.mechanics.kernels.laws.gaps import update_gap_rates
@@ -73,8 +72,7 @@ def begin_friction(structure, method, values, work, limits, failure, fresh):
         share(structure, values, now, work, left_out)
     restart(structure, work, fresh)
     update_margins(structure, values, now, work, limits, step)
-    known = load(failure, 0)
-    store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
+    note_failure(failure, FAILURE.jammed, jammed)
 
 
 @compiled

@@ -14,7 +14,6 @@ no solution, or several, and is refused.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,16 +24,18 @@ from flexband.mechanics.engine.projection import mass_matrix, refine
 from flexband.mechanics.kernels.angles import pass_on_moments
 from flexband.mechanics.kernels.constraints import (
     add_constraints,
-    add_products,
     subtract_velocity_errors,
 )
 from flexband.mechanics.kernels.equations import residual, tangent, update_dependent
 from flexband.mechanics.kernels.factorization import factorize, solve
-from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.friction.modes import MODE, sticks
 from flexband.mechanics.kernels.friction.rows import (
     FOLLOW,
+    coefficient,
+    first_component,
     subtract_speed_errors,
+    update_components,
     update_distances,
 )
 from flexband.mechanics.kernels.lanes import (
@@ -47,7 +48,6 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
-    power,
     sqrt,
     store,
     where,
@@ -137,11 +137,9 @@ def stick_instead(structure, z, chosen):
 @compiled
 def set_normal_impulses(structure, values, now, z):
     """Set the normal forces of frictions from what is in the place of the reactions of joints."""
-    friction, state, rows = structure.friction, structure.state, friction_rows(structure.state)
-    components = state.gap - 2 * len(friction.of_components)
-    for row in range(components, state.gap):
-        store(z, row, filled(0.0))
-    add_products(friction.normals, values.friction.normals, values.functions, now, z, z, 1.0)
+    friction, rows = structure.friction, friction_rows(structure.state)
+    components = first_component(structure)
+    update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
     for n in range(len(friction.of_components)):
@@ -154,10 +152,8 @@ def set_normal_impulses(structure, values, now, z):
 @compiled
 def sliding_impulse(structure, values, z, k):
     """Return ±µ(u) p_n of friction k; 0 of what is free."""
-    numbers, rows = values.friction, friction_rows(structure.state)
-    u = load(z, rows.speed + k)
-    decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
-    mu = load(numbers.kinetic, k) + load(numbers.rise, k) * decay
+    rows = friction_rows(structure.state)
+    mu = coefficient(values, k, load(z, rows.speed + k))
     return load(z, rows.mode + k) * mu * load(z, rows.normal + k)
 
 
@@ -400,10 +396,8 @@ def strike_by_drive(structure, method, values, now, work, limits, chosen):
 @compiled
 def strike_at_start(structure, method, values, work, limits, failure):
     """Perform `strike_parts` in all lanes at the start, and note where it is refused."""
-    everywhere, known = filled(1.0), load(failure, 0)
-    now = np.int64(0)
+    everywhere, now = filled(1.0), np.int64(0)
     update_dependent(structure, values, now, work.z)
     keep_state(structure, work)
     refused = strike_parts(structure, method, values, now, work, limits, everywhere, False)
-    code = where(refused, filled(FAILURE.jammed), known)
-    store(failure, 0, where(known, known, code))
+    note_failure(failure, FAILURE.jammed, refused)

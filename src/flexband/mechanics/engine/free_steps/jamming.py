@@ -16,12 +16,16 @@ from flexband.mechanics.engine.free_steps.effective_mass import factorize_fricti
 from flexband.mechanics.engine.generalized_alpha import go_back, keep_state
 from flexband.mechanics.engine.projection import refine
 from flexband.mechanics.kernels.angles import pass_on_moments
-from flexband.mechanics.kernels.constraints import add_constraints, add_products
+from flexband.mechanics.kernels.constraints import add_constraints
 from flexband.mechanics.kernels.equations import update_dependent
 from flexband.mechanics.kernels.factorization import solve
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.friction.modes import sticks
-from flexband.mechanics.kernels.friction.rows import update_distances
+from flexband.mechanics.kernels.friction.rows import (
+    first_component,
+    update_components,
+    update_distances,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,
@@ -53,20 +57,11 @@ JAMMING = JammingOptions()
 
 
 @compiled
-def set_components(structure, values, now, z):
-    """Set the components of normal forces from the reactions that friction follows."""
-    friction, state = structure.friction, structure.state
-    for row in range(state.gap - 2 * len(friction.of_components), state.gap):
-        store(z, row, filled(0.0))
-    add_products(friction.normals, values.friction.normals, values.functions, now, z, z, 1.0)
-
-
-@compiled
 def pass_through(structure, values, now, work):
     """Replace changes of what slides, in `work.s`, by those that they cause through reactions."""
     z, r, x, state, friction = work.z, work.r, work.s, structure.state, structure.friction
     rows, joints, none = friction_rows(state), reaction_rows(state), filled(0.0)
-    components = state.gap - 2 * len(friction.of_components)
+    components = first_component(structure)
     clear(r, state.velocity + 1)  # the last row may not be finite
     for k in range(rows.frictions):
         store(z, state.friction + k, load(x, k))
@@ -78,7 +73,7 @@ def pass_through(structure, values, now, work):
     refine(structure, values, work, r)
     for k in range(joints.number):
         store(z, joints.reaction + k, load(r, state.multiplier + k))
-    set_components(structure, values, now, z)
+    update_components(structure, values, now, z)
     for k in range(rows.frictions):
         store(x, k, none)
     for n in range(len(friction.of_components)):
@@ -104,8 +99,8 @@ def gain_of_friction(structure, values, now, work):
     keep_state(structure, work)
     update_dependent(structure, values, now, z)
     update_distances(structure, values, z)
-    set_components(structure, values, now, z)
-    for row in range(structure.state.gap - 2 * len(friction.of_components), structure.state.gap):
+    update_components(structure, values, now, z)
+    for row in range(first_component(structure), structure.state.gap):
         store(work.before, row, load(z, row))
     for row in range(structure.state.multiplier, structure.state.angle):
         store(z, row, filled(0.0))  # they may not be finite

@@ -46,7 +46,7 @@ from flexband.mechanics.engine.generalized_alpha import (
 )
 from flexband.mechanics.kernels.equations import sense, watch
 from flexband.mechanics.kernels.extremes import minimum
-from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.friction.rows import begin_sticking
 from flexband.mechanics.kernels.lanes import (
@@ -248,10 +248,7 @@ def leave(structure, method, limits, values, work, n, chosen, outputs, failure):
         go_back(structure, work, where(still, none, filled(1.0)))
         step = load(work.steps, 0)
         _, more = switch(structure, method, values, work, step, moment, limits, still)
-        jammed = maximum(jammed, more)
-        known = load(failure, 0)
-        store(failure, 0, where(known, known, where(jammed, filled(FAILURE.jammed), known)))
-        jammed = where(known, none, jammed)
+        jammed = note_failure(failure, FAILURE.jammed, maximum(jammed, more))
         store(failure, 1, where(jammed, load(values.numbers, n), load(failure, 1)))
         follow_depths(structure, values, z, still)
     sensed, rows = outputs[rounds + 1], outputs[n]

@@ -122,15 +122,36 @@ def hold_circles(structure, values, z, r):
 
 
 @compiled
+def first_component(structure):
+    """Return the first row of the components of normal forces."""
+    return structure.state.gap - 2 * len(structure.friction.of_components)
+
+
+@compiled
+def update_components(structure, values, now, z):
+    """Set the components of normal forces."""
+    for row in range(first_component(structure), structure.state.gap):
+        store(z, row, filled(0.0))
+    normals, coefficients = structure.friction.normals, values.friction.normals
+    add_products(normals, coefficients, values.functions, now, z, z, 1.0)
+
+
+@compiled
+def coefficient(values, k, u):
+    """Return µ(u) of friction k at a sliding speed."""
+    numbers = values.friction
+    decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
+    return load(numbers.kinetic, k) + load(numbers.rise, k) * decay
+
+
+@compiled
 def update_friction(structure, values, now, z, r):
     """Set the normal forces, the sliding speeds, and λ of what slides; r is zero in its rows."""
     friction, numbers, state = structure.friction, values.friction, structure.state
-    rows, components = friction_rows(state), state.gap - 2 * len(friction.of_components)
+    rows, components = friction_rows(state), first_component(structure)
     for k in range(rows.frictions):
         store(z, rows.normal + k, filled(0.0))
-    for row in range(components, state.gap):
-        store(z, row, filled(0.0))
-    add_products(friction.normals, numbers.normals, values.functions, now, z, z, 1.0)
+    update_components(structure, values, now, z)
     for n in range(len(friction.of_components)):
         row, k = components + 2 * n, friction.of_components[n]
         x, y = load(z, row), load(z, row + 1)
@@ -142,9 +163,7 @@ def update_friction(structure, values, now, z, r):
         u, N, sign = -load(r, row), load(z, rows.normal + k), load(z, rows.mode + k)
         store(r, row, filled(0.0))
         store(z, rows.speed + k, u)
-        decay = power(filled(math.e), -u * u * load(numbers.inverse_square, k))
-        mu = load(numbers.kinetic, k) + load(numbers.rise, k) * decay
-        force = sign * mu * N + load(numbers.viscous, k) * u
+        force = sign * coefficient(values, k, u) * N + load(numbers.viscous, k) * u
         force = where(sign, where(less(filled(0.0), N), force, filled(0.0)), filled(0.0))
         store(z, row, where(sticks(state, z, k), load(z, row), force))
 

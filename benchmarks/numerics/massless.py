@@ -72,7 +72,7 @@ def chain(rng: np.random.Generator) -> Draw:
             joints[f"M{k}"] = "pin", (f"m{k}", "centre"), (f"b{k}", "end")
         if rng.random() < 0.3:
             before = parts[f"b{k - 1}"].angle if k else 0.0
-            rest = float((parts[f"b{k}"].angle - before + np.pi) % (2 * np.pi) - np.pi)
+            rest = float(parts[f"b{k}"].angle - before)
             springs.append(("turn", (f"b{k}", "start"), last, rng.uniform(1, 30), rest,
                             rng.choice([0.0, 0.05])))  # fmt: skip
         at, last = end, (f"b{k}", "end")

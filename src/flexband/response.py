@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from typing import Any, NamedTuple, TypeVar
 
 Answer = TypeVar("Answer")
@@ -69,6 +70,18 @@ class Response(ABC):
     def description(self, **values: Any) -> Description:
         """Return what it says about itself; values are those of a call, as in all methods."""
         return Description()
+
+    @property
+    def branch(self) -> str:
+        """Text that tells its runs from those that follow other inputs, where they may differ."""
+        return ""
+
+    def following(self, **nominal: Any) -> Response:
+        """Return the response whose runs follow that of nominal values by continuity.
+
+        It matters for what is known but for whole turns, as angles are.
+        """
+        return self
 
     def refinements(self, **values: Any) -> Mapping[str, Response]:
         """Return the response on finer discretizations, by the name of what is finer."""
@@ -154,6 +167,16 @@ class WrappingResponse(FunctionResponse):
     @property
     def source(self) -> Response:
         return as_response(self.function).source
+
+    @property
+    def branch(self) -> str:
+        return as_response(self.function).branch
+
+    def following(self, **nominal: Any) -> Response:
+        bound = copy(self)
+        function = as_response(self.function).following(**nominal).original
+        object.__setattr__(bound, "function", function)
+        return bound
 
     def description(self, **values: Any) -> Description:
         return as_response(self.function).description(**values)

@@ -183,7 +183,9 @@ def test_a_closed_stop_that_is_moved_deeper_is_refused_with_its_depth(closed):
     if closed:
         fb.simulate(pressed(0.0), duration=0.1, step=0.02, start=first)
     else:
-        with pytest.raises(AssemblyError, match=r"contact 'stop' overlap at the start, by 0\.010"):
+        with pytest.raises(
+            AssemblyError, match=r"contact 'stop' is closed at the start, by 0\.010"
+        ):
             fb.simulate(pressed(0.0), duration=0.1, step=0.02, start=first)
 
 

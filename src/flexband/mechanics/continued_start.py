@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -13,9 +12,11 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
+from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.engine.batch import Begun, Run, Start, begin
+from flexband.mechanics.assembly.turns import nearest
+from flexband.mechanics.engine.batch import Batch, Begun, Run, Start, begin
 from flexband.mechanics.engine.batch import run as run_task
 from flexband.mechanics.engine.corrections import Corrections
 from flexband.mechanics.engine.entries import STRIKE
@@ -50,9 +51,20 @@ class EndState:
         return f"<state of {number_of(self.samples, 'sample')} at t = {self.time:g} s>"
 
 
-def end_state(system: System, ends: np.ndarray, time: float, spectral_radius: float) -> EndState:
-    """Return the state at the end of a motion from its `ends`, see `Batch`."""
+def end_state(system: System, batch: Batch, time: float, spectral_radius: float) -> EndState:
+    """Return the state at the end of a motion."""
+    ends = batch.ends
     parts = {label: ends[rows] for label, rows in _labels(system).items()}
+    start = ends[-system.structure.state.multiplier :]
+    mechanism = system.mechanism
+    turning = [name for name, body in mechanism.bodies.items() if body.size > 2]
+    for k, (name, (_, vector)) in enumerate(zip(turning, mechanism.turning, strict=False)):
+        before, after = (
+            np.arctan2(*(form.at([*q]) for form in vector[::-1])) for q in (start, ends)
+        )
+        begun = nearest(before, mechanism.drawn(vector))
+        change = nearest(after - before, batch.turned[:, k, 1])
+        parts["turn", name, 0] = np.atleast_2d(begun + change)
     return EndState(time, spectral_radius, _meshes(system), parts)
 
 
@@ -106,15 +118,27 @@ def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
         place = slice(first, first + len(given))
         return np.where(known[place], ends[place], given)
 
+    turns = {name: part[0] for (kind, name, _), part in state.parts.items() if kind == "turn"}
+    turns = {name: turn for name, turn in turns.items() if name in system.mechanism.bodies}
+    mechanism = replace(system.mechanism, branches=turns)
+    angles = slice(rows.angle, rows.velocity)
+    drawn = np.broadcast_to(stack(mechanism.drawn_angles), (rows.velocity - rows.angle, samples))
+    ends[angles] = np.where(known[angles], ends[angles], drawn)
     values = system.values
     values = values._replace(
+        drawn=ends[angles],
         start=ends[: rows.coordinates + 1],
         velocity=ends[rows.velocity : rows.acceleration],
         law_states=carried(rows.law_state, values.law_states),
         springs=values.springs._replace(rest=carried(first_rest, values.springs.rest)),
     )
     continuing = replace(
-        system, values=values, given=values.start, samples=samples, first_time=state.time
+        system,
+        values=values,
+        given=values.start,
+        samples=samples,
+        first_time=state.time,
+        mechanism=mechanism,
     )
     return continuing, ContinuedStart(ends, known, state.spectral_radius, np.zeros(samples))
 
@@ -141,16 +165,12 @@ class ContinuedStart(Start):
         laws = slice(state.law_state, state.sliding)
         stuck = slice(state.sliding, state.sliding + 2 * (state.angle - state.friction))
         keeps_rule = self.known[laws].all()
-        springs, places = system.structure.springs, [*accumulate(_sizes(system))]
-        new = ~self.known[places[1] : places[2]][springs.translational :]
-        first, second_angle = state.angle + springs.vector[springs.translational :].reshape(-1, 2).T
+        places = [*accumulate(_sizes(system))]
 
         def begin_block(number: int, values: Values) -> Begun:
             lanes = to_lanes(self.ends[:, run.samples], number)
-            z, a, _, steps, anew, _ = np.split(lanes, places)
+            z, a, _, steps, anew, _, _ = np.split(lanes, places)
             apart = np.abs(constraint_errors(system, values, z))
-            turns = np.round((z[first] - z[second_angle]) / math.tau)
-            values.springs.rest[springs.translational :] += np.where(new, math.tau * turns, 0.0)
             size = 1 / values.inverse_scale[1]
             work, failure = begin(system, values, z)
             # accelerations change by what they jump, the method's only if that is less than its
@@ -231,7 +251,8 @@ def _lost_energy(
 def _sizes(system: System) -> tuple[int, ...]:
     """Return the numbers of rows of what is kept, see `Batch.ends`."""
     state, springs = system.structure.state, len(system.structure.springs.f)
-    return state.rows, state.coordinates + 1, springs, STEP_ROWS, state.coordinates + 1
+    each = state.coordinates + 1
+    return state.rows, each, springs, STEP_ROWS, each, each
 
 
 def _meshes(system: System) -> dict[str, tuple]:
@@ -247,7 +268,7 @@ def _meshes(system: System) -> dict[str, tuple]:
 def _labels(system: System) -> dict[Label, np.ndarray]:
     """Return the rows of the end of a motion that belong to each label."""
     mechanism, state = system.mechanism, system.structure.state
-    a, rest, steps, anew, _ = accumulate(_sizes(system))
+    a, rest, steps, anew, *_ = accumulate(_sizes(system))
     labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
     for name, body in mechanism.bodies.items():
         n = mechanism.first_coordinates[name] + np.arange(body.size)
@@ -259,6 +280,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     angles += [owner for owner, s in mechanism.springs if s.torsion for _ in s.vectors]
     angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
     angles += [owner for owner, entry in entries for _ in entry.moments]
+    angles += [f"sensors of {point}" for point in mechanism.sensor_points]
     labels |= _numbered("angle", angles, state.angle)
     labels |= _numbered("spring", [owner for owner, _ in mechanism.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]

@@ -10,7 +10,6 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import assemble
-from flexband.mechanics.block_equilibria import block_equilibria
 from flexband.mechanics.engine.batch import derive
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import statics
@@ -19,6 +18,7 @@ from flexband.mechanics.engine.redundancy import dependent, require_inertia, war
 from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, thread_count, while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.sensors.extremes import refuse_over_steps
 from flexband.words import number_of
 
@@ -72,6 +72,7 @@ def equilibrium(
     """
     check_instance("mechanism", mechanism, Mechanism)
     refuse_over_steps(mechanism.sensors)
+    mechanism.warn_of_windings()
     mechanism = mechanism.at_rest()
     steps, at = check_steps(steps), check_time(time)
     threads = thread_count(threads)

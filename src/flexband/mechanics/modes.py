@@ -31,13 +31,13 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.block_modes import ModeSolver, SampleModes
 from flexband.mechanics.bodies.body import Point, point
 from flexband.mechanics.engine.entries import statics
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.threads import interruptible, while_compiling
 from flexband.mechanics.equilibrium import check_steps
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.linearization.block_modes import ModeSolver, SampleModes
 from flexband.mechanics.linearization.linearize import Spin
 from flexband.mechanics.linearization.thickness import Thickness
 from flexband.mechanics.sensors.extremes import refuse_over_steps

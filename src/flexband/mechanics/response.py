@@ -24,6 +24,7 @@ from flexband.errors import (
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.branches import Branch
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.linearization.mobility import instantaneous
@@ -46,6 +47,7 @@ class MechanismResponse(Response):
     """A response whose arguments are those of a function that builds a mechanism."""
 
     builder: Callable[..., Mechanism]
+    followed: Branch | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     refines = True
 
@@ -63,7 +65,18 @@ class MechanismResponse(Response):
         mechanism = self.builder(**values)
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
-        return mechanism
+        if self.followed is None:
+            return mechanism
+        return self.followed.lead(self.builder, mechanism, values)
+
+    def following(self, **nominal: Argument) -> MechanismResponse:
+        """Return the response whose bodies' angles are on the turns that nominal values lead to."""
+        return replace(self, followed=Branch.of(self.builder, nominal))
+
+    @property
+    def branch(self) -> str:
+        """Where bodies' angles are at the nominal values, if that is far from 0."""
+        return str(self.followed or "")
 
     def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
         """Return the vector or tensor of each output, by sensor and unit, and all tensors."""

@@ -40,7 +40,6 @@ from flexband.mechanics.engine.redundancy import (
 from flexband.mechanics.engine.step_check import (
     remark_on_few_steps,
     warn_of_large_steps,
-    warn_of_missed_turns,
 )
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import interruptible, thread_count
@@ -209,6 +208,7 @@ def simulated(
     system, begins = started(mechanism, start, period, float(grid.step), slow)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
+    mechanism.warn_of_windings()
     free = integrator.step_limits(system.structure.state, grid.step)
     check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()
@@ -239,9 +239,7 @@ def simulated(
         batch.outputs[list(error.failures)] = np.nan
         error.results = result
         raise
-    if free:
-        warn_of_missed_turns(batch.turned, system, times)
-    else:
+    if not free:
         warn_of_large_steps(batch.turned, system, times, integrator)
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
@@ -250,7 +248,7 @@ def simulated(
     result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
-        result.attrs["state"] = end_state(system, batch.ends, end, integrator.spectral_radius)
+        result.attrs["state"] = end_state(system, batch, end, integrator.spectral_radius)
     if len(again) and complete:  # all are completed
         result.attrs["halved_step"] = again.tolist()
     if batch.starts:

@@ -12,11 +12,11 @@ from flexband.errors import InputError, check_numbers, check_option, check_posit
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
-from flexband.mechanics.block_equilibria import block_equilibria
 from flexband.mechanics.continued_start import continued, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.ramps import slowed
 
@@ -27,6 +27,7 @@ class StaticStart(Start):
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""
+        state = run.system.structure.state
 
         def begin_block(number: int, values: Values) -> Begun:
             count = min(WIDTH, len(run.samples) - number * WIDTH)
@@ -41,6 +42,8 @@ class StaticStart(Start):
                     z[:, lane] = balance.z
                     if not balance.stable:
                         failed[:3, lane] = FAILURE.unstable, 0.0, -1.0
+            angles = slice(state.angle, state.velocity)
+            work.z[angles] = z[angles]  # turns are counted on the way
             failure = hold(run.system, values, work, z, velocities=False)
             return Begun(work, np.where(failed[0] > 0, failed, failure), assembled)
 

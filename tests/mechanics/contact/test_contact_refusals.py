@@ -79,7 +79,7 @@ def test_bodies_that_overlap_at_the_start_are_refused_with_their_depth():
         sensors={"x": fb.Position("m")},
     )
     with pytest.raises(
-        fb.errors.RunError, match=r"sample 1, .*contact 'floor' overlap at the start, by 0\.02"
+        fb.errors.RunError, match=r"sample 1, .*contact 'floor' is closed at the start, by 0\.02"
     ):
         fb.simulate(model, duration=0.1, step=0.01)
 

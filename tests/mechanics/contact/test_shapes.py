@@ -163,7 +163,7 @@ def test_an_overlap_is_relaxed_by_a_start_at_rest():
         bodies=model.bodies, loads=model.loads, sensors=model.sensors,
         joints={"guide": fb.Slot("m", (0.0, 0.0), axis=(0.0, 1.0))},
     )  # fmt: skip
-    with pytest.raises(fb.errors.AssemblyError, match=r"'table' overlap at the start, by 0\.001"):
+    with pytest.raises(fb.errors.AssemblyError, match=r"'table' is closed at the start, by 0\.001"):
         fb.simulate(guided, duration=0.1, step=0.01)
     motion = fb.simulate(guided, duration=0.1, step=0.01, start="static")
     height = motion.sel(output="x_Y").values

@@ -24,7 +24,6 @@ def wheel(height, radius=0.1, friction=0.5):
     )
 
 
-@pytest.mark.filterwarnings("ignore:.*may miss turns")
 @pytest.mark.parametrize("step", [1e-3, 0.05, 0.5])
 @pytest.mark.parametrize("radius", [0.01, 0.1, 1.0])
 @pytest.mark.parametrize("apart", [0.0, 1e-16, -1e-16, 3e-10, -3e-10])

@@ -11,7 +11,7 @@ from flexband.analysis.verification.expanded_runs import Points, Runs
 from flexband.errors import InputError, check_function
 from flexband.execution.store import as_store
 from flexband.progress import Advance
-from flexband.response import ResponseFunction
+from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import Space, check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of
 from flexband.uncertainty.runs.evaluated import Evaluated
@@ -36,6 +36,7 @@ def plain_runs(
         )
     placed, explored = located(response, inputs, as_store(options.store))
     space = Space(placed)
+    about = space.followed(as_response(response))
     with evaluations(response, placed, options) as evaluate:
 
         def runs_of(advance: Advance) -> Runs:
@@ -43,7 +44,7 @@ def plain_runs(
 
             def run(points: Points) -> Evaluated:
                 nonlocal labels
-                made = evaluate(response, space, "", points, labels, advance)
+                made = evaluate(about, space, about.branch, points, labels, advance)
                 labels = made.labels
                 return made
 

@@ -45,7 +45,11 @@ def runs_as_expanded(
         def runs_of(surrogate: Surrogate, case: str, advance: Advance) -> Runs:
             with without_warnings(ResolutionWarning, StrainWarning):
                 expanded_response, finer = as_expanded(surrogate, response)
-            space, labels, known = surrogate.space, surrogate.labels, setting(case, finer)
+            space, labels, known = (
+                surrogate.space,
+                surrogate.labels,
+                setting(case, finer, expanded_response.branch),
+            )
             if more_times:
                 arguments = space.arguments_at(*space.nominal())
                 expanded_response = (
@@ -71,7 +75,8 @@ def runs_as_expanded(
 def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
     halved = list(surrogate.diagnostics.attrs.get("halved", []))
-    response, space = as_response(function), surrogate.space
+    space = surrogate.space
+    response = space.followed(as_response(function))
     values = space.arguments_at(*space.nominal())
     description = response.description(**values)
     if not halved or not (description.left_out or description.by_default):

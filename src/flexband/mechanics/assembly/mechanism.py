@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, ResolutionWarning, check_integer, shown, warn
+from flexband.errors import (
+    InputError,
+    ResolutionWarning,
+    check_finite,
+    check_instance,
+    check_integer,
+    shown,
+    warn,
+)
 from flexband.mechanics.assembly.parts import (
     Fixed,
     check_body,
@@ -23,6 +31,7 @@ from flexband.mechanics.assembly.parts import (
     naming,
     owned_parts,
 )
+from flexband.mechanics.assembly.turns import drawn_angle, nearest
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.body import point as ground_point
 from flexband.mechanics.bodies.centre_line import CentreLine
@@ -42,7 +51,6 @@ from flexband.mechanics.kernels.forms import (
     moves,
     scale,
 )
-from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.state import (
     FRICTION_ROWS,
     State,
@@ -57,6 +65,7 @@ from flexband.mechanics.loads.load import (
     LawEntry,
     Load,
     MomentEntry,
+    PairLoad,
     SpringEntry,
 )
 from flexband.mechanics.sensors.extremes import OverSteps
@@ -82,6 +91,8 @@ class Mechanism:
     bodies, joints, loads, sensors : name -> object. A sensor named "F" gives outputs such as "F_X"
         and "F_Y". The mechanism keeps copies, so that changing a mapping or an array later does
         not change it.
+    branches : body name -> angle [rad] from which the turns of its angle are counted, in place of
+        the given one. Studies pass what they know of the nominal inputs.
 
     Raises
     ------
@@ -94,6 +105,7 @@ class Mechanism:
     joints: Mapping[str, Joint] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
+    branches: Mapping[str, ArrayLike] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kinds = ("body", Body), ("joint", Joint), ("load", Load), ("sensor", Sensor)
@@ -104,6 +116,11 @@ class Mechanism:
         for name, body in self.bodies.items():
             naming(f"body {name!r}", check_body, body)
         object.__setattr__(self, "bodies", Fixed(self._divided()))
+        check_instance("branches", self.branches, Mapping, "a mapping from names to angles")
+        object.__setattr__(self, "branches", Fixed(self.branches))
+        for name, angle in self.branches.items():
+            _within("body", name, self.bodies)
+            check_finite(f"branches[{name!r}] [rad]", angle)
         for name, joint in self.joints.items():
             naming(f"joint {name!r}", self._check_joint, joint)
         for name in self.loads:
@@ -199,6 +216,22 @@ class Mechanism:
                     ResolutionWarning,
                 )
 
+    def warn_of_windings(self) -> None:
+        """Warn of springs that begin wound up since their bodies are given angles turns apart."""
+        for name, load in self.loads.items():
+            rest = load.rest_turn if isinstance(load, PairLoad) else None
+            if rest is None:
+                continue
+            first, second = (self.drawn(self.frame(point).normal) for point in load.points)
+            apart, twist = np.subtract(first, second), np.subtract(first, second) - rest
+            if np.any((np.abs(apart) > np.pi) & (np.abs(twist) > np.pi)):
+                largest = np.ravel(twist)[np.argmax(np.abs(twist))]
+                warn(
+                    f"load {name!r} starts {largest:.3g} rad from its rest angle, since angles "
+                    "count from those that bodies are given, turns included; give its bodies "
+                    "angles on the same turn, unless it is wound up"
+                )
+
     def check_sensors(self) -> None:
         """Raise `InputError` if there are no sensors, without which nothing is returned."""
         if not self.sensors:
@@ -239,11 +272,46 @@ class Mechanism:
         points = sum(len(law.points) for law in self.laws)
         angles += points + len(self.moments)
         return State.of(
-            coordinates, len(self.constraints), len(self.frictions), angles, len(self.springs),
-            len(self.following), points, sum(len(law.states) for law in self.laws),
+            coordinates, len(self.constraints), len(self.frictions), angles,
+            len(self.sensor_points), len(self.springs), len(self.following), points,
+            sum(len(law.states) for law in self.laws),
             sum(2 * friction.normals for _, friction in self.frictions),
             sum(len(law.events) for law in self.laws),
         )  # fmt: skip
+
+    @cached_property
+    def sensor_points(self) -> list[PointName]:
+        """The points whose angles sensors read."""
+        points = [point for sensor in self.sensors.values() for point in sensor.turning_points]
+        return list(dict.fromkeys(points))
+
+    @cached_property
+    def sensor_directions(self) -> list[Vector]:
+        """The vectors whose angles sensors alone read."""
+        return [self.frame(point).normal for point in self.sensor_points]
+
+    def angle(self, point: PointName) -> Form:
+        """Return the angle of a point that is among the `turning_points` of a sensor."""
+        return Form.variable(self.state.sensor_angle + self.sensor_points.index(point))
+
+    @cached_property
+    def drawn_angles(self) -> list[ArrayLike]:
+        """The angles θ near which those in z are at the start, see `turns`; 0 for lengths."""
+        polars = (self.polars[row][0] for row in range(self.state.angle, self.state.velocity))
+        return [0.0 if polar.length else self.drawn(polar.vector) for polar in polars]
+
+    def drawn(self, vector: Vector) -> ArrayLike:
+        """Return the angle [rad] near which that of a linear vector is at the start."""
+        return drawn_angle(vector, self.bodies, self.first_coordinates, self.branches)
+
+    def _at_guess(self, form: Form) -> np.ndarray:
+        """Return the value of a form in the guess, with angles on the turn that is drawn."""
+        guess, turns = list(self.guess), []
+        for polar in form.polar:
+            x, y = (part.at(guess) for part in polar.vector)
+            angle = nearest(np.arctan2(y, x), self.drawn(polar.vector))
+            turns.append(np.hypot(x, y) if polar.length else angle)
+        return form.with_variables(itertools.count(len(guess))).at([*guess, *turns])
 
     @cached_property
     def turning(self) -> list[tuple[str, Vector]]:
@@ -323,7 +391,7 @@ class Mechanism:
         ]
         for name, joint in self.joints.items():
             for row in joint.constraints(self.frame):
-                held = row - row.at(self.guess) if joint.holds_start else row
+                held = row - self._at_guess(row) if joint.holds_start else row
                 rows.append((f"joint {name!r}", held))
         return rows
 
@@ -448,7 +516,7 @@ class Mechanism:
     def contact_laws(self) -> list[tuple[str, LawEntry]]:
         """The laws of contacts as the engine numbers them, each with the name of its part."""
         laws = [(name, law) for name, entries in self.entries.items() for law in entries.laws]
-        return [(name, law) for name, law in laws if law.gap_kind != GAP.event]
+        return [(name, law) for name, law in laws if law.is_contact]
 
     @cached_property
     def moments(self) -> list[MomentEntry]:
@@ -468,13 +536,13 @@ class Mechanism:
         """
         entries, state = self.entries[load], self.state
         for j in entries.forces:
-            if not (0 < j <= state.coordinates or state.angle <= j < state.velocity):
+            if not (0 < j <= state.coordinates or state.angle <= j < state.sensor_angle):
                 raise InputError(
                     f"load {load!r}: forces must act on coordinates, rows 1 to {state.coordinates} "
                     f"of z, or on angles; got a force on row {j}"
                 )
         force, before = dict(entries.forces), self._before(load, "moments")
-        first = state.velocity - len(self.moments) + before
+        first = state.sensor_angle - len(self.moments) + before
         for k, entry in enumerate(entries.moments):
             force[first + k] = force.get(first + k, Form({})) + entry.moment
         first = state.direction + 2 * self._before(load, "following")
@@ -572,7 +640,7 @@ class Mechanism:
         return [
             ContactRows(
                 *(Form.variable(first + gaps[n]) for first in rows[1:6]),
-                angular=self.laws[law + n].gap_kind == GAP.angle,
+                angular=self.laws[law + n].is_angular,
             )
             for n in range(number)
         ]
@@ -623,7 +691,7 @@ class Mechanism:
         first = sum(len(law.points) for law in self.laws[: self._before(part, "laws")])
         frames = [frame for law in self.entries[part].laws for frame in law.points]
         points = sum(len(law.points) for law in self.laws)
-        angle = self.state.velocity - len(self.moments) - points
+        angle = self.state.sensor_angle - len(self.moments) - points
         for p, frame in enumerate(frames, start=first):
             moved = (*frame.position, Form.variable(angle + p))
             row = self.state.law + 3 * p
@@ -638,6 +706,7 @@ class Mechanism:
         turns = [spring.vectors for _, spring in self.springs if spring.torsion]
         turns += [[frame.normal for frame in law.points] for law in self.laws]
         turns += [[moment.direction] for moment in self.moments]
+        turns += [self.sensor_directions]
         angles += [Polar(vector, unit) for vectors in turns for vector in vectors]
         polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
         for k, (_, spring) in enumerate(self.springs):

@@ -54,6 +54,7 @@ class Vectors(NamedTuple):
     coordinate: np.ndarray  # of an entry
     length: np.ndarray  # whether the variable of a vector is its length instead of its angle
     direction: int  # first of the vectors along which following forces act
+    sensor_angle: int  # first of those whose angles sensors alone read
     turning: int  # first of those that turn with a body or a rod, which are the last
     slot: np.ndarray  # (angles, most entries, most entries)
     multiplier_slot: np.ndarray  # (angles of constraints, most entries)
@@ -228,6 +229,7 @@ class Values(NamedTuple):
     """The numbers of all samples, (rows, samples or 1), or of one block of lanes, (rows, WIDTH)."""
 
     start: np.ndarray  # guess of [1, q]
+    drawn: np.ndarray  # angles θ near which those at the start are, see `Mechanism.drawn_angles`
     velocity: np.ndarray  # guess of [0, v]
     inverse_scale: np.ndarray  # of [1, q]: 1 over the size of the mechanism for positions, else 1
     rigidity: np.ndarray  # weight of K against M in the projections at the start [s²]

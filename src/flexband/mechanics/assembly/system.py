@@ -142,6 +142,7 @@ def assemble(mechanism: Mechanism) -> System:
     of_runs = ("parts", "numbers", "moments", "functions", "rates", "polynomials")
     values = Values(
         start=stack(mechanism.guess),
+        drawn=stack(mechanism.drawn_angles),
         velocity=stack(velocity),
         inverse_scale=stack(inertia.inverse_scale),
         rigidity=stack([rigidity(elements["beams"], continua, elements["cables"], mass)]),

@@ -35,7 +35,8 @@ class VectorTable:
     """The vectors, linear in q, those with `angles` or lengths first.
 
     The first ones belong to constraints whose multipliers are these rows of z, and `lengths` tells
-    which are lengths; those of following forces begin at `direction`, those that turn at `turning`.
+    which are lengths; those of following forces begin at `direction`, those whose angles sensors
+    alone read at `sensor_angle`, and those that turn at `turning`.
     """
 
     functions = ()
@@ -47,12 +48,14 @@ class VectorTable:
         multipliers: Sequence[int],
         lengths: Sequence[bool],
         direction: int,
+        sensor_angle: int,
         turning: int,
     ):
         self.vectors = [linear(vector) for vector in vectors]
         self.groups = [list(entries) for entries in self.vectors]
         self.turned, self.multipliers = self.groups[:angles], multipliers
-        self.lengths, self.direction, self.turning = lengths, direction, turning
+        self.lengths, self.direction = lengths, direction
+        self.sensor_angle, self.turning = sensor_angle, turning
 
     def couples(self) -> Couples:
         yield from pairs_of(self.turned)
@@ -71,6 +74,7 @@ class VectorTable:
                 [*self.lengths, *[False] * (len(self.turned) - len(groups))], dtype=bool
             ),
             direction=self.direction,
+            sensor_angle=self.sensor_angle,
             turning=self.turning,
             slot=places.square(self.turned),
             multiplier_slot=multiplier_slot,
@@ -212,7 +216,7 @@ class VectorTables(NamedTuple):
 
         These are those of constraints and of friction, of torsion springs, of points of laws and of
         moments. Translational springs, positions of points of laws, directions of following forces,
-        friction in contacts, and what turns with bodies and rods come after them.
+        friction in contacts, what sensors read, and what turns with bodies and rods follow.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
@@ -230,16 +234,19 @@ class VectorTables(NamedTuple):
             [frame.position for frame in points],
             [force.direction for force in mechanism.following],
             [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
+            mechanism.sensor_directions,
             [vector for _, vector in mechanism.turning],
         ]
         firsts = starts(parts).tolist()
-        _, torsion, normal, _, straight, position, direction, actions, turning, _ = firsts
+        _, torsion, normal, _, straight, position, direction, actions, *others = firsts
+        sensor_angle, turning, _ = others
         vectors = VectorTable(
             [v for part in parts for v in part],
             straight,
             [k for k, _ in owned],
             [polar.length for _, polar in owned],
             direction,
+            sensor_angle,
             turning,
         )
         elongations = [range(a, a + 1) for a in range(straight, position)]

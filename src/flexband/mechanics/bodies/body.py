@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import ClassVar, Self
 
 import numpy as np
@@ -53,6 +53,13 @@ class Body(ABC):
     @abstractmethod
     def coordinates(self) -> list[np.ndarray]:
         """Return the initial guess of q, one array of shape () or (n,) per coordinate."""
+
+    def angles(self) -> Sequence[ArrayLike]:
+        """Return the angle of the section at each node as it is drawn [rad], turns included.
+
+        By default bodies have no axes, whose angle is 0.
+        """
+        return [0.0] * len(self.nodes)
 
     @abstractmethod
     def velocities(self) -> list[np.ndarray]:

@@ -258,6 +258,9 @@ class CentreLine(Body):
             nodes += [x, y, c, s, -s, c][: self.per_node]
         return nodes
 
+    def angles(self) -> Sequence[ArrayLike]:
+        return list(self.node_axes()[2].T)
+
     def node_axes(self) -> list[np.ndarray]:
         """Return X [m], Y [m] and angle [rad] of `axis`, with the nodes that are doubled."""
         twice = np.sort(np.append(np.arange(self.elements + 1), self.mesh.doubled))

@@ -240,6 +240,9 @@ class RigidBody(Body):
         x, y, cx, cy = (np.asarray(p, dtype=float) for p in (*self.position, *self.center))
         return [x + cx * c - cy * s, y + cx * s + cy * c, c, s]
 
+    def angles(self) -> Sequence[ArrayLike]:
+        return [self.angle]
+
     def velocities(self) -> list[np.ndarray]:
         angle, rate = (np.asarray(v, dtype=float) for v in (self.angle, self.rate))
         c, s = np.cos(angle), np.sin(angle)

@@ -86,7 +86,8 @@ class Batch(NamedTuple):
     strains: LargestStrains
     kept: np.ndarray  # times [s] of the states whose strains these are
     impulses: list[Impulse]
-    ends: np.ndarray  # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew; or no rows
+    # z, a, springs' elongations at rest, `WorkSpace.steps`, q̈ anew, q at the start; or no rows
+    ends: np.ndarray
 
 
 class Impulse(NamedTuple):
@@ -132,8 +133,7 @@ def run_samples(
     failures, firsts = (
         np.zeros((len(chosen), 4)), np.empty((system.structure.state.rows, len(chosen)))
     )  # fmt: skip
-    starts: dict[int, np.ndarray] = {}
-    impulses: list[Impulse] = []
+    starts, impulses = dict[int, np.ndarray](), list[Impulse]()
     blocks = -(-len(chosen) // WIDTH)
     turned, unresolved = np.zeros((len(chosen), len(system.turning), 4)), np.zeros(len(chosen))
     members = Members(system)
@@ -147,11 +147,12 @@ def run_samples(
         values = packed(block)
         begun = begin_block(block, values)
         under_way.works[block] = begun.work
+        first_q = begun.work.z[: system.structure.state.multiplier].copy()
         series, failure, first, work = run_block(values, rounds, begun=begun[:2])
         lost = (failure[0] > 0) & (failure[1] == 0)
         require_inertia(system, values, np.where(lost, np.nan, first)[:, : len(numbers)], numbers)
         if at_end:
-            ends[block] = end_of(system, values, at_end(block), work)[:, : len(numbers)]
+            ends[block] = end_of(system, values, at_end(block), work, first_q)[:, : len(numbers)]
         with np.errstate(all="ignore" if failure[0].any() else None):
             derived = derive(system, series.transpose(1, 0, 2))
         lanes = np.minimum(np.arange(places.start, places.stop), len(chosen) - 1)
@@ -260,7 +261,9 @@ def begin(
     return work, failure
 
 
-def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> np.ndarray:
+def end_of(
+    system: System, values: Values, at_end: Values, work: WorkSpace, first_q: np.ndarray
+) -> np.ndarray:
     """Return the end of a run, see `Batch.ends`; the last functions of `at_end` belong to it."""
     state, count = system.structure.state, system.structure.functions
     at_end = at_end._replace(
@@ -273,7 +276,8 @@ def end_of(system: System, values: Values, at_end: Values, work: WorkSpace) -> n
     with np.errstate(all="ignore"):  # of samples that failed
         anew, _ = begin(system, at_end, work.z)
     accelerations = anew.z[state.acceleration : state.energy]
-    return np.concatenate([work.z, work.a, values.springs.rest, work.steps, accelerations])
+    rest = values.springs.rest
+    return np.concatenate([work.z, work.a, rest, work.steps, accelerations, first_q])
 
 
 def _started(

@@ -85,8 +85,7 @@ def raise_failures(
             "rest, as at a dead centre; give it mass and inertia",
             FAILURE.too_small: "no step is short enough, down to the smallest_step: events follow "
             "each other without end, or forces that jump are not events",
-            FAILURE.overlapping: f"the bodies of contact {where!r} overlap at the start, by "
-            f"{part[sample]:.3g}; move them apart, or give a contact closed_at_start=True",
+            FAILURE.overlapping: _overlap(system, int(row[sample]), float(part[sample])),
             FAILURE.unstable: "the equilibrium to start from is not stable",
             FAILURE.not_periodic: "no periodic motion to start from was found; the spectral radius "
             f"of the motion over a period is {part[sample]:.4g}, and a vibration must decay to "
@@ -180,6 +179,19 @@ def _advice(system: System, sample: int) -> str:
     )
 
 
+def _overlap(system: System, number: int, depth: float) -> str:
+    """Say how far a contact is closed at the start, and what helps."""
+    if not 0 <= number < len(system.mechanism.contact_laws):
+        return ""
+    name, law = system.mechanism.contact_laws[number]
+    angular = law.is_angular
+    text = f"contact {name!r} is closed at the start, by {depth:.3g} {'rad' if angular else 'm'}"
+    if angular and depth > np.pi:
+        turn = "angles count from those that bodies are given, turns included"
+        return f"{text}: {turn}; give the bodies or the limits angles on the same turn"
+    return f"{text}; move its bodies apart, or give closed_at_start=True"
+
+
 def blame_overlaps(
     system: System,
     values: Values,
@@ -204,7 +216,7 @@ def blame_overlaps(
     gaps, modes = (z[first:][: rows.number] for first in (rows.value, rows.mode))
     contact = np.isin(kinds, (GAP.length, GAP.angle))
     depths, modes = -gaps[contact], modes[contact]
-    sizes = np.array([1.0 if law.gap_kind == GAP.angle else 0.0 for law in laws])[:, None]
+    sizes = np.array([1.0 if law.is_angular else 0.0 for law in laws])[:, None]
     sizes = np.where(sizes > 0, sizes, 1.0 / values.inverse_scale[1])
     refused = ~np.array([law.closed_at_start for law in laws])[:, None]
     allowed = touch * sizes

@@ -152,7 +152,7 @@ def start(structure, values, work, failure, held, number):
             store(z, i, filled(0.0))
     s = load(values.rigidity, 0)
     failed, redundant = assemble(structure, values, s, work, held)
-    set_rest(structure, values, z, held)
+    set_rest(structure, values, z)
     project_velocities(structure, values, number * s, work)
     if state.rule < state.extreme:
         start_states(structure, values, z, work.blocks)

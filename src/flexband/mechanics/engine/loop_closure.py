@@ -35,9 +35,10 @@ class ClosureOptions(NamedTuple):
 
 
 def guessed(system: System, values: Values) -> np.ndarray:
-    """Return the rows [1, q, λ, θ] of z in the guess, with λ = θ = 0."""
+    """Return the rows [1, q, λ, θ] of z in the guess, with λ = 0 and the angles that are drawn."""
     z = np.zeros((system.structure.state.velocity, values.start.shape[1]))
     z[: len(values.start)] = values.start
+    z[system.structure.state.angle :] = values.drawn
     return z
 
 
@@ -139,7 +140,7 @@ def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarr
 def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
     """Set the angles and lengths in z as the kernel of this name does."""
     vectors, state = system.structure.vectors, system.structure.state
-    for a, row in enumerate(range(state.angle, state.velocity)):
+    for a, row in enumerate(range(state.angle, state.sensor_angle)):
         entries = slice(vectors.start[a], vectors.start[a + 1])
         q = z[vectors.coordinate[entries]]
         x, y = ((v[entries] * q).sum(axis=0) for v in values.vectors)

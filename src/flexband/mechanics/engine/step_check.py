@@ -100,20 +100,6 @@ def warn_of_large_steps(
         )
 
 
-def warn_of_missed_turns(turned: np.ndarray, system: System, times: np.ndarray) -> None:
-    """Warn of a part that turns so far between two times that its `Angle` may miss turns."""
-    if not turned.size:
-        return
-    part = int(np.argmax(turned[..., 0].max(axis=0)))
-    angle = (float(turned[..., part, 0].max()) / (len(times) - 1)) ** 0.25
-    if angle > np.pi:
-        warn(
-            f"{system.turning[part]} turns by about {angle:.2g} rad between two times of the "
-            "result, so that an Angle may miss turns; take a shorter `step`",
-            ResolutionWarning,
-        )
-
-
 def _warn_of_swings(
     turned: np.ndarray, system: System, count: int, rho: float, check: StepCheck
 ) -> None:

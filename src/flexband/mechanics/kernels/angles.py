@@ -39,22 +39,37 @@ def _square(x, y):
 
 
 @compiled
+def _update_angle(z, row, x, y):
+    """Set the angle of a vector (x, y) on the turn nearest to its present value."""
+    angle = atan2(y, x)
+    turns = nearest_whole((load(z, row) - angle) / math.tau)
+    store(z, row, angle + math.tau * turns)
+
+
+@compiled
 def update_angles(structure, values, z):
     """Set the angles, each on the turn nearest to its present value, lengths and unit vectors."""
     vectors, state = structure.vectors, structure.state
-    for a in range(state.velocity - state.angle):
+    for a in range(state.sensor_angle - state.angle):
         x, y = vector(structure, values, z, 0, a)
         if vectors.length[a]:
             store(z, state.angle + a, sqrt(x * x + y * y))
         else:
-            angle, before = atan2(y, x), load(z, state.angle + a)
-            turns = nearest_whole((before - angle) / math.tau)
-            store(z, state.angle + a, angle + math.tau * turns)
+            _update_angle(z, state.angle + a, x, y)
     for d in range((state.law - state.direction) // 2):
         x, y = vector(structure, values, z, 0, vectors.direction + d)
         size = sqrt(x * x + y * y)
         store(z, state.direction + 2 * d, x / size)
         store(z, state.direction + 2 * d + 1, y / size)
+
+
+@compiled
+def update_sensor_angles(structure, values, z):
+    """Set the angles that sensors alone read, as `update_angles` does."""
+    vectors, state = structure.vectors, structure.state
+    for k in range(state.velocity - state.sensor_angle):
+        x, y = vector(structure, values, z, 0, vectors.sensor_angle + k)
+        _update_angle(z, state.sensor_angle + k, x, y)
 
 
 @compiled
@@ -95,7 +110,7 @@ def _gradient(structure, values, a, p, x, y):
 def pass_on_moments(structure, values, z, r):
     """Pass what acts on the angles on to the coordinates, and keep it in z for the tangent."""
     vectors, state = structure.vectors, structure.state
-    for a in range(state.velocity - state.angle):
+    for a in range(state.sensor_angle - state.angle):
         moment = load(r, state.angle + a)
         store(z, state.moment + a, moment)
         x, y = vector(structure, values, z, 0, a)
@@ -118,7 +133,7 @@ def add_angle_gradients(structure, values, z, a, factor, matrix):
 def add_angle_tangent(structure, values, z, weight, matrix):
     """Add `weight` times moment × θ_qq of all angles and lengths."""
     vectors, state, numbers = structure.vectors, structure.state, values.vectors
-    for a in range(state.velocity - state.angle):
+    for a in range(state.sensor_angle - state.angle):
         x, y = vector(structure, values, z, 0, a)
         square = _square(x, y)
         factor = weight * load(z, state.moment + a) / (square * square)

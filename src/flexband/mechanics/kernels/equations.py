@@ -6,7 +6,12 @@ laws.
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.angles import add_angle_tangent, pass_on_moments, update_angles
+from flexband.mechanics.kernels.angles import (
+    add_angle_tangent,
+    pass_on_moments,
+    update_angles,
+    update_sensor_angles,
+)
 from flexband.mechanics.kernels.constraints import add_constraints, add_products
 from flexband.mechanics.kernels.elements.elastic import (
     add_elastic_forces,
@@ -160,6 +165,7 @@ def prepare(structure, values, now, z, memory):
     """Set the rows of z that sensors may depend on."""
     state = structure.state
     update_dependent(structure, values, now, z)
+    update_sensor_angles(structure, values, z)
     if structure.reads_energy:
         store(z, state.energy, elastic_energy(structure, values, z))
         add_to(z, state.energy, spring_energy(structure, values, z))
@@ -180,6 +186,7 @@ def sense(structure, values, now, z, outputs, memory):
 def watch(structure, values, now, work, before, time, chosen):
     """Take a step from one time to another into account in extremes, where `chosen` is true."""
     extremes, count = structure.extremes, len(structure.extremes.kind)
+    update_sensor_angles(structure, values, work.z)
     if count > 0:
         prepare(structure, values, now, work.z, work.blocks)
         clear(work.forms, count)

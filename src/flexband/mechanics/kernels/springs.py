@@ -13,8 +13,6 @@ spring is the difference of the angles of two vectors. The translational springs
 
 from __future__ import annotations
 
-import math
-
 from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
 from flexband.mechanics.kernels.lanes import (
     add_to,
@@ -23,7 +21,6 @@ from flexband.mechanics.kernels.lanes import (
     less,
     load,
     maximum,
-    nearest_whole,
     sqrt,
     store,
     where,
@@ -216,16 +213,10 @@ def spring_energy(structure, values, z):
 
 
 @compiled
-def set_rest(structure, values, z, known):
-    """Set s₀ of springs that are relaxed at the start.
-
-    A given angle at rest is counted from the turn on which the torsion spring starts, unless it is
-    `known` which one that was.
-    """
-    springs, rest = structure.springs, values.springs.rest
-    for s in range(len(springs.f)):
-        start, given = elongation(structure, values, z, s), load(rest, s)
+def set_rest(structure, values, z):
+    """Set s₀ of springs that are relaxed at the start."""
+    rest = values.springs.rest
+    for s in range(len(structure.springs.f)):
+        given = load(rest, s)
         relaxed = less(filled(0.5 * RELAXED), given)
-        if s >= springs.translational and not known:
-            given = given + math.tau * nearest_whole(start / math.tau)
-        store(rest, s, where(relaxed, start, given))
+        store(rest, s, where(relaxed, elongation(structure, values, z, s), given))

@@ -4,7 +4,8 @@
 
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
 coordinates, λ the Lagrange multipliers, those of friction last, and θ the angles and lengths of
-vectors, which follow from q; v and a are the velocities and accelerations of q. U is the elastic
+vectors, which follow from q, those that sensors alone read last; v and a are the velocities and
+accelerations of q. U is the elastic
 energy, M what acts on each angle or length, T the tension of each spring and s its elongation: the
 length of a translational spring, the angle of a torsion spring. e are the unit vectors along which
 following forces act, and F the forces and moments of force laws, which are set where a sensor reads
@@ -42,6 +43,7 @@ class State(NamedTuple):
     multiplier: int
     friction: int  # first multiplier of friction
     angle: int
+    sensor_angle: int  # first angle that sensors alone read
     velocity: int
     acceleration: int
     energy: int
@@ -63,6 +65,7 @@ class State(NamedTuple):
         multipliers: int,
         frictions: int,
         angles: int,
+        sensor_angles: int,
         springs: int,
         directions: int,
         points: int,
@@ -76,8 +79,19 @@ class State(NamedTuple):
         their states and gaps, and `components` that of components of the normal forces of friction.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
-        parts = (each, multipliers, frictions, angles, each, each, 1, angles, springs, springs)
-        parts = (*parts, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
+        parts = (
+            each,
+            multipliers,
+            frictions,
+            angles,
+            sensor_angles,
+            each,
+            each,
+            1,
+            angles,
+            springs,
+        )
+        parts = (*parts, springs, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
         carried = 3 * multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)
         parts = (*parts, GAP_ROWS * (gaps + frictions), 0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,7 +31,7 @@ class Bushing(PairLoad):
     stiffness : (k_x, k_y, k_φ) in N/m, N/m and N m/rad, or the matrix K, three rows of three, which
         must be symmetric. Each number may be an array of shape (n,).
     damping : the same of D, in N s/m and N m s/rad.
-    rest : d₀ [m, m, rad]. φ counts from the full turn nearest to its rest.
+    rest : d₀ [m, m, rad].
     tables : None, or three entries for x, y and φ, each None or a `Characteristic` of an additional
         force that resists d − d₀ and ḋ.
 
@@ -69,6 +68,10 @@ class Bushing(PairLoad):
             for table in _three("Bushing tables", self.tables, "tables or None"):
                 check_instance("Bushing table", table, Characteristic | None)
 
+    @property
+    def rest_turn(self) -> ArrayLike:
+        return self.rest[2]
+
     def _numbers(self) -> list[ArrayLike]:
         """Return K and D by rows, and d₀."""
         rest = _three("Bushing rest", self.rest)
@@ -86,9 +89,7 @@ class Bushing(PairLoad):
 
 def bushing(t, x, v, p, force):
     """Fill in the forces of a `Bushing`."""
-    turn = x[2, 2] - p[20]
-    turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
-    d, at = (x[2, 0] - p[18], x[2, 1] - p[19], turn), 21
+    d, at = (x[2, 0] - p[18], x[2, 1] - p[19], x[2, 2] - p[20]), 21
     for i in range(3):
         for j in range(3):
             force[2, i] -= p[3 * i + j] * d[j] + p[9 + 3 * i + j] * v[2, j]
@@ -116,6 +117,6 @@ def _matrix(name: str, given: ArrayLike | Sequence) -> list:
         check_non_negative(f"{name} of {of}", rows[i][i])
         for j in range(i):
             lower, upper = check_finite(name, rows[i][j]), check_finite(name, rows[j][i])
-            if not np.array_equal(lower, upper):
+            if not np.allclose(lower, upper, rtol=1e-12, atol=0.0):
                 raise InputError(f"{name} must be symmetric; got {lower} and {upper}")
     return [entry for row in rows for entry in row]

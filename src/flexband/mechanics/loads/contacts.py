@@ -196,7 +196,10 @@ class Stop(ContactLoad):
 
 @frozen()
 class AngularStop(ContactLoad):
-    """Stops that keep the angle of one body against another between limits, turns counted.
+    """Stops that keep the angle of one body against another between limits.
+
+    Angles are counted from those that bodies are given, turns included: a body at −170° is below a
+    lower limit of 150°, and one at 190° is above it.
 
     Parameters
     ----------

@@ -72,10 +72,20 @@ class LawEntry(NamedTuple):
     closed_at_start: bool = False  # whether contacts may be so
 
     @property
+    def is_contact(self) -> bool:
+        """Whether its gaps are those of contacts."""
+        return self.gap_kind != GAP.event
+
+    @property
+    def is_angular(self) -> bool:
+        """Whether its gaps are angles."""
+        return self.gap_kind == GAP.angle
+
+    @property
     def shape(self) -> LawShape:
         """The sizes of what the law takes."""
         sizes = len(self.points), len(self.parameters), len(self.states), len(self.events)
-        return LawShape(*sizes, tuple(self.lines), contact=self.gap_kind != GAP.event)
+        return LawShape(*sizes, tuple(self.lines), contact=self.is_contact)
 
 
 class FreeStrainEntry(NamedTuple):
@@ -142,6 +152,11 @@ class PairLoad:
     @property
     def points(self) -> Sequence[PointName]:
         return [self.first, self.second]
+
+    @property
+    def rest_turn(self) -> ArrayLike | None:
+        """The angle of the first body less that of the second at rest [rad], if it has one."""
+        return None
 
 
 def in_time(name: str, value: InTime) -> Form:

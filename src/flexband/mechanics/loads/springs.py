@@ -94,15 +94,15 @@ class TorsionSpring(SpringLoad):
     """A spring, damper and actuator that turns two bodies, or a body and the ground.
 
     It exerts the moment −(k (φ − φ₀) + k₃ (φ − φ₀)³ + d φ̇) + T(t) on the first body and the
-    opposite moment on the second, where φ is the angle of the first less that of the second. On a
+    opposite moment on the second, where φ is the angle of the first less that of the second, each
+    counted from the `angle` that its body is given. On a
     beam it acts on the section.
 
     Parameters
     ----------
     first, second : points of the bodies; the second one is the ground if it is not given.
     stiffness : k [N m/rad].
-    rest_angle : φ₀ [rad], or None for a spring that is relaxed at the start, after assembly. It is
-        counted from the full turn nearest to φ at the start; later turns are counted.
+    rest_angle : φ₀ [rad], or None for a spring that is relaxed at the start, after assembly.
     cubic : k₃ [N m/rad³].
     damping : d [N m s/rad]; alone it is the viscous friction of a pin.
     torque : T [N m], a motor between the two; also a `Characteristic` over φ − φ₀ and φ̇.
@@ -128,6 +128,10 @@ class TorsionSpring(SpringLoad):
         if self.rest_angle is not None:
             check_angle("TorsionSpring rest_angle", self.rest_angle, turns=4.0)
         _pull_and_table("TorsionSpring torque [N m]", self.torque)
+
+    @property
+    def rest_turn(self) -> ArrayLike | None:
+        return self.rest_angle
 
     def enters(self, model: LoadModel) -> Entries:
         normals = [model.frame(point).normal for point in self.points]

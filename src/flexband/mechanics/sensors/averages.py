@@ -10,12 +10,12 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
-from flexband.mechanics.sensors.extremes import OverSteps
+from flexband.mechanics.sensors.extremes import OfSensor
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 
 @frozen()
-class Average(OverSteps):
+class Average(OfSensor):
     """The mean over a window of time of each output of a sensor, at every step that is taken.
 
     A force that rings at frequencies which no affordable step resolves has a mean that converges:
@@ -23,7 +23,7 @@ class Average(OverSteps):
 
     Parameters
     ----------
-    sensor : one whose outputs are not derived from others, such as a `Reaction` in global axes.
+    sensor : as of a `Largest`.
     window : length of a moving window [s], a whole number of steps of the result: the mean over the
         last `window` seconds, or over all time so far where this is less, and at the start the
         value itself. Or first and last time [s] of a fixed window within the run: its mean, which

@@ -50,6 +50,9 @@ class Gap(Sensor):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return [c.gap for c in contacts_of("Gap", model, self.part, angular=self.angular)]
 
+    def derives(self, model: SensorModel) -> bool:
+        return len(self.rows(model)) > 1
+
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         return rows.min(axis=0, keepdims=True)
 
@@ -63,6 +66,7 @@ class ContactForce(Sensor):
 
     part: str
     angular: bool = False
+    in_place = "Contacts, with the largest force,"
 
     def __post_init__(self) -> None:
         check_flag("ContactForce angular", self.angular)
@@ -73,6 +77,9 @@ class ContactForce(Sensor):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         contacts = contacts_of("ContactForce", model, self.part, angular=self.angular)
         return [contact.force for contact in contacts]
+
+    def derives(self, model: SensorModel) -> bool:
+        return len(self.rows(model)) > 1
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         return rows.max(axis=0, keepdims=True)

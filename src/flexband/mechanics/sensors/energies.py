@@ -115,6 +115,7 @@ class Power(Sensor):
 
     part: str
     units = (("", "W"),)
+    in_place = "Work, which is its integral,"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         rows = []

@@ -5,11 +5,13 @@ The engine updates them at every step that it takes, however short.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers
+from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.kernels.extremes import KINDS
 from flexband.mechanics.kernels.forms import Form
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
@@ -17,26 +19,14 @@ from flexband.words import with_article
 
 
 class OverSteps(Sensor):
-    """What the engine makes of the outputs of a sensor at every step, `kind`, in a window of time.
+    """What the engine makes of forms of the state at every step, in a window of time.
 
     At each time of the result it is that of the window up to this time: NaN before the window
     begins, and the same from its end on.
     """
 
-    sensor: Sensor
     window: Any
-    kind: int
     in_equilibrium = False
-
-    def __post_init__(self) -> None:
-        name = type(self).__name__
-        check_instance(f"{name} sensor", self.sensor, Sensor)
-        if isinstance(self.sensor, OverSteps) or self.sensor.derives:
-            raise InputError(
-                f"{name} sensor must have outputs that are forms of the state, as those of "
-                f"positions, velocities, forces and energies are; got {type(self.sensor).__name__}"
-            )
-        check_window(name, self.fixed)
 
     @property
     def fixed(self) -> tuple[float, float] | None:
@@ -48,15 +38,44 @@ class OverSteps(Sensor):
         """The first and the last time of the window [s]."""
         return (0.0, 1e300) if self.fixed is None else self.fixed
 
+    @abstractmethod
+    def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
+        """Return the forms of which the engine makes something at every step, and what of each."""
+
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        return model.over_steps(self)
+
+
+class OfSensor(OverSteps):
+    """What the engine makes of the outputs of a sensor, `kind`."""
+
+    sensor: Sensor
+    kind: int
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        check_instance(f"{name} sensor", self.sensor, Sensor)
+        if isinstance(self.sensor, OverSteps):
+            kind = type(self.sensor).__name__
+            raise InputError(f"{name} sensor must be one of the state itself; got {kind}")
+        check_window(name, self.fixed)
+
+    @property
+    def turning_points(self) -> Sequence[PointName]:
+        return self.sensor.turning_points
+
     def outputs(self) -> list[tuple[str, str]]:
         return self.sensor.outputs()
 
     def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
-        """Return the forms of which the engine makes something at every step, and what of each."""
+        if self.sensor.derives(model):
+            kind, default = type(self.sensor).__name__, "its values at the times of the result"
+            raise InputError(
+                f"{with_article(type(self).__name__)} cannot follow this {kind} at every step, "
+                f"since it is computed from several numbers; {self.sensor.in_place or default} "
+                "serves in its place"
+            )
         return [(form, self.kind) for form in self.sensor.rows(model)]
-
-    def rows(self, model: SensorModel) -> Sequence[Form]:
-        return model.over_steps(self)
 
 
 def check_window(name: str, window: tuple[float, float] | None) -> None:
@@ -81,12 +100,13 @@ def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
 
 
 @frozen()
-class Largest(OverSteps):
+class Largest(OfSensor):
     """The largest value of each output of a sensor, at any step in a window of time.
 
     Parameters
     ----------
-    sensor : one whose outputs are not derived from others, such as a `Reaction` in global axes.
+    sensor : the other sensor. Of those that are computed from several numbers, such as strains and
+        section forces, there is none; the message says what serves in their place.
     window : first and last time [s], or None for the whole run.
 
     Raises
@@ -101,7 +121,7 @@ class Largest(OverSteps):
 
 
 @frozen()
-class Smallest(OverSteps):
+class Smallest(OfSensor):
     """The smallest value of each output of a sensor; parameters are those of `Largest`."""
 
     sensor: Sensor
@@ -110,7 +130,7 @@ class Smallest(OverSteps):
 
 
 @frozen()
-class Integral(OverSteps):
+class Integral(OfSensor):
     """The integral over time of each output of a sensor, by the trapezoidal rule over all steps.
 
     Parameters are those of `Largest`. The integral of a power is a work, that of a force an

@@ -44,6 +44,7 @@ class Reaction(Sensor):
     joint: str
     axes: str = "global"
     impulsive = True
+    in_place = "that of the Reaction in global axes"
 
     def __post_init__(self) -> None:
         check_option("axes", self.axes, ["global", "body"])
@@ -58,8 +59,7 @@ class Reaction(Sensor):
             raise InputError(f"joint {self.joint!r} exerts a moment and no force")
         return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
 
-    @property
-    def derives(self) -> bool:
+    def derives(self, model: SensorModel) -> bool:
         return self.axes == "body"
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
@@ -87,11 +87,17 @@ class ReactionMoment(Sensor):
     impulsive = True
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
+        moments = self._moments(model)
+        if not self.derives(model):
+            return [sum((moment for moment, _ in moments), Form({}))]
         return [
             form
-            for moment, vectors in self._moments(model)
+            for moment, vectors in moments
             for form in (moment, *itertools.chain.from_iterable(vectors))
         ]
+
+    def derives(self, model: SensorModel) -> bool:
+        return any(vectors for _, vectors in self._moments(model))
 
     def _moments(self, model: SensorModel) -> Sequence[Couple]:
         joint, multipliers = model.joint(self.joint)
@@ -101,6 +107,8 @@ class ReactionMoment(Sensor):
         return moments
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
+        if not self.derives(model):
+            return rows
         given = iter(rows)
         terms = [
             next(given) * np.prod([np.hypot(next(given), next(given)) for _ in vectors], axis=0)

@@ -16,7 +16,7 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.joints.joint import Joint, PointName
-from flexband.mechanics.kernels.forms import Form, Frame, Polar
+from flexband.mechanics.kernels.forms import Form, Frame, Polar, cross
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
 
@@ -54,6 +54,7 @@ class SensorModel(Protocol):
     @cached_property
     def polars(self) -> dict[int, list[Polar]]: ...
     def frame(self, point: PointName) -> Frame: ...
+    def angle(self, point: PointName) -> Form: ...
     def velocity(self, point: PointName) -> Frame: ...
     def acceleration(self, point: PointName) -> Frame: ...
     def member(self, name: str) -> tuple[CentreLine, int]: ...
@@ -84,8 +85,16 @@ class Sensor(ABC):
     in_equilibrium: ClassVar[bool] = True
     """Whether the outputs exist without a motion, in statics and modes."""
 
+    in_place: ClassVar[str] = ""
+    """What sensor of extremes or integrals over steps serves where this one `derives`."""
+
     impulsive: ClassVar[bool] = False
     """Whether the outputs are forces of joints, which an impulse makes infinite for an instant."""
+
+    @property
+    def turning_points(self) -> Sequence[PointName]:
+        """The points whose angles it reads, with `SensorModel.angle`."""
+        return ()
 
     def outputs(self) -> list[tuple[str, str]]:
         """Return `units`, which may depend on the sensor's parameters in subclasses."""
@@ -95,9 +104,8 @@ class Sensor(ABC):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         """Return the forms to evaluate at every step."""
 
-    @property
-    def derives(self) -> bool:
-        """Whether the outputs are not the rows themselves."""
+    def derives(self, model: SensorModel) -> bool:
+        """Return whether the outputs are not the rows themselves."""
         return type(self).derive is not Sensor.derive
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
@@ -142,17 +150,20 @@ class Acceleration(Sensor):
 class Angle(Sensor):
     """The angle from the X axis to the normal of the section at a point [rad], with turns counted.
 
-    On a rigid body this is the angle of its x axis.
+    On a rigid body this is the angle of its x axis. At the start it is the one nearest to the angle
+    that the body is given, and then the engine counts turns at every step.
     """
 
     point: PointName
     units = (("", "rad"),)
 
-    def rows(self, model: SensorModel) -> Sequence[Form]:
-        return model.frame(self.point).normal
+    @property
+    def turning_points(self) -> Sequence[PointName]:
+        return [self.point] if isinstance(self.point, str) else []
 
-    def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
-        return np.unwrap(np.arctan2(rows[1], rows[0]), axis=0)[None]
+    def rows(self, model: SensorModel) -> Sequence[Form]:
+        model.frame(self.point)  # refuses what is no point
+        return [model.angle(point) for point in self.turning_points] or [Form.constant(0.0)]
 
 
 @frozen()
@@ -162,10 +173,18 @@ class AngularVelocity(Sensor):
     point: PointName
     units = (("", "rad/s"),)
 
+    in_place = "that of the Velocity of points beside it"
+
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        return [*model.frame(self.point).normal, *model.velocity(self.point).normal]
+        normal, rate = model.frame(self.point).normal, model.velocity(self.point).normal
+        return [*normal, *rate] if self.derives(model) else [cross(normal, rate)]
+
+    def derives(self, model: SensorModel) -> bool:
+        return not model.frame(self.point).rigid
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:  # n × ṅ / n · n
+        if not self.derives(model):
+            return rows
         x, y, vx, vy = rows
         with np.errstate(invalid="ignore"):  # zeros after a failure
             return ((x * vy - y * vx) / (x * x + y * y))[None]
@@ -186,6 +205,7 @@ class Deflection(Sensor):
     body: str
     place: str = "middle"
     units = (("", "m"),)
+    in_place = "that of the Position of the point"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         names = ("start", self.place, "end")

@@ -254,7 +254,7 @@ class BreakpointSearch:
         spacing: float,
     ) -> Breakpoints:
         """Return the breakpoints that a function states, where they are not too small to matter."""
-        inside = stated[(stated >= times[0]) & (stated < times[-1])]
+        inside = stated[(stated > times[0]) & (stated < times[-1])]
         before = np.nextafter(inside, -np.inf)
         around = (before - spacing, before, inside, inside + spacing)
         f = [at(np.clip(x, times[0], times[-1])) for x in around]

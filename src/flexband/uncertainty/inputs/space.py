@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
 from flexband.errors import InputError, RunError, check_finite, shown
-from flexband.response import ResponseFunction, as_response
+from flexband.response import Response, ResponseFunction, as_response
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import Chosen
@@ -175,6 +175,16 @@ class Space:
         """Return what the response is called with: values without those of parameters."""
         values = self.values(xi, eta)
         return {name: values[name] for name in self.arguments}
+
+    def followed(self, response: Response) -> Response:
+        """Return a response whose runs follow that of the nominal inputs by continuity.
+
+        One that fails there is returned as it is: its runs tell what is wrong.
+        """
+        try:
+            return response.following(**self.arguments_at(*self.nominal()))
+        except Exception:  # whatever a user's builder raises
+            return response
 
     def numbers_at(self, xi: np.ndarray, eta: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values of uncertain numbers and of control points of fields, (runs,) each."""

@@ -234,9 +234,9 @@ class Evaluations:
         return False
 
 
-def setting(case: str, finer: Iterable[str]) -> str:
-    """Return as text what values depend on besides numbers: options, and what is finer."""
-    return "; ".join(filter(None, (case, *(f"finer {name}" for name in sorted(finer)))))
+def setting(case: str, finer: Iterable[str], branch: str = "") -> str:
+    """Return as text what values depend on besides numbers: options, what is finer, the branch."""
+    return "; ".join(filter(None, (case, branch, *(f"finer {name}" for name in sorted(finer)))))
 
 
 @contextmanager

@@ -118,7 +118,7 @@ class CountedRuns:
         self.most_runs, self.count = options.most_runs, count
         self.total += 1  # one run is made again
         self.each = self.total if response.refines else 0
-        self.response, self.method, self.evaluations = response, method, evaluations
+        self.response, self.method, self.evaluations = space.followed(response), method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
         self.check = options.check
         self.stored: np.ndarray | None = None
@@ -168,7 +168,7 @@ class CountedRuns:
             self.total = max(self.total, self.done + len(xi))
         if not self.done:
             self.progress(0, self.budget)
-        known = setting(self.case, finer)
+        known = setting(self.case, finer, response.branch)
         evaluation = self.evaluations(
             response, self.space, known, (xi, eta), self.labels, advance, recorded=recorded
         )
@@ -374,7 +374,9 @@ class Level(Evaluate):
         runs, record = self.runs, self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
-        stored_runs = generic_runs(record, runs.space, setting(runs.case, self.finer), most)
+        stored_runs = generic_runs(
+            record, runs.space, setting(runs.case, self.finer, self.response.branch), most
+        )
         if len(stored_runs[0]):
             runs.done += len(stored_runs[0])
             runs.reused += len(stored_runs[0])

@@ -12,7 +12,6 @@ from scipy.linalg import null_space
 from flexband.errors import InputError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.block_equilibria import block_equilibria, resting
 from flexband.mechanics.engine.batch import begin, derive, run
 from flexband.mechanics.engine.entries import SENSE
 from flexband.mechanics.engine.failures import rough
@@ -20,6 +19,7 @@ from flexband.mechanics.engine.redundancy import dependent, refuse_shared_fricti
 from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.balance import Balance
+from flexband.mechanics.linearization.block_equilibria import block_equilibria, resting
 from flexband.mechanics.linearization.contact_damping import contact_damping
 from flexband.mechanics.linearization.eigenmodes import Eigenmodes, eigenmodes
 from flexband.mechanics.linearization.linearize import Equations, Linear, Spin

@@ -1,0 +1,113 @@
+"""The turns of angles in a study: counted at the nominal inputs, and followed from there.
+
+The direction of a body tells its angle but for whole turns. Where runs are simulated one by one,
+each counts them from its own given angle, and bodies that are assembled across ±π from it end on
+either side. So a study looks at the nominal inputs once: every run is on the turn that the nominal
+one leads to by continuity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from flexband.errors import InputError, RunError, without_warnings
+from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.turns import nearest
+from flexband.mechanics.bodies.properties import Property
+from flexband.mechanics.configuration import assembled
+
+Builder = Callable[..., Mechanism]
+Values = Mapping[str, Property]
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """The angles of the bodies at the nominal inputs."""
+
+    values: Values  # the nominal inputs
+    given: dict[str, float]  # body -> angle that it is given [rad]
+    turned: dict[str, float]  # body -> turn by assembly [rad], if that is about 45° or more
+    uncertain: frozenset[str]  # the bodies whose given angles depend on inputs
+
+    @staticmethod
+    def of(builder: Builder, values: Values) -> Branch:
+        """Return that of nominal inputs; bodies that cannot be assembled there have not turned.
+
+        Turns are rounded to an eighth of a revolution, so that runs are on the same branch if the
+        nominal inputs change a little.
+        """
+        mechanism = builder(**values)
+        given, turned, eighth = {}, {}, np.pi / 4
+        try:
+            with without_warnings():
+                start = assembled(mechanism)
+        except (InputError, RunError):
+            start = None
+        bodies = [(name, body) for name, body in mechanism.bodies.items() if body.size > 2]
+        for (name, body), (_, vector) in zip(bodies, mechanism.turning, strict=False):
+            given[name] = float(np.ravel(body.angles()[0])[0])
+            if start is None:
+                continue
+            x, y = start.vector(vector)
+            change = float(nearest(np.arctan2(y, x) - given[name], 0.0))
+            if eighths := round(change / eighth):
+                turned[name] = eighth * (4 if eighths == -4 else eighths)
+        uncertain = frozenset(name for name, body in bodies if np.ndim(body.angles()[0]))
+        return Branch(values, given, turned, uncertain)
+
+    def __str__(self) -> str:
+        """Say where angles are nominally, to a quarter of a revolution, if that is not 0."""
+        places = {
+            name: 90 * round((self.given[name] + self.turned.get(name, 0.0)) / (np.pi / 2))
+            for name in self.given
+            if name in self.turned or name in self.uncertain
+        }
+        return ", ".join(f"{name} at about {place}°" for name, place in places.items() if place)
+
+    def lead(self, builder: Builder, mechanism: Mechanism, values: Values) -> Mechanism:
+        """Return the mechanism of other inputs with its angles on this branch."""
+        branches = {}
+        for name, given in self.given.items():
+            if name not in mechanism.bodies or mechanism.branches:
+                continue
+            change = np.asarray(mechanism.bodies[name].angles()[0], dtype=float) - given
+            jumps = np.abs(change) > np.pi * (1 + 1e-9)
+            if jumps.any():
+                change = np.where(jumps, self._change(builder, values, name, change), change)
+            if name in self.turned or jumps.any():
+                branches[name] = given + change + self.turned.get(name, 0.0)
+        return replace(mechanism, branches=branches) if branches else mechanism
+
+    def _change(
+        self, builder: Builder, values: Values, name: str, change: np.ndarray, *, parts: int = 16
+    ) -> np.ndarray:
+        """Return how a given angle changes on the way from the nominal to other inputs [rad].
+
+        A builder may have wrapped it, as by ``arctan2``. Where inputs between both are refused, it
+        is taken as it is.
+        """
+        angles = []
+        for part in np.linspace(0.0, 1.0, parts + 1):
+            between = {key: _between(self.values[key], v, part) for key, v in values.items()}
+            try:
+                angle = np.asarray(builder(**between).bodies[name].angles()[0], dtype=float)
+                angles.append(angle + 0.0 * change)
+            except (RunError, TypeError, ValueError):
+                return change
+        followed = np.unwrap(angles, axis=0)
+        return followed[-1] - followed[0]
+
+
+def _between(nominal: Property, other: Property, part: float) -> Property:
+    """Return an input on the way from the nominal to another value."""
+    if callable(nominal) and callable(other):
+        return partial(_weighted, nominal, other, part)
+    return (1 - part) * np.asarray(nominal) + part * np.asarray(other)
+
+
+def _weighted(nominal: Callable, other: Callable, part: float, *places: np.ndarray) -> np.ndarray:
+    return (1 - part) * nominal(*places) + part * other(*places)

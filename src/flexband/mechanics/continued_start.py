@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
@@ -23,6 +23,7 @@ from flexband.mechanics.engine.entries import STRIKE
 from flexband.mechanics.engine.failures import blame_overlaps
 from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
 from flexband.mechanics.kernels.state import rows_of_gaps
 from flexband.words import number_of
@@ -42,6 +43,7 @@ class EndState:
     spectral_radius: float  # of the integrator
     meshes: dict[str, tuple]  # of the bodies
     parts: dict[Label, np.ndarray]  # numbers by their labels, (rows, samples)
+    at_rest: bool = False  # whether it is an equilibrium, from which bodies have given velocities
 
     @property
     def samples(self) -> int:
@@ -56,16 +58,34 @@ def end_state(system: System, batch: Batch, time: float, spectral_radius: float)
     ends = batch.ends
     parts = {label: ends[rows] for label, rows in _labels(system).items()}
     start = ends[-system.structure.state.multiplier :]
-    mechanism = system.mechanism
-    turning = [name for name, body in mechanism.bodies.items() if body.size > 2]
-    for k, (name, (_, vector)) in enumerate(zip(turning, mechanism.turning, strict=False)):
-        before, after = (
-            np.arctan2(*(form.at([*q]) for form in vector[::-1])) for q in (start, ends)
-        )
-        begun = nearest(before, mechanism.drawn(vector))
+    both = zip(_directions(system, start), _directions(system, ends), strict=True)
+    for k, ((name, before, vector), (_, after, _)) in enumerate(both):
+        begun = nearest(before, system.mechanism.drawn(vector))
         change = nearest(after - before, batch.turned[:, k, 1])
         parts["turn", name, 0] = np.atleast_2d(begun + change)
     return EndState(time, spectral_radius, _meshes(system), parts)
+
+
+def rest_state(system: System, z: np.ndarray, rest: np.ndarray, time: float) -> EndState:
+    """Return the state of equilibria z, (rows, samples), with springs' elongations at `rest`."""
+    sizes = _sizes(system)
+    ends = np.zeros((sum(sizes), z.shape[1]))
+    ends[: len(z)] = z
+    first = sizes[0] + sizes[1]
+    ends[first : first + len(rest)] = rest
+    kinds = "body", "angle", "spring", "law state"
+    parts = {label: ends[rows] for label, rows in _labels(system).items() if label[0] in kinds}
+    for name, direction, vector in _directions(system, z):
+        parts["turn", name, 0] = np.atleast_2d(nearest(direction, system.mechanism.drawn(vector)))
+    return EndState(time, np.nan, _meshes(system), parts, at_rest=True)
+
+
+def _directions(system: System, q: np.ndarray) -> Iterator[tuple[str, np.ndarray, Vector]]:
+    """Yield the bodies that turn, the directions of their first sections, and these vectors."""
+    bodies = system.mechanism.bodies.items()
+    turning = [name for name, body in bodies if body.size > 2]
+    for name, (_, (x, y)) in zip(turning, system.mechanism.turning, strict=False):
+        yield name, np.arctan2(y.at([*q]), x.at([*q])), (x, y)
 
 
 def state_of(motion: xr.DataArray, period: float | None) -> EndState:
@@ -76,7 +96,8 @@ def state_of(motion: xr.DataArray, period: float | None) -> EndState:
     if not isinstance(state, EndState):
         raise InputError(
             "start must be 'assembled', 'static', 'periodic', or the result of "
-            "simulate(..., keep_state=True); got a result without a state"
+            "simulate(..., keep_state=True) or of equilibrium(..., keep_state=True); got a result "
+            "without a state"
         )
     if motion.sizes.get("sample", 1) != state.samples or (
         "time" in motion.dims and float(motion["time"][-1]) != state.time
@@ -112,6 +133,8 @@ def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
         if label in state.parts:
             ends[places], known[places] = state.parts[label], True
     ends[0] = 1.0
+    if state.at_rest:
+        ends[rows.velocity : rows.acceleration] = system.values.velocity
     first_rest = rows.rows + rows.coordinates + 1
 
     def carried(first: int, given: np.ndarray) -> np.ndarray:

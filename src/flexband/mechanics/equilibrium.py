@@ -5,11 +5,19 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, check_instance, check_integer, check_numbers, warn
+from flexband.errors import (
+    InputError,
+    check_flag,
+    check_instance,
+    check_integer,
+    check_numbers,
+    warn,
+)
 from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import assemble
+from flexband.mechanics.continued_start import rest_state
 from flexband.mechanics.engine.batch import derive
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.engine.entries import statics
@@ -19,12 +27,16 @@ from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, thread_count, while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
-from flexband.mechanics.sensors.extremes import refuse_over_steps
 from flexband.words import number_of
 
 
 def equilibrium(
-    mechanism: Mechanism, *, steps: int = 1, time: float = 0.0, threads: int | None = None
+    mechanism: Mechanism,
+    *,
+    steps: int = 1,
+    time: float = 0.0,
+    keep_state: bool = False,
+    threads: int | None = None,
 ) -> xr.DataArray:
     """Compute a static equilibrium of a mechanism under its loads.
 
@@ -40,6 +52,9 @@ def equilibrium(
         applied, each starting from the equilibrium of the one before. Springs and drives act in
         full.
     time : the time [s] at which functions of time are evaluated.
+    keep_state : whether the result can be the `start` of a simulation: of a mechanism that is
+        released with the velocities that its bodies are given. As in `simulate`, the state is
+        ``attrs["state"]``.
     threads : number of threads, or None for one per core.
 
     Returns
@@ -49,7 +64,8 @@ def equilibrium(
     small motion about the equilibrium grows. If constraints are redundant there,
     ``attrs["not_unique"]`` lists the joints that share forces; those of least norm are given.
     What assembly changes in the given start is stated in the attributes and warned of as by
-    `simulate`.
+    `simulate`. Sensors of a motion, such as `Work` and extremes, are left out, and listed in
+    ``attrs["left_out"]``.
 
     Raises
     ------
@@ -71,11 +87,10 @@ def equilibrium(
     array([19.62  ,  1.0196])
     """
     check_instance("mechanism", mechanism, Mechanism)
-    refuse_over_steps(mechanism.sensors)
+    check_flag("keep_state", keep_state)
     mechanism.warn_of_windings()
-    mechanism = mechanism.at_rest()
-    steps, at = check_steps(steps), check_time(time)
-    threads = thread_count(threads)
+    without, mechanism = mechanism.left_out_at_rest(), mechanism.at_rest()
+    steps, at, threads = check_steps(steps), check_time(time), thread_count(threads)
     system = assemble(mechanism)
     packed = pack(system, np.array([at, at + 1.0]))
     outputs = np.empty((system.samples, len(system.outputs)))
@@ -85,6 +100,8 @@ def equilibrium(
     blocks = -(-system.samples // WIDTH)
     firsts = np.empty((system.structure.state.rows, system.samples))
     states = np.zeros((1, 1 + system.structure.state.coordinates, system.samples))
+    rests = np.zeros((system.structure.state.rows, system.samples))
+    relaxed = np.zeros((len(system.structure.springs.f), system.samples))
 
     def settle(block: int) -> int:
         samples = np.arange(system.samples)[block * WIDTH : (block + 1) * WIDTH]
@@ -96,10 +113,12 @@ def equilibrium(
         with np.errstate(all="ignore" if failure[0].any() else None):
             outputs[samples] = derive(system, rows.transpose(1, 0, 2))[:, -1].T[: len(samples)]
         failures[samples] = failure.T[: len(samples)]
+        relaxed[:, samples] = values.springs.rest[:, : len(samples)]
         for sample, balance in zip(samples, balances, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable
                 states[0, :, sample] = balance.z[: len(states[0])]
+                rests[:, sample] = balance.z
                 if balance.redundant:
                     redundant[sample] = balance.z.copy()
         return len(samples)
@@ -108,12 +127,7 @@ def equilibrium(
         while_compiling(lambda: block_equilibria(system, packed(0), 1, samples=1))
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
-    if not stable.all():
-        warn(
-            f"the equilibrium of {np.sum(~stable)} of {number_of(len(stable), 'sample')} is not "
-            "stable: the smallest disturbance makes the mechanism leave it, as a column above its "
-            "buckling load"
-        )
+    _warn_of_unstable(stable)
     strains = Members(system).largest(states, np.arange(system.samples))
     warn_of_large_strains(system, strains, failures[:, 0] > 0)
     result = xr.DataArray(
@@ -124,20 +138,38 @@ def equilibrium(
             "unit": ("output", system.units, attributes_of_units(system)),
             "stable": ("sample", stable),
         },
-        attrs=report(system, corrections(system, firsts, np.arange(system.samples))),
+        attrs=without | report(system, corrections(system, firsts, np.arange(system.samples))),
     )
-    rough = list(dict.fromkeys(name for name, _ in mechanism.frictions))
-    if rough:
-        result.attrs["without_friction"] = rough
-        warn(
-            f"friction of {' and '.join(map(repr, rough))} is left out of the equilibrium: what "
-            "sticks can carry any force up to its limit, so there are many equilibria"
-        )
+    if keep_state:
+        result.attrs["state"] = rest_state(system, rests, relaxed, at)
+    result.attrs |= _without_friction(mechanism)
     if redundant:
         sample = min(redundant)
         _, joints = dependent(system, redundant[sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0)
+
+
+def _warn_of_unstable(stable: np.ndarray) -> None:
+    """Warn of samples whose equilibrium is not stable."""
+    if not stable.all():
+        warn(
+            f"the equilibrium of {np.sum(~stable)} of {number_of(len(stable), 'sample')} is not "
+            "stable: the smallest disturbance makes the mechanism leave it, as a column above its "
+            "buckling load"
+        )
+
+
+def _without_friction(mechanism: Mechanism) -> dict[str, list[str]]:
+    """Return the attribute that lists parts whose friction is left out, and warn of it."""
+    rough = list(dict.fromkeys(name for name, _ in mechanism.frictions))
+    if not rough:
+        return {}
+    warn(
+        f"friction of {' and '.join(map(repr, rough))} is left out of the equilibrium: what "
+        "sticks can carry any force up to its limit, so there are many equilibria"
+    )
+    return {"without_friction": rough}
 
 
 def check_steps(steps: int) -> int:

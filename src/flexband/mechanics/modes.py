@@ -40,7 +40,6 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_modes import ModeSolver, SampleModes
 from flexband.mechanics.linearization.linearize import Spin
 from flexband.mechanics.linearization.thickness import Thickness
-from flexband.mechanics.sensors.extremes import refuse_over_steps
 
 
 @frozen()
@@ -88,7 +87,7 @@ def modes(
         the given rate, whatever the velocities at the start; frequencies and shapes are those that
         an observer sees who turns with it. About "sliding", drives keep their speeds at the start
         and everything else rests. Friction with a sliding speed is a load, which may cause squeal;
-        friction without one sticks, in every state.
+        friction without one sticks, in every state, if it has a normal force.
     steps : as in `equilibrium`; centrifugal forces are raised as well.
     thickness : whether to list modes of thickness, too: vibrations of the sections of beams across
         their axis, which Timoshenko's beam does not have. Their frequencies depend on the mesh, and
@@ -111,7 +110,9 @@ def modes(
     parameter is an array of more than one value; a sample with fewer modes than others ends with
     NaN. ``attrs["unbalanced"]`` lists samples whose loads are not in equilibrium at the start:
     modes about the start lack the stresses that these loads would cause. With friction,
-    ``attrs["sliding"]`` lists the parts in which it slides.
+    ``attrs["sliding"]`` lists the parts in which it slides, ``attrs["stuck"]`` those that it holds.
+    Friction that can hold nothing in this state, without a normal force, is free. Sensors of a
+    motion, such as extremes, are left out, and listed in ``attrs["left_out"]``.
 
     Raises
     ------
@@ -134,15 +135,15 @@ def modes(
     (array([3.183]), array([0.05]))
     """
     check_instance("mechanism", mechanism, Mechanism)
-    refuse_over_steps(mechanism.sensors)
     count, steps = check_integer("count", count, 1), check_steps(steps)
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)
     result = _dataset(system, samples)
-    if mechanism.frictions:
-        senses = np.any([of_sample.senses != 0 for of_sample in samples], axis=0)
-        names = np.array([name for name, _ in mechanism.frictions])
-        result.attrs["sliding"] = list(dict.fromkeys(names[senses].tolist()))
+    names = np.array([name for name, _ in system.mechanism.frictions])
+    for kind in ("sliding", "stuck") if len(names) else ():
+        chosen = np.any([getattr(of_sample, kind) for of_sample in samples], axis=0)
+        result.attrs[kind] = list(dict.fromkeys(names[chosen].tolist()))
+    result.attrs |= mechanism.left_out_at_rest()
     if unbalanced:
         result.attrs["unbalanced"] = unbalanced
     return result if system.samples > 1 else result.isel(sample=0)

@@ -76,9 +76,10 @@ def simulate(
         "static", the stable equilibrium at time zero, from which bodies move with their velocities;
         or "periodic", the state to which the motion returns after a period. Or the result of
         another simulation that has kept its state: the motion goes on where that one ended, at its
-        time. Bodies have the same names and meshes, while joints, loads and sensors may be others.
-        Joints that are new must fit the bodies where they are. Velocities that they do not allow
-        change at once, as in a plastic impact.
+        time. Or that of `equilibrium`: bodies rest there, and move with the velocities that they
+        are given, as when a support is released. Bodies have the same names and meshes, while
+        joints, loads and sensors may be others. Joints that are new must fit the bodies where they
+        are. Velocities that they do not allow change at once, as in a plastic impact.
     period : that of a periodic start [s], a whole multiple of the step, in which all functions of
         time repeat themselves.
     keep_state : whether the result can be the start of another simulation. Its state is

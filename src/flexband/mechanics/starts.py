@@ -10,12 +10,14 @@ import xarray as xr
 
 from flexband.errors import InputError, check_numbers, check_option, check_positive
 from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.continued_start import continued, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.kernels.state import State
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.ramps import slowed
@@ -23,31 +25,49 @@ from flexband.mechanics.time_functions.ramps import slowed
 
 @dataclass(frozen=True)
 class StaticStart(Start):
-    """The stable equilibrium at time zero, from which bodies move with their velocities."""
+    """The stable equilibrium at time zero, from which bodies move with their velocities.
+
+    Joints that switch are as at the start.
+    """
 
     def of_blocks(self, run: Run) -> Callable[[int, Values], Begun]:
         """Return what begins a block."""
-        state = run.system.structure.state
+        mechanism, system = run.system.mechanism, run.system
+        state, samples = system.structure.state, run.samples
+        if switches := mechanism.switches:
+            system = replace(assemble(mechanism.at_rest()), samples=run.system.samples)
+        packed = pack(system, AT_START, samples)
+        kept = [_kept_rows(each.structure.state) for each in (run.system, system)]
 
         def begin_block(number: int, values: Values) -> Begun:
-            count = min(WIDTH, len(run.samples) - number * WIDTH)
+            count = min(WIDTH, len(samples) - number * WIDTH)
             work, failure = begin(run.system, values)
             assembled = work.z.copy()
-            rest = block_equilibria(run.system, values, 1, count)
+            rest = block_equilibria(system, packed(number) if switches else values, 1, count)
             z, failed = work.z.copy(), np.where(failure[0] > 0, failure, rest.failure)
+            if switches:
+                failed[2] = -1.0  # constraints have other numbers
             for lane in range(WIDTH):
                 balance = rest.balances[min(lane, count - 1)]
                 failed[:, lane] = failed[:, min(lane, count - 1)]
                 if not failed[0, lane]:
-                    z[:, lane] = balance.z
+                    z[kept[0], lane] = balance.z[kept[1]]
+                    if not switches:  # turns are counted on the way
+                        work.z[state.angle : state.velocity, lane] = balance.z[
+                            state.angle : state.velocity
+                        ]
                     if not balance.stable:
                         failed[:3, lane] = FAILURE.unstable, 0.0, -1.0
-            angles = slice(state.angle, state.velocity)
-            work.z[angles] = z[angles]  # turns are counted on the way
             failure = hold(run.system, values, work, z, velocities=False)
             return Begun(work, np.where(failed[0] > 0, failed, failure), assembled)
 
         return begin_block
+
+
+def _kept_rows(state: State) -> np.ndarray:
+    """Return the rows of z that a motion takes from a rest: places, and states of laws."""
+    laws = np.arange((state.rule - state.law_state) // 4)
+    return np.concatenate([np.arange(1, state.multiplier), state.law_state + laws])
 
 
 def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:
@@ -92,8 +112,8 @@ def started(
         state = state_of(start, period)
         return continued(assemble(mechanism), state)
     begins, system = start_of(start, period, step, "step"), assemble(mechanism)
-    if start in ("static", "periodic") and mechanism.at_rest() is not mechanism:
-        raise InputError(f"start={start!r} is not for a mechanism with joints that switch")
+    if start == "periodic" and mechanism.switches:
+        raise InputError("start='periodic' is not for a mechanism with joints that switch")
     if slow:
         system = replace(system, functions=slowed(system.functions, slow))
     return system, begins

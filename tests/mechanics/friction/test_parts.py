@@ -184,6 +184,7 @@ def test_what_has_friction_sticks_in_modes():
                 "b": fb.Slot("b", (0.0, 0.0)),
             },
             loads={
+                "g": fb.Gravity(),
                 "first": fb.Spring("a", (-1.0, 0.0), 100.0, rest_length=1.0),
                 "second": fb.Spring("a", "b", 100.0, rest_length=1.0),
             },

@@ -85,6 +85,7 @@ def test_three_motors_move_an_arm():
     np.testing.assert_allclose(motion.sel(output="turn"), theta.sum(axis=0), atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:left out")
 def test_motor_held_in_modes_and_statics():
     """With its motors at rest the arm is rigid; a spring instead of one makes a pendulum."""
     drives = [lambda t: -np.pi / 2 + 0.0 * t, lambda t: 0.0 * t, lambda t: np.pi / 2 + 0.0 * t]

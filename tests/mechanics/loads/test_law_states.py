@@ -106,6 +106,7 @@ def test_a_pid_controlled_arm_moves_as_scipy_has_it():
     assert np.abs(work).max() < 1e-5 * np.abs(motion.sel(output="work")).max()
 
 
+@pytest.mark.filterwarnings("ignore:left out")
 def test_an_equilibrium_holds_what_an_integral_controller_holds():
     """The error vanishes, and the integral carries the weight: its rate does not depend on it."""
     rest = fb.equilibrium(controlled_arm())

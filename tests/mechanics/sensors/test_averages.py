@@ -176,5 +176,3 @@ def test_averages_are_refused_where_they_make_no_sense():
         fb.errors.InputError, match="Average sensor must be one of the state itself"
     ):
         Average(Average(PLACE, 0.1), 0.1)
-    with pytest.raises(fb.errors.InputError, match="sensor 'a': an Average is over the steps"):
-        fb.equilibrium(oscillator(a=Average(PLACE, 0.1)))

@@ -80,9 +80,3 @@ def test_the_largest_penetration_and_the_impulse_of_an_impact_within_a_step():
 def test_bad_extremes_are_refused_by_name(sensor, options, message):
     with pytest.raises(fb.errors.InputError, match=re.escape(message)):
         Largest(sensor, **options)
-
-
-@pytest.mark.parametrize("solve", [fb.equilibrium, lambda mechanism: fb.modes(mechanism, 1)])
-def test_extremes_are_refused_where_there_are_no_steps(solve):
-    with pytest.raises(fb.errors.InputError, match="sensor 'most': a Largest is over the steps"):
-        solve(oscillator(most=Largest(fb.Position("m"))))

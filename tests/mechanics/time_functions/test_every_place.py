@@ -83,6 +83,7 @@ def loaded(place, function):
 
 
 @pytest.mark.filterwarnings("ignore:.*whose rate jumps", "ignore:assembly turned")
+@pytest.mark.filterwarnings("ignore:left out")
 @pytest.mark.parametrize("tolerance", STEPS)
 @pytest.mark.parametrize("place", ["rotation", "travel", "path", "distance"])
 @pytest.mark.parametrize("name", CONTINUOUS)

@@ -457,11 +457,31 @@ class Mechanism:
         return Form.variable(first + self._number_in_laws("event", *active)) * -1.0
 
     def at_rest(self) -> Mechanism:
-        """Return the mechanism for statics and modes: joints that switch are as at the start."""
+        """Return the mechanism for statics and modes, without sensors that are of a motion.
+
+        Joints that switch are as at the start.
+        """
         joints = {name: joint.at_rest() for name, joint in self.joints.items()}
-        if all(joints[name] is joint for name, joint in self.joints.items()):
+        sensors = {name: sensor for name, sensor in self.sensors.items() if sensor.in_equilibrium}
+        if len(sensors) == len(self.sensors) and not self.switches:
             return self
-        return replace(self, joints=joints)
+        return replace(self, joints=joints, sensors=sensors)
+
+    @property
+    def switches(self) -> bool:
+        """Whether a joint of it becomes active or inactive."""
+        return any(joint.at_rest() is not joint for joint in self.joints.values())
+
+    def left_out_at_rest(self) -> dict[str, list[str]]:
+        """Return the attribute that lists sensors which statics and modes leave out; warn of it."""
+        names = [name for name, sensor in self.sensors.items() if not sensor.in_equilibrium]
+        if not names:
+            return {}
+        warn(
+            f"left out: {', '.join(map(repr, names))}, since what these sensors return is of a "
+            "motion, and there is none"
+        )
+        return {"left_out": names}
 
     def switching_losses(self, joint: str) -> list[Form]:
         """Return the energies that the rows of a joint that switches have taken so far."""

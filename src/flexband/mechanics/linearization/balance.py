@@ -177,22 +177,29 @@ class Balance:
         loads = [np.abs(self.equations.size * force).max() for force in forces]
         return max(np.abs(self.rows.T * self.carried).max(initial=0.0), *loads)
 
-    @property
-    def excess(self) -> float:
-        """The largest force that is not balanced, over the one that is allowed."""
+    @cached_property
+    def tolerated(self) -> np.ndarray:
+        """The force along each allowed direction that counts as none [N m]."""
         size = self.equations.size
         position = np.abs(self.z[self.equations.q]) + size
         noise = ROUNDING * np.abs(self.basis).T @ (self.linear.terms @ position)
         reach = np.abs(self.basis / size[:, None]).max(axis=0, initial=0.0)
-        tolerated = (
-            self.tolerances.force * self.largest_force * reach + noise + np.finfo(float).tiny
-        )
-        return float(np.max(np.abs(self.forces) / tolerated, initial=0.0))
+        return self.tolerances.force * self.largest_force * reach + noise + np.finfo(float).tiny
+
+    @property
+    def excess(self) -> float:
+        """The largest force that is not balanced, over the one that is allowed."""
+        return float(np.max(np.abs(self.forces) / self.tolerated, initial=0.0))
 
     @cached_property
     def stiffness(self) -> tuple[np.ndarray, np.ndarray, Factors | None]:
-        """The stiffness on the allowed directions, as `_scaled` returns it."""
-        return _scaled(reduced(self.linear.K + self.linear.L, self.basis))
+        """The stiffness on the allowed directions, as `_scaled` returns it.
+
+        It is none where a move by the whole size would change forces by less than is tolerated.
+        """
+        matrix = reduced(self.linear.K + self.linear.L, self.basis)
+        least = np.sqrt(self.tolerated)
+        return _scaled(np.where(np.abs(matrix) < least * least[:, None], 0.0, matrix))
 
     @property
     def unresolved(self) -> bool:

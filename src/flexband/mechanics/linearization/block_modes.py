@@ -33,7 +33,8 @@ class SampleModes(NamedTuple):
     modes: Eigenmodes
     shapes: np.ndarray
     momenta: np.ndarray
-    senses: np.ndarray  # of each friction that slides, 0 of what sticks
+    sliding: np.ndarray  # which frictions slide
+    stuck: np.ndarray  # which hold what they can
 
 
 class BlockModes(NamedTuple):
@@ -103,14 +104,15 @@ class ModeSolver:
             require_inertia(system, balance.equations.values, z[:, None], numbers[lane : lane + 1])
             damping = linear.D + contact_damping(balance.equations, z, linear)
             linear = linear._replace(M=balance.equations.mass, D=damping)
-            basis, senses = balance.basis, z[balance.equations.senses].copy()
+            basis, sliding = balance.basis, z[balance.equations.senses] != MODE.free
+            stuck = balance.equations.holding(z) & ~sliding
             if system.mechanism.frictions:
-                linear, basis = _with_friction(balance, linear, z, sample)
+                linear, basis = _with_friction(balance, linear, z, stuck, sample)
             modes = self._lowest(linear, basis, sample, z)
             if spins is not None and spins[lane].pace(balance.equations.size):
                 check_steady(system, sample, balance, modes, spins[lane])
             shapes = self._shapes(balance.equations, z, modes)
-            results.append(SampleModes(modes, shapes, linear.M @ modes.vectors, senses))
+            results.append(SampleModes(modes, shapes, linear.M @ modes.vectors, sliding, stuck))
         return BlockModes(failure, results, unbalanced, moving)
 
     def _lowest(self, linear: Linear, basis: np.ndarray, sample: int, z: np.ndarray) -> Eigenmodes:
@@ -148,13 +150,13 @@ class ModeSolver:
 
 
 def _with_friction(
-    balance: Balance, linear: Linear, z: np.ndarray, sample: int
+    balance: Balance, linear: Linear, z: np.ndarray, held: np.ndarray, sample: int
 ) -> tuple[Linear, np.ndarray]:
-    """Return the matrices with friction that slides, and the motions in which all else sticks."""
+    """Return the matrices with friction that slides, and the motions that it does not hold."""
     equations, basis, system = balance.equations, balance.basis, balance.equations.system
     if np.any(system.structure.friction.one_way * z[equations.senses] < 0):
         raise InputError("a OneWayClutch would lock, so the mechanism does not slide steadily")
-    stuck = equations.sticking(z)[z[equations.senses] == MODE.free] * equations.size
+    stuck = equations.sticking(z)[held] * equations.size
     basis = basis @ null_space(stuck / equations.size @ basis)
     if not basis.shape[1]:
         raise InputError("friction holds all that can move, so there are no modes")

@@ -238,8 +238,9 @@ def rounding(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     """Return the error of s² of each mode by rounding of the stiffness.
 
     Stretched members round relative to their axial stiffness, so components of a vector count as
-    one.
+    one. What is far below that of other modes counts as none.
     """
     size = np.abs(vectors).reshape(-1, 2, vectors.shape[1]).max(axis=1)
     pairs = linear.terms.reshape(len(size), 2, len(size), 2).max(axis=(1, 3))
-    return ROUNDING * np.einsum("im,ij,jm->m", size, pairs, size)
+    error = ROUNDING * np.einsum("im,ij,jm->m", size, pairs, size)
+    return np.maximum(error, 1e-12 * error.max(initial=0.0))

@@ -32,7 +32,7 @@ from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.kernels.laws.states import MARK
-from flexband.mechanics.kernels.state import FRICTION_ROWS, rows_of_gaps
+from flexband.mechanics.kernels.state import FRICTION_ROWS, friction_rows, rows_of_gaps
 
 
 class LinearStates(NamedTuple):
@@ -235,6 +235,25 @@ class Equations:
             rest = np.abs(speeds) <= self.still * self._units * spin.pace(self.size)
             z[self.senses] = np.where(rest, MODE.free, np.sign(speeds))
         return z
+
+    def holding(self, z: np.ndarray, *, least: float = 1e-9) -> np.ndarray:
+        """Return which frictions can hold something: the normal force is above the `least` part.
+
+        That is of the largest reaction or load. Joints that switch hold if they are active, and
+        clutches that turn one way always.
+        """
+        z, friction = z.copy(), self.system.structure.friction
+        if not self.frictions:
+            return np.zeros(0, dtype=bool)
+        reactions = z[self.multipliers]
+        z[self.carried], z[self.senses] = reactions, MODE.free
+        loads = self.loads(z[:, None])[:, 0]
+        first = friction_rows.py_func(self.state).normal
+        normal = self.work.z[first : first + self.frictions, 0]
+        largest = np.abs([*reactions, *loads, *self.values.weight[self.q, 0]]).max(initial=0.0)
+        coefficient = self.values.friction.static[:, 0]
+        held = np.where(friction.switched, normal > 0, coefficient * normal > least * largest)
+        return held | (friction.one_way != 0)
 
     def follows(self, z: np.ndarray) -> bool:
         """Return whether friction slides that may depend on reactions."""

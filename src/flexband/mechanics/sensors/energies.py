@@ -52,15 +52,13 @@ class PotentialEnergy(_Energy):
 class Work(OverSteps):
     """The work ∫ Q dq that a load, joint or drive has done on the mechanism since the start [J].
 
-    It is integrated by the trapezoidal rule over all steps, in an equilibrium over those on the way
-    to it. An impulse, where speeds change at once, does its work with the mean of the velocities
-    before and after, and that of a drive which becomes active with those after. If a joint and a
-    load have the same name, the joint is meant.
+    It is integrated by the trapezoidal rule over all steps. An impulse, where speeds change at
+    once, does its work with the mean of the velocities before and after, and that of a drive which
+    becomes active with those after. If a joint and a load have the same name, the joint is meant.
     """
 
     part: str
     units = (("", "J"),)
-    in_equilibrium = True
 
     def __post_init__(self) -> None:
         check_instance("Work part", self.part, str, "the name of a load or joint")
@@ -115,6 +113,7 @@ class Power(Sensor):
 
     part: str
     units = (("", "W"),)
+    in_equilibrium = False
     in_place = "Work, which is its integral,"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:

@@ -6,7 +6,7 @@ The engine updates them at every step that it takes, however short.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from flexband.arguments import frozen
@@ -86,16 +86,6 @@ def check_window(name: str, window: tuple[float, float] | None) -> None:
             raise InputError(
                 f"{name} window [s] must be two increasing times from 0 on; got "
                 f"({first:g}, {last:g})"
-            )
-
-
-def refuse_over_steps(sensors: Mapping[str, Sensor]) -> None:
-    """Raise `InputError` for sensors that only a simulation has."""
-    for name, sensor in sensors.items():
-        if not sensor.in_equilibrium:
-            kind = type(sensor).__name__
-            raise InputError(
-                f"sensor {name!r}: {with_article(kind)} is over the steps of a simulation"
             )
 
 

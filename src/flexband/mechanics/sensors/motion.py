@@ -83,7 +83,7 @@ class Sensor(ABC):
     """Whether the outputs are the components of a tensor, which mean something together only."""
 
     in_equilibrium: ClassVar[bool] = True
-    """Whether the outputs exist without a motion, in statics and modes."""
+    """Whether the outputs exist without a motion, in statics and modes, which leave out others."""
 
     in_place: ClassVar[str] = ""
     """What sensor of extremes or integrals over steps serves where this one `derives`."""

@@ -74,20 +74,35 @@ def interpolated(points: Sequence[float], strains: np.ndarray, xi: float) -> np.
 
 
 def axial_strain(
-    xi: float, axial: np.ndarray, bent: np.ndarray, shear: np.ndarray, pull: ArrayLike
+    xi: float,
+    axial: np.ndarray,
+    bent: np.ndarray,
+    shear: np.ndarray,
+    pull: ArrayLike,
+    loaded: np.ndarray,
 ) -> np.ndarray:
     """Return N/EA at ξ, shape (…), from axial strains (3, …), bending (2, …) and shear Q/EA.
 
     It is the line through the axial strain at the two Gauss points, and the parabola beside it that
     N has where no force acts: N′ = Qφ′ and Q′ = −Nφ′ give N″ = Qφ″ − Nφ′². The line misses a
     `pull`, 5 times that of Qγ/EA: where the axis shears by γ, Γ at the ends is that of N − 5 Qγ, in
-    the middle that of N + 5/2 Qγ.
+    the middle that of N + 5/2 Qγ. Forces along the member bend the parabola by what is `loaded`.
     """
     first, last = (interpolated(AXIAL, axial, point) for point in GAUSS)
     middle, (angle, change) = 0.5 * (first + last), bent
-    curved = np.sqrt(3) * shear * change - angle**2 * middle
+    curved = np.sqrt(3) * shear * change - angle**2 * middle - loaded
     line = middle + (np.sqrt(3) * (last - first) + pull) * (xi - 0.5)
     return line + 0.5 * curved * (xi**2 - xi + 1 / 6)
+
+
+def carried(force: np.ndarray, chord: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return −N″ times the length [N/m] by forces per length at both ends, shape (2, 2, …).
+
+    N′ = Qφ′ − p·t and Q′ = −Nφ′ − p·n make it (p·t)′ + (p·n)φ′ = p′·t + 2 (p·n)φ′.
+    """
+    tx, ty = chord / np.hypot(*chord)
+    (px, py), (mx, my) = force[1] - force[0], 0.5 * (force[0] + force[1])
+    return px * tx + py * ty + 2 * angle * (my * tx - mx * ty)
 
 
 def slope(q: np.ndarray, xi: float, length: np.ndarray) -> np.ndarray:

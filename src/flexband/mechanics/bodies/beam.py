@@ -26,6 +26,7 @@ from flexband.mechanics.bodies.assumed_strains import (
     axial_strain,
     bending,
     bent,
+    carried,
     interpolated,
     interpolation,
     line_stiffness,
@@ -310,14 +311,16 @@ class Beam(CentreLine):
         """Return the strains: six of a continuum, or N/EA, κ − κ₀ [1/m], Q and b."""
         if self.integration is not None:
             return self._continuum_strains(state)
-        q, xi, length, initial, (EA, _, kGA) = state
+        q, xi, length, initial, (EA, _, kGA), inertia = state
         now = self.element_strains(q, length)
         change = now - initial
         axial, bent, shear, thickness = change[:3], change[3:5], kGA / EA * change[5:7], change[7:]
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
         pull = 5 * (pulls[1] - pulls[0])
+        nodes = q.reshape(6, 2, *q.shape[1:])
+        curved = carried(inertia, nodes[3] - nodes[0], now[3]) * length / EA
         return (
-            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull),
+            axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, curved),
             np.tensordot(bending(xi), bent, 1) / length,
             interpolated(ENDS, change[5:7], xi),
             interpolated(ENDS, thickness, xi),
@@ -329,7 +332,7 @@ class Beam(CentreLine):
         The bending strain a₁ is constant in an element, and accurate in the middle. From there it
         is extrapolated with the shear force, dM/ds = −Q: a₁′ = Q/c₁₁.
         """
-        q, xi, length, initial, section = state
+        q, xi, length, initial, section, _ = state
         c = SectionStiffness(*section)
 
         def changes(place: float) -> list[np.ndarray]:
@@ -368,6 +371,9 @@ class Beam(CentreLine):
         axial, bending, shear, thickness = strain
         along = E * (axial + (a - y * b) * bending)
         return along, E * thickness, k * E / (2 * (1 + nu)) * shear
+
+    def line_mass(self, along: Along) -> np.ndarray:
+        return self.profile.moments(along)[0] * along(*self.properties()[0])
 
     def vectors(
         self, q: np.ndarray, xi: float, length: np.ndarray

@@ -22,6 +22,7 @@ from flexband.mechanics.bodies.assumed_strains import (
     axial_strain,
     bending,
     bent,
+    carried,
     line_stiffness,
     slope,
 )
@@ -116,6 +117,9 @@ class Cable(CentreLine):
     def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:  # EA [N] and EI [N m²]
         return [along(*stiffness) for stiffness in self.properties()[1:]]
 
+    def line_mass(self, along: Along) -> np.ndarray:
+        return along(*self.properties()[0])
+
     def mass_entries(self) -> MassEntries:  # of the axis
         return self.axis_mass(self.at_gauss_points(*self.properties()[0]))
 
@@ -132,11 +136,13 @@ class Cable(CentreLine):
 
     def strains(self, state: ElementState) -> Sequence[np.ndarray]:
         """Return ε, κ − κ₀ [1/m] and its derivative by length [1/m²]."""
-        q, xi, length, initial, (EA, EI) = state
+        q, xi, length, initial, (EA, EI), inertia = state
         now = self.element_strains(q, length)
         change = now - initial
         by_length = np.sqrt(3) * change[4] / length**2
-        axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0)
+        ends = q.reshape(4, 2, *q.shape[1:])
+        curved = carried(inertia, ends[2] - ends[0], now[3]) * length / EA
+        axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0, curved)
         return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length
 
     def section_forces(self, state: ElementState) -> Sequence[np.ndarray]:

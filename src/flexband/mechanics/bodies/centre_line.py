@@ -42,6 +42,7 @@ class ElementState(NamedTuple):
     length: np.ndarray  # of the elements [m], shape (…)
     initial: np.ndarray  # their `element_strains` at the start
     section: Sequence[np.ndarray] | np.ndarray  # the `section_stiffness` at ξ
+    inertia: np.ndarray  # −μ r̈ at both nodes [N/m], shape (2, 2, …)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,6 +141,10 @@ class CentreLine(Body):
     @abstractmethod
     def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
         """Return r_y at ξ between the nodes a and b, where r_x of the axis is `slope`."""
+
+    @abstractmethod
+    def line_mass(self, along: Along) -> np.ndarray:
+        """Return the mass per length μ [kg/m] at the positions of `along`."""
 
     @abstractmethod
     def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:

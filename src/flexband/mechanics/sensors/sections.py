@@ -37,13 +37,20 @@ class _Local(Sensor):
         return member, first, element, place - element
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        """Return the element's coordinates, its length and strains at the start, and `_numbers`."""
+        """Return the element's coordinates, inertia forces, length, first strains and numbers."""
         member, first, element, xi = self._located(model)
         first, at = first + int(member.element_rows[element]), np.array([element + xi])
 
         def along(name: str, value: Property, check: Callable) -> np.ndarray:
             return member.evaluated(at, name, value, check)[:, 0]
 
+        inertia = []
+        for node, place in ((first, element), (first + member.per_node, element + 1)):
+            end = np.array([place], dtype=float)
+            mass = member.line_mass(lambda *value, end=end: member.evaluated(end, *value)[:, 0])
+            inertia += [
+                Form.variable(model.state.acceleration + node + k) * -mass for k in range(2)
+            ]
         initial = [
             Form.constant(strain[element])
             for strain in member.element_strains(member.at_start, member.element_lengths.T)
@@ -54,6 +61,7 @@ class _Local(Sensor):
                 initial[k] = initial[k] + strain
         return [
             *(Form.variable(first + k) for k in range(member.element_coordinates)),
+            *inertia,
             Form.constant(member.length_of(element)),
             *initial,
             *map(Form.constant, member.section_stiffness(along)),
@@ -66,11 +74,11 @@ class _Local(Sensor):
 
     def derive(self, rows: np.ndarray, model: SensorModel) -> np.ndarray:
         member, _, _, xi = self._located(model)
-        parts = (member.element_coordinates, 1, *member.counts)
-        q, (length,), initial, section, numbers = np.split(rows, np.cumsum(parts))
-        return np.stack(
-            self._outputs(member, ElementState(q, xi, length, initial, section), numbers)
-        )
+        parts = (member.element_coordinates, 4, 1, *member.counts)
+        q, inertia, (length,), initial, section, numbers = np.split(rows, np.cumsum(parts))
+        inertia = inertia.reshape(2, 2, *q.shape[1:])
+        state = ElementState(q, xi, length, initial, section, inertia)
+        return np.stack(self._outputs(member, state, numbers))
 
     @abstractmethod
     def _outputs(

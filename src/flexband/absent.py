@@ -67,9 +67,51 @@ ABSENT = (
         "Flexible members are beams and cables.",
     ),
     Absent(
-        "import of CAD and other programs' models",
-        "load_cad import_cad load_urdf from_urdf from_adams load_mesh",
+        "import of CAD, URDF and other programs' models",
+        "load_cad import_cad load_urdf from_urdf URDF from_adams load_mesh",
         "Build the mechanism from its dimensions, which are the inputs of the study.",
+    ),
+    Absent(
+        "frequency response",
+        "FrequencyResponse HarmonicResponse FRF Bode TransferFunction Sweep",
+        "Simulate with a harmonic load and start='periodic', one run per frequency; of small "
+        "motions, `modes` gives eigenvalues and shapes, whose sum is the response.",
+    ),
+    Absent(
+        "rolling resistance",
+        "RollingResistance RollingFriction",
+        "A contact.Brake between the wheel and the body that it rolls on, whose radius times µ is "
+        "the arm of the resistance and whose force is the load of the wheel.",
+    ),
+    Absent(
+        "friction with a normal force across the plane",
+        "TableFriction PlanarFriction SurfaceFriction",
+        "A contact.Brake against rotations and a contact.LuGre along lines take a given normal "
+        "force, such as the weight of what lies on the plane; a ForceLaw any other.",
+    ),
+    Absent(
+        "servo constraints",
+        "ServoConstraint InverseDynamics ComputedTorque",
+        "Prescribe the path of the point by PrescribedPath, simulate, and give the angles of the "
+        "motors to PrescribedRotation drives, whose ReactionMoment are the moments.",
+    ),
+    Absent(
+        "gears with one efficiency in each direction",
+        "WormGear SelfLockingGear BackDrive",
+        "Gear has the same efficiency whichever gear drives; a second study with the other one "
+        "shows what changes. A contact.OneWayClutch holds what locks itself.",
+    ),
+    Absent(
+        "contact of teeth",
+        "ToothContact GearMesh MeshStiffness Backlash",
+        "A Gear is rigid. Put a shaft between it and its body, a TorsionSpring with the stiffness "
+        "of the mesh, and a contact.AngularStop for backlash.",
+    ),
+    Absent(
+        "calibration",
+        "calibrate Calibration BayesianCalibration BayesianInference MCMC fit_parameters",
+        "The surrogate of a study is a fast function of its inputs: give it to a least-squares "
+        "solver such as scipy.optimize.least_squares, or to a sampler.",
     ),
 )
 

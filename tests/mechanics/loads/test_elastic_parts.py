@@ -428,3 +428,26 @@ def test_drawings_show_tables_bushings_and_heat():
     )
     texts = {text.get_text() for text in fb.draw(mechanism).axes[0].texts}
     assert {"rubber, motor", "heat, sun", "jack"} <= texts
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_a_strip_that_is_straight_by_nature_may_be_drawn_bent(held):
+    """It straightens, or keeps the arc of 2 1/m in which both ends are clamped, with EI/R = 20."""
+    strip = fb.Cable(
+        length=1.0, mass_per_length=1.0, axial_stiffness=1e6, bending_stiffness=10.0, elements=8,
+        curvature=2.0,
+    )  # fmt: skip
+    end = np.sin(2.0) / 2, (1 - np.cos(2.0)) / 2
+    clamps = {"a": fb.Weld("b.start", (0.0, 0.0))}
+    clamps |= {"e": fb.Weld("b.end", end, angle=2.0)} if held else {}
+    rest = fb.equilibrium(
+        fb.Mechanism(
+            bodies={"b": strip},
+            joints=clamps,
+            loads={"natural": fb.loads.FreeCurvature("b", -2.0)},
+            sensors={"p": fb.Position("b.end"), "M": fb.SectionForces("b", "middle")},
+        )
+    )
+    place, moment = (end, 20.0) if held else ((1.0, 0.0), 0.0)
+    np.testing.assert_allclose(rest.sel(output=["p_X", "p_Y"]), place, atol=2e-6)
+    assert rest.sel(output="M_M") == pytest.approx(moment, abs=1e-6)

@@ -235,7 +235,7 @@ def simulated(
         },
     )
     try:
-        raise_failures(batch.failures, system, times, halved=complete)
+        raise_failures(batch.failures, system, times, halved=complete, folds=batch.strains)
     except RunError as error:
         batch.outputs[list(error.failures)] = np.nan
         error.results = result

@@ -8,6 +8,7 @@ from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
+from flexband.mechanics.engine.straining import LargestStrains, folded
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
@@ -43,9 +44,17 @@ def blame_laws(system: System, failure: np.ndarray, step: float) -> None:
 
 
 def raise_failures(
-    failures: np.ndarray, system: System, times: np.ndarray, *, halved: bool = False
+    failures: np.ndarray,
+    system: System,
+    times: np.ndarray,
+    *,
+    halved: bool = False,
+    folds: LargestStrains | None = None,
 ) -> None:
-    """Raise an error that lists which samples failed, when, why, and what to change."""
+    """Raise an error that lists which samples failed, when, why, and what to change.
+
+    `folds` has the largest turns of elements.
+    """
     code, number, row, part = failures.T
     failed = np.flatnonzero(code)
     if not len(failed):
@@ -71,6 +80,7 @@ def raise_failures(
             "must start within 90° of the prescribed angle",
             FAILURE.diverged: f"Newton's method diverged with {tried}",
             FAILURE.not_settled: "no equilibrium was found; "
+            + _loose(system, int(part[sample]))
             + (
                 f"{where} is in a position where constraints depend on each other and cannot "
                 "carry every load"
@@ -101,8 +111,10 @@ def raise_failures(
         }[code[sample]]
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
-    if FAILURE.diverged in code[failed]:
-        lines.append(SHORTER)
+    short = np.isin(code[failed], (FAILURE.diverged, FAILURE.too_small)).any()
+    fold = folded(system, folds, failed) if folds and short else ""
+    if fold or FAILURE.diverged in code[failed]:
+        lines.append(fold or SHORTER)
     apart = np.flatnonzero(np.isin(code, (FAILURE.not_assembled, FAILURE.singular_start)))
     if len(apart) and not np.any(number[apart]):
         lines.append(_advice(system, int(apart[0])))
@@ -179,6 +191,15 @@ def _advice(system: System, sample: int) -> str:
     )
 
 
+def _loose(system: System, number: int) -> str:
+    """Say which body is not held, the one with this number from 1 on, negative if it turns."""
+    if not number:
+        return ""
+    name = list(system.mechanism.bodies)[abs(number) - 1]
+    verb = "move" if number > 0 else "turn"
+    return f"its loads {verb} body {name!r}, and nothing seems to hold it; "
+
+
 def _overlap(system: System, number: int, depth: float) -> str:
     """Say how far a contact is closed at the start, and what helps."""
     if not 0 <= number < len(system.mechanism.contact_laws):
@@ -186,6 +207,8 @@ def _overlap(system: System, number: int, depth: float) -> str:
     name, law = system.mechanism.contact_laws[number]
     angular = law.is_angular
     text = f"contact {name!r} is closed at the start, by {depth:.3g} {'rad' if angular else 'm'}"
+    if name in system.mechanism.joints:
+        return f"{text} beyond its clearance; move its bodies to where the joint has play"
     if angular and depth > np.pi:
         turn = "angles count from those that bodies are given, turns included"
         return f"{text}: {turn}; give the bodies or the limits angles on the same turn"

@@ -103,7 +103,7 @@ def derivatives(
         entries = slice(vectors.start[a], vectors.start[a + 1])
         q, vx, vy = z[vectors.coordinate[entries]], x[entries], y[entries]
         nx, ny = (vx * q).sum(axis=0), (vy * q).sum(axis=0)
-        square = nx * nx + ny * ny
+        square = nx * nx + ny * ny + 1e-100  # as in `kernels.angles`
         gradient = (nx * vy - ny * vx) / square
         if vectors.length[a]:
             gradient = (nx * vx + ny * vy) / np.sqrt(square)

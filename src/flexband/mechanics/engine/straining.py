@@ -18,18 +18,22 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
+from flexband.words import number_of
 
 
 class LargestStrains(NamedTuple):
-    """The largest axial strains of some samples, and those of surfaces by bending."""
+    """The largest axial strains of some samples, those of surfaces by bending, and turns.
 
-    strain: np.ndarray  # (members, 2, samples)
-    kept: np.ndarray  # numbers of the states, (members, 2, samples)
+    The turns are those of elements from one node to the next [rad].
+    """
+
+    strain: np.ndarray  # (members, 3, samples)
+    kept: np.ndarray  # numbers of the states, (members, 3, samples)
 
     @staticmethod
     def zeros(members: int, samples: int) -> LargestStrains:
         """Return no strains."""
-        size = members, 2, samples
+        size = members, 3, samples
         return LargestStrains(np.zeros(size), np.zeros(size, dtype=int))
 
     def place(self, samples: np.ndarray | slice, strains: LargestStrains) -> None:
@@ -71,7 +75,8 @@ class Members:
             start, per_turn = (
                 values[:, samples] if values.shape[1] > 1 else values for values in self.bending[m]
             )
-            for kind, strains in enumerate((np.hypot(gx, gy) - 1, (turn - start) * per_turn)):
+            kinds = np.hypot(gx, gy) - 1, (turn - start) * per_turn, turn
+            for kind, strains in enumerate(kinds):
                 size = np.abs(strains).max(axis=1)
                 kept[m, kind] = size.argmax(axis=0)
                 peaks = strains[kept[m, kind], :, np.arange(len(samples))]  # (samples, places)
@@ -94,7 +99,7 @@ def warn_of_large_strains(
     max_strain: float = 0.1,  # metals yield far below it; only rubbers reach it
 ) -> None:
     """Warn of the largest strain of all samples that did not fail."""
-    size = np.where(failed, 0.0, np.abs(largest.strain))
+    size = np.where(failed, 0.0, np.abs(largest.strain[:, :2]))
     if not size.max(initial=0.0) > max_strain:
         return
     m, kind, sample = np.unravel_index(size.argmax(), size.shape)
@@ -110,4 +115,20 @@ def warn_of_large_strains(
         "are small, below 1 % in metals. Unless it is as soft as rubber, check the lengths of all "
         "parts, and whether they let the mechanism move without stretching it",
         StrainWarning,
+    )
+
+
+def folded(
+    system: System, largest: LargestStrains, failed: np.ndarray, *, most: float = 1.2
+) -> str:
+    """Say which member has an element that turns by more than `most` in a sample that failed."""
+    turns = np.abs(largest.strain[:, 2][:, failed])
+    if not turns.max(initial=0.0) > most:
+        return ""
+    m, sample = np.unravel_index(turns.argmax(), turns.shape)
+    name, body = list(Members(system).bodies.items())[int(m)]
+    more = int(np.ceil(body.elements * turns[m, sample] / 0.6 / 10) * 10)
+    return (
+        f"An element of {name!r} is folded by {turns[m, sample]:.2g} rad, which shorter steps do "
+        f"not mend: give it more than its {number_of(body.elements, 'element')}, such as {more}"
     )

@@ -58,7 +58,7 @@ def block_equilibria(
         balance, settled = find_rest(Equations(system, values, lane), z, spin, first)
         balances.append(balance)
         failed[0, lane] = 0.0 if settled else FAILURE.not_settled
-        failed[2, lane] = -1.0 if settled else balance.weakest
+        failed[2:, lane] = (-1.0, 0.0) if settled else (balance.weakest, _loose(system, balance))
         balance.equations.residual(balance.z)
         if balance.equations.failure[0, 0]:
             failed[:, lane] = balance.equations.failure[:, 0]
@@ -69,6 +69,24 @@ def block_equilibria(
         wrong = rows[0, system.sensed - len(system.conditions) + condition] < 0
         failed[:3, wrong & (failed[0] == 0)] = [[FAILURE.wrong_branch], [0.0], [condition]]
     return BlockEquilibria(np.concatenate([*on_way, rows]), failed, balances, start)
+
+
+def _loose(system: System, balance: Balance) -> float:
+    """Return 1 plus the number of the body that loads move most, negative if they turn it.
+
+    It is 0 where loads are balanced, or nothing can move.
+    """
+    forces = np.abs(balance.forces).max(initial=0.0)
+    if not (balance.free and np.isfinite(forces) and forces > 0 and balance.excess > 1):
+        return 0.0
+    moved, largest, loose = np.abs(balance.push()), 0.0, 0.0
+    for number, (name, body) in enumerate(system.mechanism.bodies.items(), start=1):
+        rows = system.mechanism.first_coordinates[name] - 1 + np.arange(body.size)
+        place = np.concatenate([moved[rows[node : node + 2]] for node in body.nodes]).max()
+        turn = moved[rows[2:4]].max(initial=0.0)
+        if max(place, turn) > largest:
+            largest, loose = max(place, turn), float(number if place >= turn else -number)
+    return loose
 
 
 def resting(system: System) -> Spin:

@@ -145,7 +145,7 @@ def _conservative(linear: Linear, basis: np.ndarray, count: int):
 def _circulatory(linear: Linear, M, K, basis: np.ndarray, count: int):
     """Solve K φ = −s² M φ; a complex s² has a root that grows and one that decays."""
     far = np.sort(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
-    shift = 1.3 * far[min(count, len(far)) - 1] + np.finfo(float).tiny
+    shift = _shift(far, count)
     inverse, y = np.linalg.eig(np.linalg.solve(K + shift * M, shift * M))
     resolved = np.abs(inverse) > RESOLVED
     squares, y = shift / inverse[resolved] - shift, y[:, resolved]
@@ -170,7 +170,7 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     unit = np.sqrt(np.abs(np.linalg.solve(M, K)).max()) or 1.0
     below = [-np.linalg.solve(M, K) / unit, -np.linalg.solve(M, D)]
     far = np.sort(np.abs(np.linalg.eigvals(np.block([[none, unit * identity], below]))))
-    shift = 1.3 * far[min(2 * count, len(far)) - 1] + np.finfo(float).tiny
+    shift = _shift(far, 2 * count)
     M, D = shift**2 * M, shift * D
     upper = [-np.linalg.solve(M + D + K, part) for part in (M + D, M)]
     inverse, y = np.linalg.eig(np.block([upper, [identity + upper[0], upper[1]]]))
@@ -222,6 +222,14 @@ def _with_states(
         vectors, y = np.real(vectors), np.real(y)
     order = np.argsort(np.abs(s), kind="stable")[:count]
     return Eigenmodes(s[order], vectors[:, order], states=y[:, order])
+
+
+def _shift(far: np.ndarray, count: int, *, least: float = 1e-9) -> float:
+    """Return a shift beyond `count` of these sizes, which ascend, and beyond those that are 0."""
+    shift = far[min(count, len(far)) - 1]
+    if shift <= least * far[-1]:  # that of motions that are free
+        shift = min(far[far > least * far[-1]], default=1.0)
+    return 1.3 * float(shift)
 
 
 def _normalized(linear: Linear, vectors: np.ndarray) -> np.ndarray:

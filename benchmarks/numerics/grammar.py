@@ -165,7 +165,8 @@ class Grammar:
             fb.Position(point), fb.Angle(point), fb.AngularVelocity(point), fb.KineticEnergy(),
             fb.Acceleration(point), fb.Work(self.pick(loads)), fb.sensors.Power(self.pick(joints)),
             fb.Reaction(self.pick(joints)), fb.ReactionMoment(self.pick(joints)),
-            fb.contact.Contacts(self.pick(loads)), fb.contact.FrictionForce(self.pick(joints)),
+            fb.contact.Contacts(self.pick(loads), first=0),
+            fb.contact.FrictionForce(self.pick(joints)),
             fb.sensors.Largest(fb.Angle(point)), fb.ElasticEnergy(),
             fb.sensors.Largest(fb.Reaction(self.pick(joints))),
         ]  # fmt: skip

@@ -264,8 +264,16 @@ class Balance:
 
 
 def _scaled(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, Factors | None]:
-    """Return a matrix scaled by the roots of its diagonal, 1 over these, and factors or None."""
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+    """Return a matrix scaled by the roots of its diagonal, 1 over these, and factors or None.
+
+    Where the diagonal is smaller than K_ij² ≤ K_ii K_jj asks for, as without negative eigenvalues,
+    what is coupled counts in its place.
+    """
+    size, least = np.abs(matrix), np.finfo(float).tiny
+    diagonal = np.maximum(np.diag(size), least)
+    with np.errstate(over="ignore"):
+        coupled = np.minimum(size, size**2 / diagonal).max(axis=1, initial=0.0)
+    scale = 1 / np.sqrt(np.maximum(diagonal, coupled))
     matrix = matrix * scale * scale[:, None]
     return matrix, scale, _factored(matrix)
 

@@ -29,6 +29,7 @@ DOCUMENTED = {
     "control by `TorsionSpring`": "TestModels/doublePendulum2DControl",
     "friction by `contact.Brake`": "TestModels/pendulumFriction",
     "`contact.Switched`": "Examples/switchingConstraintsPendulum",
+    "a start from `equilibrium`, with velocities": "Examples/bungeeJump",
     "`Cable` or `Beam`": """
         Examples/ANCFcantileverTest Examples/ANCFrotatingCable2D Examples/ANCFtestHalfcircle
         Examples/ANCFtests2 Examples/beamTutorial Examples/flexiblePendulumANCF
@@ -50,7 +51,6 @@ WORKAROUND = {
         TestModels/ANCFcontactFrictionTest
     """,
     "a second simulation, in which the clamp begins to move": "Examples/ANCFcantileverTestDyn",
-    'a second simulation, since `start="static"` takes no `Switched`': "Examples/bungeeJump",
     "a pin beside the axis, on a massless body": "TestModels/ANCFoutputTest",
     "its equations are those of a `Distance`": "TestModels/coordinateVectorConstraint",
     "the model only; flexband's own integrator": "TestModels/manualExplicitIntegrator",

@@ -106,12 +106,12 @@ def test_a_drive_follows_it_and_does_the_work(name, place, tolerance):
     np.testing.assert_allclose(at[..., 0], there[: at[..., 0].size].squeeze(), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("tolerance", STEPS)
 @pytest.mark.parametrize("place", ["force", "moment", "pull", "torque", "factor", "parameter"])
 @pytest.mark.parametrize("name", CONTINUOUS | JUMPING)
-def test_a_load_gives_its_impulse(name, place, tolerance):
+def test_a_load_gives_its_impulse(name, place):
     function = (CONTINUOUS | JUMPING)[name]
-    integrator = fb.GeneralizedAlpha(step_tolerance=tolerance)
+    chosen = place in ("moment", "factor")
+    integrator = fb.GeneralizedAlpha(step_tolerance=1e-8 if chosen else None)
     model, inertia = loaded(place, function)
     motion = fb.simulate(model, duration=END, step=0.01, integrator=integrator)
     speeds = np.atleast_2d(motion.isel(output=0).values)[:, -1]

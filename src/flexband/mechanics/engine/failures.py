@@ -193,9 +193,10 @@ def _advice(system: System, sample: int) -> str:
 
 def _loose(system: System, number: int) -> str:
     """Say which body is not held, the one with this number from 1 on, negative if it turns."""
-    if not number:
+    names = [*system.mechanism.bodies]
+    if not 0 < abs(number) <= len(names):
         return ""
-    name = list(system.mechanism.bodies)[abs(number) - 1]
+    name = names[abs(number) - 1]
     verb = "move" if number > 0 else "turn"
     return f"its loads {verb} body {name!r}, and nothing seems to hold it; "
 

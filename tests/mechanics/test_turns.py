@@ -20,7 +20,6 @@ def chain(kind, numbers, turn):
     """Return two levers or a lever and a beam with loads on their angles, turned as a whole."""
     first, bend, rest, stiffness, side = numbers
     end = about((0.5 * np.cos(first), 0.5 * np.sin(first)), turn)
-    along = about((np.cos(first + bend), np.sin(first + bend)), turn)
     bodies = {
         "a": fb.RigidBody(mass=1.0, inertia=0.1, angle=first + turn, points=LEVER),
         "b": fb.Beam(
@@ -33,7 +32,6 @@ def chain(kind, numbers, turn):
             start=end, angle=first + bend + turn,
         ),
     }  # fmt: skip
-    del along
     start = "b.start"
     joints = {"o": fb.Revolute("a", (0.0, 0.0)), "j": fb.Revolute(start, "a.e")}
     pull = about((3.0, -7.0), turn)

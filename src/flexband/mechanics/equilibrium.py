@@ -96,10 +96,9 @@ def equilibrium(
     outputs = np.empty((system.samples, len(system.outputs)))
     failures = np.zeros((system.samples, 4))
     stable = np.zeros(system.samples, dtype=bool)
-    redundant: dict[int, np.ndarray] = {}
+    redundant: set[int] = set()
     blocks = -(-system.samples // WIDTH)
     firsts = np.empty((system.structure.state.rows, system.samples))
-    states = np.zeros((1, 1 + system.structure.state.coordinates, system.samples))
     rests = np.zeros((system.structure.state.rows, system.samples))
     relaxed = np.zeros((len(system.structure.springs.f), system.samples))
 
@@ -117,10 +116,9 @@ def equilibrium(
         for sample, balance in zip(samples, balances, strict=True):
             if failures[sample, 0] == 0:
                 stable[sample] = balance.stable
-                states[0, :, sample] = balance.z[: len(states[0])]
                 rests[:, sample] = balance.z
                 if balance.redundant:
-                    redundant[sample] = balance.z.copy()
+                    redundant.add(int(sample))
         return len(samples)
 
     if not statics.codes:
@@ -128,7 +126,7 @@ def equilibrium(
     in_parallel(settle, blocks, system.samples, threads)
     raise_failures(failures, system, np.zeros(1))
     _warn_of_unstable(stable)
-    strains = Members(system).largest(states, np.arange(system.samples))
+    strains = Members(system).largest(rests[None], np.arange(system.samples))
     warn_of_large_strains(system, strains, failures[:, 0] > 0)
     result = xr.DataArray(
         outputs,
@@ -145,7 +143,7 @@ def equilibrium(
     result.attrs |= _without_friction(mechanism)
     if redundant:
         sample = min(redundant)
-        _, joints = dependent(system, redundant[sample], sample)
+        _, joints = dependent(system, rests[:, sample], sample)
         result.attrs["not_unique"] = warn_of_shared(system, joints)
     return result if system.samples > 1 else result.isel(sample=0)
 

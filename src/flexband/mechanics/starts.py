@@ -17,6 +17,7 @@ from flexband.mechanics.continued_start import continued, state_of
 from flexband.mechanics.engine.batch import Begun, Run, Start, begin, hold
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.kernels.laws.states import rows_of_states
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.periodic_start import PeriodicStart
@@ -34,25 +35,26 @@ class StaticStart(Start):
         """Return what begins a block."""
         mechanism, system = run.system.mechanism, run.system
         state, samples = system.structure.state, run.samples
-        if switches := mechanism.switches:
+        packed = None
+        if mechanism.switches:
             system = replace(assemble(mechanism.at_rest()), samples=run.system.samples)
-        packed = pack(system, AT_START, samples)
+            packed = pack(system, AT_START, samples)
         kept = [_kept_rows(each.structure.state) for each in (run.system, system)]
 
         def begin_block(number: int, values: Values) -> Begun:
             count = min(WIDTH, len(samples) - number * WIDTH)
             work, failure = begin(run.system, values)
             assembled = work.z.copy()
-            rest = block_equilibria(system, packed(number) if switches else values, 1, count)
+            rest = block_equilibria(system, packed(number) if packed else values, 1, count)
             z, failed = work.z.copy(), np.where(failure[0] > 0, failure, rest.failure)
-            if switches:
+            if packed:
                 failed[2] = -1.0  # constraints have other numbers
             for lane in range(WIDTH):
                 balance = rest.balances[min(lane, count - 1)]
                 failed[:, lane] = failed[:, min(lane, count - 1)]
                 if not failed[0, lane]:
                     z[kept[0], lane] = balance.z[kept[1]]
-                    if not switches:  # turns are counted on the way
+                    if not packed:  # turns are counted on the way
                         work.z[state.angle : state.velocity, lane] = balance.z[
                             state.angle : state.velocity
                         ]
@@ -66,8 +68,8 @@ class StaticStart(Start):
 
 def _kept_rows(state: State) -> np.ndarray:
     """Return the rows of z that a motion takes from a rest: places, and states of laws."""
-    laws = np.arange((state.rule - state.law_state) // 4)
-    return np.concatenate([np.arange(1, state.multiplier), state.law_state + laws])
+    laws = rows_of_states.py_func(state)
+    return np.concatenate([np.arange(1, state.multiplier), laws.y + np.arange(laws.states)])
 
 
 def start_of(name: str, period: float | None, step: float, step_name: str) -> Start:

@@ -64,51 +64,9 @@ def raise_failures(
     step = float(times[1] - times[0]) if len(times) > 1 else 0.0
     tried = f"steps of {step:g} s" + (f" and of {step / 2:g} s" if halved else "")
     drives = " and ".join(dict.fromkeys(system.constraints[k] for k in driven))
-    named = {
-        FAILURE.wrong_branch: system.conditions,
-        FAILURE.law_failed: system.law_failures,
-        FAILURE.overlapping: [name for name, _ in system.mechanism.contact_laws],
-    }
     for sample in failed:
-        names = named.get(code[sample], system.constraints)
-        where = names[int(row[sample])] if row[sample] >= 0 else ""
-        reason = {
-            FAILURE.not_assembled: "the constraints cannot be met",
-            FAILURE.singular_start: "constraints contradict each other, or their Jacobian loses "
-            f"rank at the guess; the worst is {where}",
-            FAILURE.wrong_branch: f"joint {where!r} holds its body the wrong way round; the body "
-            "must start within 90° of the prescribed angle",
-            FAILURE.diverged: f"Newton's method diverged with {tried}",
-            FAILURE.not_settled: "no equilibrium was found; "
-            + _loose(system, int(part[sample]))
-            + (
-                f"{where} is in a position where constraints depend on each other and cannot "
-                "carry every load"
-                if where
-                else "there may be none, or the loads have to be applied in more steps"
-            ),
-            FAILURE.law_failed: where,
-            FAILURE.contradicted: f"constraints contradict each other; the worst is {where}",
-            FAILURE.snapped_through: f"the mechanism snaps through at {part[sample]:.3g} of the "
-            "loads; PrescribedTravel in place of the force follows it",
-            FAILURE.undetermined: f"{_massless(system)} can move while all that has mass is at "
-            "rest, as at a dead centre; give it mass and inertia",
-            FAILURE.too_small: "no step is short enough, down to the smallest_step: events follow "
-            "each other without end, or forces that jump are not events",
-            FAILURE.overlapping: _overlap(system, int(row[sample]), float(part[sample])),
-            FAILURE.unstable: "the equilibrium to start from is not stable",
-            FAILURE.not_periodic: "no periodic motion to start from was found; the spectral radius "
-            f"of the motion over a period is {part[sample]:.4g}, and a vibration must decay to "
-            "0.98 or less: give more damping, a longer period, or start='static'",
-            FAILURE.not_met: f"{where} is not met where the motion goes on: it is off by "
-            f"{part[sample]:.3g} (m, or rad of an angle)",
-            FAILURE.jammed: f"friction of {rough(system)} jams (Painlevé): κ = {part[sample]:.3g}, "
-            "and from κ = 1 on no motion is consistent, or several are. A smaller friction "
-            "coefficient, a longer guide, or a load nearer to it makes κ less; or let what is "
-            "pressed together be elastic",
-            FAILURE.unsettled: _unsettled(system),
-            FAILURE.out_of_reach: f"{drives} asks for a position that the mechanism cannot reach",
-        }[code[sample]]
+        numbers = code[sample], int(row[sample]), float(part[sample])
+        reason = _reason(system, *numbers, tried, drives)
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
     short = np.isin(code[failed], (FAILURE.diverged, FAILURE.too_small)).any()
@@ -122,6 +80,71 @@ def raise_failures(
     if np.any(number[failed] == 0):
         raise AssemblyError(text, causes)
     raise SimulationError(text, causes)
+
+
+def _reason(system: System, code: float, row: int, part: float, tried: str, drives: str) -> str:
+    """Return why a sample failed, from its code and the numbers beside it, see `entries`."""
+    named = {FAILURE.wrong_branch: system.conditions, FAILURE.law_failed: system.law_failures}
+    where = (
+        named.get(code, system.constraints)[row] if row >= 0 and code != FAILURE.overlapping else ""
+    )
+    return {
+        FAILURE.not_assembled: lambda: "the constraints cannot be met",
+        FAILURE.singular_start: lambda: (
+            "constraints contradict each other, or their Jacobian loses "
+            f"rank at the guess; the worst is {where}"
+        ),
+        FAILURE.wrong_branch: lambda: (
+            f"joint {where!r} holds its body the wrong way round; the body "
+            "must start within 90° of the prescribed angle"
+        ),
+        FAILURE.diverged: lambda: f"Newton's method diverged with {tried}",
+        FAILURE.not_settled: lambda: (
+            "no equilibrium was found; "
+            + _loose(system, int(part))
+            + (
+                f"{where} is in a position where constraints depend on each other and cannot "
+                "carry every load"
+                if where
+                else "there may be none, or the loads have to be applied in more steps"
+            )
+        ),
+        FAILURE.law_failed: lambda: where,
+        FAILURE.contradicted: lambda: f"constraints contradict each other; the worst is {where}",
+        FAILURE.snapped_through: lambda: (
+            f"the mechanism snaps through at {part:.3g} of the "
+            "loads; PrescribedTravel in place of the force follows it"
+        ),
+        FAILURE.undetermined: lambda: (
+            f"{_massless(system)} can move while all that has mass is at "
+            "rest, as at a dead centre; give it mass and inertia"
+        ),
+        FAILURE.too_small: lambda: (
+            "no step is short enough, down to the smallest_step: events follow "
+            "each other without end, or forces that jump are not events"
+        ),
+        FAILURE.overlapping: lambda: _overlap(system, row, part),
+        FAILURE.unstable: lambda: "the equilibrium to start from is not stable",
+        FAILURE.not_periodic: lambda: (
+            "no periodic motion to start from was found; the spectral radius "
+            f"of the motion over a period is {part:.4g}, and a vibration must decay to "
+            "0.98 or less: give more damping, a longer period, or start='static'"
+        ),
+        FAILURE.not_met: lambda: (
+            f"{where} is not met where the motion goes on: it is off by "
+            f"{part:.3g} (m, or rad of an angle)"
+        ),
+        FAILURE.jammed: lambda: (
+            f"friction of {rough(system)} jams (Painlevé): κ = {part:.3g}, "
+            "and from κ = 1 on no motion is consistent, or several are. A smaller friction "
+            "coefficient, a longer guide, or a load nearer to it makes κ less; or let what is "
+            "pressed together be elastic"
+        ),
+        FAILURE.unsettled: lambda: _unsettled(system),
+        FAILURE.out_of_reach: lambda: (
+            f"{drives} asks for a position that the mechanism cannot reach"
+        ),
+    }[code]()
 
 
 def _massless(system: System) -> str:
@@ -192,19 +215,16 @@ def _advice(system: System, sample: int) -> str:
 
 
 def _loose(system: System, number: int) -> str:
-    """Say which body is not held, the one with this number from 1 on, negative if it turns."""
-    names = [*system.mechanism.bodies]
-    if not 0 < abs(number) <= len(names):
+    """Say which body is not held, if any: this number from 1 on, negative if loads turn it."""
+    if not number:
         return ""
-    name = names[abs(number) - 1]
+    name = [*system.mechanism.bodies][abs(number) - 1]
     verb = "move" if number > 0 else "turn"
     return f"its loads {verb} body {name!r}, and nothing seems to hold it; "
 
 
 def _overlap(system: System, number: int, depth: float) -> str:
     """Say how far a contact is closed at the start, and what helps."""
-    if not 0 <= number < len(system.mechanism.contact_laws):
-        return ""
     name, law = system.mechanism.contact_laws[number]
     angular = law.is_angular
     text = f"contact {name!r} is closed at the start, by {depth:.3g} {'rad' if angular else 'm'}"

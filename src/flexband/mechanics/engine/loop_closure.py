@@ -15,6 +15,7 @@ import numpy as np
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
+from flexband.mechanics.assembly.turns import nearest
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.redundancy import RANK, derivatives
 
@@ -147,5 +148,4 @@ def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
         if vectors.length[a]:
             z[row] = np.hypot(x, y)
         else:
-            angle = np.arctan2(y, x)
-            z[row] = angle + 2 * np.pi * np.round((z[row] - angle) / (2 * np.pi))
+            z[row] = nearest(np.arctan2(y, x), z[row])

@@ -186,8 +186,9 @@ def sense(structure, values, now, z, outputs, memory):
 def watch(structure, values, now, work, before, time, chosen):
     """Take a step from one time to another into account in extremes, where `chosen` is true."""
     extremes, count = structure.extremes, len(structure.extremes.kind)
-    update_sensor_angles(structure, values, work.z)
-    if count > 0:
+    if count == 0:
+        update_sensor_angles(structure, values, work.z)
+    else:
         prepare(structure, values, now, work.z, work.blocks)
         clear(work.forms, count)
         add_products(extremes, values.extremes, values.functions, now, work.z, work.forms, 1.0)

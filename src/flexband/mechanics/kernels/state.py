@@ -5,15 +5,14 @@
 z₀ = 1 makes constants and linear terms products of two rows, as quadratic terms are. q are the
 coordinates, λ the Lagrange multipliers, those of friction last, and θ the angles and lengths of
 vectors, which follow from q, those that sensors alone read last; v and a are the velocities and
-accelerations of q. U is the elastic
-energy, M what acts on each angle or length, T the tension of each spring and s its elongation: the
-length of a translational spring, the angle of a torsion spring. e are the unit vectors along which
-following forces act, and F the forces and moments of force laws, which are set where a sensor reads
-them. y are the first-order states of force laws and what integrates them, see
-`kernels.laws.states`. f is what friction depends on, see `kernels.friction.rows`. g are the gaps of
-force laws whose zeros are events, and the margins of friction, with their rates, modes and more,
-see `GapRows`. x are extremes and integrals over the steps of a
-run, see `kernels.extremes`.
+accelerations of q. U is the elastic energy, M what acts on each angle or length, T the tension of
+each spring and s its elongation: the length of a translational spring, the angle of a torsion
+spring. e are the unit vectors along which following forces act, and F the forces and moments of
+force laws, which are set where a sensor reads them. y are the first-order states of force laws and
+what integrates them, see `kernels.laws.states`. f is what friction depends on, see
+`kernels.friction.rows`. g are the gaps of force laws whose zeros are events, and the margins of
+friction, with their rates, modes and more, see `GapRows`. x are extremes and integrals over the
+steps of a run, see `kernels.extremes`.
 Everything that reads the state (forms, sensors, kernels) finds its rows here.
 """
 
@@ -79,19 +78,9 @@ class State(NamedTuple):
         their states and gaps, and `components` that of components of the normal forces of friction.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
-        parts = (
-            each,
-            multipliers,
-            frictions,
-            angles,
-            sensor_angles,
-            each,
-            each,
-            1,
-            angles,
-            springs,
-        )
-        parts = (*parts, springs, 2 * directions, 3 * points, 4 * law_states, 3 * (law_states > 0))
+        parts = (each, multipliers, frictions, angles, sensor_angles, each, each, 1, angles)
+        parts = (*parts, springs, springs, 2 * directions, 3 * points)
+        parts = (*parts, 4 * law_states, 3 * (law_states > 0))
         carried = 3 * multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)
         parts = (*parts, GAP_ROWS * (gaps + frictions), 0)

@@ -76,7 +76,7 @@ class Response(ABC):
         """Text that tells its runs from those that follow other inputs, where they may differ."""
         return ""
 
-    def following(self, **nominal: Any) -> Response:
+    def on_branch_of(self, **nominal: Any) -> Response:
         """Return the response whose runs follow that of nominal values by continuity.
 
         It matters for what is known but for whole turns, as angles are.
@@ -172,9 +172,9 @@ class WrappingResponse(FunctionResponse):
     def branch(self) -> str:
         return as_response(self.function).branch
 
-    def following(self, **nominal: Any) -> Response:
+    def on_branch_of(self, **nominal: Any) -> Response:
         bound = copy(self)
-        function = as_response(self.function).following(**nominal).original
+        function = as_response(self.function).on_branch_of(**nominal).original
         object.__setattr__(bound, "function", function)
         return bound
 

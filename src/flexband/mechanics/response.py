@@ -47,7 +47,7 @@ class MechanismResponse(Response):
     """A response whose arguments are those of a function that builds a mechanism."""
 
     builder: Callable[..., Mechanism]
-    followed: Branch | None = field(default=None, kw_only=True, compare=False, repr=False)
+    nominal_branch: Branch | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     refines = True
 
@@ -65,18 +65,18 @@ class MechanismResponse(Response):
         mechanism = self.builder(**values)
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"the builder must return a Mechanism; got {mechanism!r}")
-        if self.followed is None:
+        if self.nominal_branch is None:
             return mechanism
-        return self.followed.lead(self.builder, mechanism, values)
+        return self.nominal_branch.lead(self.builder, mechanism, values)
 
-    def following(self, **nominal: Argument) -> MechanismResponse:
+    def on_branch_of(self, **nominal: Argument) -> MechanismResponse:
         """Return the response whose bodies' angles are on the turns that nominal values lead to."""
-        return replace(self, followed=Branch.of(self.builder, nominal))
+        return replace(self, nominal_branch=Branch.of(self.builder, nominal))
 
     @property
     def branch(self) -> str:
         """Where bodies' angles are at the nominal values, if that is far from 0."""
-        return str(self.followed or "")
+        return str(self.nominal_branch or "")
 
     def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
         """Return the vector or tensor of each output, by sensor and unit, and all tensors."""

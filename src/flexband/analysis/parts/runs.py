@@ -36,7 +36,7 @@ def plain_runs(
         )
     placed, explored = located(response, inputs, as_store(options.store))
     space = Space(placed)
-    about = space.followed(as_response(response))
+    about = space.on_branch(as_response(response))
     with evaluations(response, placed, options) as evaluate:
 
         def runs_of(advance: Advance) -> Runs:

@@ -73,7 +73,7 @@ def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Respo
     """Return the response on the discretization that the method chose, and what is finer in it."""
     halved = list(surrogate.diagnostics.attrs.get("halved", []))
     space = surrogate.space
-    response = space.followed(as_response(function))
+    response = space.on_branch(as_response(function))
     values = space.arguments_at(*space.nominal())
     description = response.description(**values)
     if not halved or not (description.left_out or description.by_default):

@@ -95,7 +95,7 @@ def axial_strain(
     return line + 0.5 * curved * (xi**2 - xi + 1 / 6)
 
 
-def carried(force: np.ndarray, chord: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def load_curvature(force: np.ndarray, chord: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return −N″ times the length [N/m] by forces per length at both ends, shape (2, 2, …).
 
     N′ = Qφ′ − p·t and Q′ = −Nφ′ − p·n make it (p·t)′ + (p·n)φ′ = p′·t + 2 (p·n)φ′.

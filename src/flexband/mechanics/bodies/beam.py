@@ -26,10 +26,10 @@ from flexband.mechanics.bodies.assumed_strains import (
     axial_strain,
     bending,
     bent,
-    carried,
     interpolated,
     interpolation,
     line_stiffness,
+    load_curvature,
     slope,
     stiffness,
 )
@@ -318,7 +318,7 @@ class Beam(CentreLine):
         pulls = shear * np.arctan2(now[5:7], 1 + now[[0, 2]])  # Qγ/EA
         pull = 5 * (pulls[1] - pulls[0])
         nodes = q.reshape(6, 2, *q.shape[1:])
-        curved = carried(inertia, nodes[3] - nodes[0], now[3]) * length / EA
+        curved = load_curvature(inertia, nodes[3] - nodes[0], now[3]) * length / EA
         return (
             axial_strain(xi, axial, now[3:5], 0.5 * (shear[0] + shear[1]), pull, curved),
             np.tensordot(bending(xi), bent, 1) / length,

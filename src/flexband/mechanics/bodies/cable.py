@@ -22,8 +22,8 @@ from flexband.mechanics.bodies.assumed_strains import (
     axial_strain,
     bending,
     bent,
-    carried,
     line_stiffness,
+    load_curvature,
     slope,
 )
 from flexband.mechanics.bodies.body import MassEntries
@@ -141,7 +141,7 @@ class Cable(CentreLine):
         change = now - initial
         by_length = np.sqrt(3) * change[4] / length**2
         ends = q.reshape(4, 2, *q.shape[1:])
-        curved = carried(inertia, ends[2] - ends[0], now[3]) * length / EA
+        curved = load_curvature(inertia, ends[2] - ends[0], now[3]) * length / EA
         axial = axial_strain(xi, change[:3], now[3:], -EI / EA * by_length, 0.0, curved)
         return axial, np.tensordot(bending(xi), change[3:], 1) / length, by_length
 

@@ -8,7 +8,7 @@ from flexband.errors import AssemblyError, SimulationError
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import gaps
-from flexband.mechanics.engine.straining import LargestStrains, folded
+from flexband.mechanics.engine.straining import LargestStrains, fold_advice
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.forces import GAP
@@ -70,7 +70,7 @@ def raise_failures(
         causes[int(sample)] = (float(times[int(number[sample])]), reason)
     lines = [f"{len(causes)} of {number_of(len(failures), 'run')} failed", *_causes(causes)]
     short = np.isin(code[failed], (FAILURE.diverged, FAILURE.too_small)).any()
-    fold = folded(system, folds, failed) if folds and short else ""
+    fold = fold_advice(system, folds, failed) if folds and short else ""
     if fold or FAILURE.diverged in code[failed]:
         lines.append(fold or SHORTER)
     apart = np.flatnonzero(np.isin(code, (FAILURE.not_assembled, FAILURE.singular_start)))

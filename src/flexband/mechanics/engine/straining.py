@@ -118,7 +118,7 @@ def warn_of_large_strains(
     )
 
 
-def folded(
+def fold_advice(
     system: System, largest: LargestStrains, failed: np.ndarray, *, most: float = 1.2
 ) -> str:
     """Say which member has an element that turns by more than `most` in a sample that failed."""

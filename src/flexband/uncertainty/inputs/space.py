@@ -176,13 +176,13 @@ class Space:
         values = self.values(xi, eta)
         return {name: values[name] for name in self.arguments}
 
-    def followed(self, response: Response) -> Response:
+    def on_branch(self, response: Response) -> Response:
         """Return a response whose runs follow that of the nominal inputs by continuity.
 
         One that fails there is returned as it is: its runs tell what is wrong.
         """
         try:
-            return response.following(**self.arguments_at(*self.nominal()))
+            return response.on_branch_of(**self.arguments_at(*self.nominal()))
         except Exception:  # whatever a user's builder raises
             return response
 

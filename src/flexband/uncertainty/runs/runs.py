@@ -118,7 +118,8 @@ class CountedRuns:
         self.most_runs, self.count = options.most_runs, count
         self.total += 1  # one run is made again
         self.each = self.total if response.refines else 0
-        self.response, self.method, self.evaluations = space.followed(response), method, evaluations
+        self.response = space.on_branch(response)
+        self.method, self.evaluations = method, evaluations
         self.progress, self.case, self.explored = progress, "", 0
         self.check = options.check
         self.stored: np.ndarray | None = None

@@ -25,7 +25,7 @@ from flexband.mechanics.engine.loop_closure import constraint_errors
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
-from flexband.mechanics.kernels.state import rows_of_gaps
+from flexband.mechanics.kernels.state import STATE_ROWS, rows_of_gaps
 from flexband.words import number_of
 
 Label = tuple[str, str, int]
@@ -310,7 +310,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     states = [owner for owner, law in laws for _ in law.states]
     rough = [owner for owner, _ in mechanism.frictions]
     labels |= _numbered("friction", rough, state.sliding, copies=2)
-    labels |= _numbered("law state", states, state.law_state, copies=4)
+    labels |= _numbered("law state", states, state.law_state, copies=STATE_ROWS)
     if states:
         labels["rule", "", 0] = np.arange(state.rule, state.sliding)
     gaps = [owner for owner, law in laws for _ in law.events]

@@ -26,6 +26,7 @@ from flexband.mechanics.engine.threads import stop_flag
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import Composed
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.kernels.laws.states import rows_of_states
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,7 @@ def _rows(system: System) -> np.ndarray:
     """Return the rows of z that are its state: q, v and the states of force laws."""
     state = system.structure.state
     q = np.arange(1, 1 + state.coordinates)
-    laws = np.arange(state.law_state, state.law_state + (state.rule - state.law_state) // 4)
+    laws = state.law_state + np.arange(rows_of_states.py_func(state).states)
     return np.concatenate([q, state.velocity + q, laws])
 
 

@@ -194,7 +194,7 @@ def _memory(law: LawEntry, group: Sequence[int]) -> int:
     """Return how many rows of memory a law needs, see `kernels.laws.forces`."""
     axes = AXES * len(law.points)
     given = 1 + len(law.parameters) + 4 * len(law.states) + GAP_MEMORY * len(law.events)
-    return given + axes * (3 + axes + 2 * len(group))
+    return given + 1 + axes * (5 + axes + 2 * len(group))
 
 
 def time(t: float) -> float:

@@ -26,6 +26,9 @@ from flexband.mechanics.kernels.lanes import compiled
 GAP_ROWS = 7
 """Rows of a gap, see `GapRows`."""
 
+STATE_ROWS = 5
+"""Rows of a first-order state of a law, see `kernels.laws.states`."""
+
 FRICTION_ROWS = 8
 """Rows of a friction, see `StickSlipRows`. Those of all frictions are followed by
 those of joints, see `ReactionRows`, and by components of normal forces."""
@@ -80,7 +83,7 @@ class State(NamedTuple):
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, frictions, angles, sensor_angles, each, each, 1, angles)
         parts = (*parts, springs, springs, 2 * directions, 3 * points)
-        parts = (*parts, 4 * law_states, 3 * (law_states > 0))
+        parts = (*parts, STATE_ROWS * law_states, 3 * (law_states > 0))
         carried = 3 * multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)
         parts = (*parts, GAP_ROWS * (gaps + frictions), 0)

@@ -31,7 +31,7 @@ from flexband.mechanics.kernels.factorization import to_dense
 from flexband.mechanics.kernels.friction.modes import MODE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, zeros
 from flexband.mechanics.kernels.laws.forces import GAP
-from flexband.mechanics.kernels.laws.states import MARK
+from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
 from flexband.mechanics.kernels.state import FRICTION_ROWS, friction_rows, rows_of_gaps
 
 
@@ -163,7 +163,7 @@ class Equations:
     @property
     def state_count(self) -> int:
         """Number of the states of force laws."""
-        return (self.state.rule - self.state.law_state) // 4
+        return rows_of_states.py_func(self.state).states
 
     def held(self, z: np.ndarray) -> np.ndarray:
         """Return the state with the states of force laws as they are, whatever their rates."""

@@ -24,10 +24,19 @@ from numba.np.numpy_support import carray
 from flexband.compilation.caching import cached_on_disk
 from flexband.errors import InputError, warn
 from flexband.mechanics.kernels.lane_arrays import WIDTH
-from flexband.mechanics.kernels.laws.forces import AXES
+from flexband.mechanics.kernels.laws.forces import AXES, GAP_MEMORY
 from flexband.mechanics.loads.law_shape import CompiledLaw, Law, LawFailure, LawShape, failures_here
 from flexband.mechanics.loads.lines import add_lines, pass_on
-from flexband.mechanics.loads.solved_states import OUTCOME, call_report, solve
+from flexband.mechanics.loads.solved_states import (
+    OUTCOME,
+    LawArrays,
+    LawCall,
+    call_report,
+    fill_stiffness,
+    scratch_of,
+    scratch_size,
+    solve,
+)
 
 Functions = tuple[FunctionType, ...]
 
@@ -72,13 +81,20 @@ class _MemoryRows(NamedTuple):
     rate: int
     mode: int
     gap: int
+    gap_end: int
+    differentiated: int
+    nudge: int
+    pace: int
+    stiffness: int
     end: int
 
     @staticmethod
     def of(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
-        sizes = [1 + shape.parameters, *[AXES * shape.points] * 3, *[shape.states] * 4]
-        return _MemoryRows(*accumulate([*sizes, shape.events, shape.events]))
+        axes, events = AXES * shape.points, shape.events
+        sizes = [1 + shape.parameters, *[axes] * 3, *[shape.states] * 4, events, events]
+        sizes += [(GAP_MEMORY - 2) * events, 1, axes, axes, axes * axes]
+        return _MemoryRows(*accumulate(sizes))
 
 
 def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
@@ -127,37 +143,61 @@ def _reporter(
 
 
 @cached_on_disk
-def every_lane(lanes, at, pairs, law, report):
-    """Fill the memory of a law in all lanes, `at` its `_MemoryRows`, by its C function for one."""
-    points = (at.v - at.x) // 3
-    count = points + len(pairs)
-    column = np.empty(at.end)
-    x, v, force = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
-    p, y, rate = column[1 : at.x], column[at.y : at.b], column[at.rate : at.mode]
-    b, tau = column[at.b : at.tau], column[at.tau : at.rate]
-    mode, gap = column[at.mode : at.gap], column[at.gap : at.end]
+def every_lane(lanes, at, lines, law, report):
+    """Fill the memory of a law in all lanes, `at` its `_MemoryRows`, by its C function for one.
+
+    The memory has its forces, rates and gaps, or, where it is to be differentiated, its stiffness.
+    Where all lanes are given the same, as for a single sample, the law is called for the first one.
+    """
+    axes, states = at.v - at.x, at.b - at.y
+    points = axes // 3
+    count = points + len(lines)
+    column, places = np.empty(at.end), np.empty((3, count, 3))
+    scratch = scratch_of(np.empty(scratch_size(states, axes)), states, axes)
+    x, v, force = places[0], places[1], places[2]
+    b, tau, mode = column[at.b : at.tau], column[at.tau : at.rate], column[at.mode : at.gap]
+    arrays = LawArrays(
+        x, v, column[at.y : at.b], column[1 : at.x], force, column[at.rate : at.mode], mode,
+        column[at.gap : at.gap_end],
+    )  # fmt: skip
+    stiffness = column[at.stiffness :]
+    nudge, pace = column[at.nudge : at.pace], column[at.pace : at.stiffness]
+    differentiated = lanes[at.differentiated, 0] > 0.0
+    first, last = (at.stiffness, at.end) if differentiated else (at.force, at.gap_end)
+    different = 0
+    for k in range(at.stiffness):
+        is_filled = at.force <= k < at.y or at.rate <= k < at.mode
+        if not (is_filled or at.gap <= k < at.differentiated):
+            for lane in range(1, WIDTH):
+                different += lanes[k, lane] != lanes[k, 0]
+    good = False
     for lane in range(WIDTH):
-        outcome, known = OUTCOME.raised, True
-        for k in range(at.end):
-            is_filled = at.force <= k < at.y or k >= at.gap
-            column[k] = 0.0 if is_filled else lanes[k, lane]
-            known = known and (k >= at.force or k < at.x or np.isfinite(column[k]))
-        for k in range(len(mode)):
-            mode[k] = np.copysign(1.0, mode[k])
-        for k in range(len(b)):
-            known = known and np.isfinite(b[k])
-        for k in range(3 * points):
-            x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
-        for k in range(3 * count):
-            force.flat[k] = 0.0
-        if known:  # not after the run of this lane has failed
-            add_lines(pairs, points, x, v)
-            outcome = solve(law, column[0], x, v, y, p, force, rate, mode, gap, b, tau)
-            pass_on(pairs, points, x, force)
+        known, outcome = True, OUTCOME.ran
+        if different > 0 or not good:
+            outcome = OUTCOME.raised
+            for k in range(at.stiffness):
+                column[k] = lanes[k, lane]
+            for k in range(at.force):
+                known = known and (k < at.x or np.isfinite(column[k]))
+            for k in range(len(mode)):
+                mode[k] = np.copysign(1.0, mode[k])
+            for k in range(states):
+                known = known and np.isfinite(b[k])
+            for k in range(axes):
+                x.flat[k], v.flat[k] = column[at.x + k], column[at.v + k]
+            call = LawCall(law, column[0], points, lines, b, tau)
+            if known:  # not after the run of this lane has failed
+                add_lines(lines, points, x, v)
+                if differentiated:
+                    ran = fill_stiffness(call, arrays, nudge, pace, stiffness, scratch)
+                    outcome = OUTCOME.ran if ran else OUTCOME.raised
+                else:
+                    outcome = solve(call, arrays, scratch)
+                    pass_on(lines, points, x, force)
+                    for k in range(axes):
+                        column[at.force + k] = force.flat[k]
         good = outcome == OUTCOME.ran
-        for k in range(3 * points):
-            column[at.force + k] = force.flat[k] if good else np.nan
-        for k in range(at.force, at.end):
+        for k in range(first, last):
             lanes[k, lane] = column[k] if good else np.nan
             good = good and np.isfinite(column[k])
         if known and not good:

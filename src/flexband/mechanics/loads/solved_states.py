@@ -1,4 +1,4 @@
-"""First-order states of a force law: Newton's method for one sample.
+"""A force law for one sample: its first-order states, by Newton's method, and its derivatives.
 
 A state y_k with the rate ẏ_k(y) solves y_k = b_k + τ_k ẏ_k, which is a step of a method for stiff
 equations, or ẏ_k = 0 where τ_k is `laws.states.MARK.solved`.
@@ -13,6 +13,7 @@ from llvmlite import ir
 from numba import types
 
 from flexband.compilation.functions import compiled, instruction
+from flexband.mechanics.loads.lines import add_lines, pass_on
 
 
 class Outcomes(NamedTuple):
@@ -38,12 +39,53 @@ class StateSolver(NamedTuple):
     rate_part: float = 1e-4
     """Of τ ẏ, the size of a state near zero; a stiff one changes by less."""
     tolerance: float = 1e-12
-    """Of the last correction."""
+    """Of what the last correction leaves."""
     stalled: float = 1e-8
-    """The same where rounding lets no correction be smaller."""
+    """Of the last correction where rounding lets none be smaller."""
+    kept: float = 0.01
+    """Ratio of two corrections below which derivatives serve once more."""
 
 
 SOLVER = StateSolver()
+
+
+class LawArrays(NamedTuple):
+    """What a law reads and fills for one sample, rows of lines behind those of points."""
+
+    x: np.ndarray
+    v: np.ndarray
+    y: np.ndarray
+    p: np.ndarray
+    force: np.ndarray
+    rate: np.ndarray
+    mode: np.ndarray
+    gap: np.ndarray
+
+
+class LawCall(NamedTuple):
+    """The address of a law, its time, its points, its lines, and what its states solve."""
+
+    law: int
+    t: float
+    points: int
+    lines: np.ndarray
+    b: np.ndarray
+    tau: np.ndarray
+
+
+class Scratch(NamedTuple):
+    """Memory for the solution of a law with n states; matrices are row by row."""
+
+    rest: np.ndarray
+    other: np.ndarray
+    move: np.ndarray
+    before: np.ndarray
+    size: np.ndarray
+    weight: np.ndarray
+    jacobian: np.ndarray  # derivatives of the rest, (n, n)
+    factors: np.ndarray
+    by_state: np.ndarray  # derivatives of the forces, (3 points, n)
+    by_axis: np.ndarray  # derivatives of the rest, (n, 3 points)
 
 
 @instruction
@@ -79,45 +121,74 @@ def call_report(typingctx, address, lanes, lane, outcome):
 
 
 @compiled
-def evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+def scratch_of(memory, states, axes):
+    """Return the `Scratch` of a law in an array of `scratch_size` numbers."""
+    n, square, both = states, states * states, states * axes
+    first = 6 * n
+    return Scratch(
+        memory[:n], memory[n : 2 * n], memory[2 * n : 3 * n], memory[3 * n : 4 * n],
+        memory[4 * n : 5 * n], memory[5 * n : first], memory[first : first + square],
+        memory[first + square : first + 2 * square],
+        memory[first + 2 * square : first + 2 * square + both],
+        memory[first + 2 * square + both :],
+    )  # fmt: skip
+
+
+@compiled
+def scratch_size(states, axes):
+    """Return how many numbers the `Scratch` of a law takes."""
+    return 2 * states * (3 + states + axes)
+
+
+@compiled
+def evaluate(call, arrays, rest):
     """Call the law, and fill what its states miss; return whether it raised no error."""
+    x, v, y, p, force, rate, mode, gap = arrays
     for k in range(force.size):
         force.flat[k] = 0.0
     for k in range(len(y)):
         rate[k] = 0.0
-    ran = call_law(law, t, x, v, y, p, force, rate, mode, gap) != 0
+    ran = call_law(call.law, call.t, x, v, y, p, force, rate, mode, gap) != 0
     for k in range(len(y)):
-        rest[k] = rate[k] if tau[k] < 0.0 else y[k] - b[k] - tau[k] * rate[k]
+        tau = call.tau[k]
+        rest[k] = rate[k] if tau < 0.0 else y[k] - call.b[k] - tau * rate[k]
     return ran
 
 
 @compiled
-def differentiate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest, other, size, J):
-    """Fill J with the derivatives of `rest` by the states, of these sizes."""
-    ran = True
+def size_of(call, arrays, k):
+    """Return the size of state k."""
+    rate = SOLVER.rate_part * abs(call.tau[k] * arrays.rate[k])
+    return max(abs(arrays.y[k]), abs(call.b[k]), rate)
+
+
+@compiled
+def differentiate(call, arrays, scratch):
+    """Fill the derivatives of the rest by the states; return whether the law raised no error."""
+    ran, y, J = True, arrays.y, scratch.jacobian
     for k in range(len(y)):
-        size[k] = max(abs(y[k]), abs(b[k]), SOLVER.rate_part * abs(tau[k] * rate[k]))
+        scratch.size[k] = size_of(call, arrays, k)
     for k in range(len(y)):
-        before = y[k]
-        y[k] = before + (SOLVER.difference * size[k] if size[k] > 0.0 else SOLVER.difference)
+        before, size = y[k], scratch.size[k]
+        y[k] = before + (SOLVER.difference * size if size > 0.0 else SOLVER.difference)
         width = y[k] - before
-        ran = evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, other) and ran
+        ran = evaluate(call, arrays, scratch.other) and ran
         for i in range(len(y)):
-            J[i, k] = (other[i] - rest[i]) / width
+            J[i * len(y) + k] = (scratch.other[i] - scratch.rest[i]) / width
         y[k] = before
     return ran
 
 
 @compiled
-def solve(  # noqa: PLR0911, PLR0912
-    law, t, x, v, y, p, force, rate, mode, gap, b, tau
-):
-    """Solve for the states of a law, and fill its forces and rates; return the outcome."""
-    states = len(y)
-    rest, move, before = np.empty(states), np.empty(states), np.empty(states)
-    size, weight, other = np.empty(states), np.empty(states), np.empty(states)
-    J, last = np.empty((states, states)), np.inf
-    if not evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
+    """Solve for the states of a law, and fill its forces and rates; return the outcome.
+
+    Derivatives serve for the next correction too where those before show that it will do.
+    """
+    y, states = arrays.y, len(arrays.y)
+    rest, move, before, size = scratch.rest, scratch.move, scratch.before, scratch.size
+    last, fresh = np.inf, True
+    if not evaluate(call, arrays, rest):
         return OUTCOME.raised
     for _ in range(SOLVER.iterations):
         rests = False
@@ -125,24 +196,25 @@ def solve(  # noqa: PLR0911, PLR0912
             rests = rests or rest[k] != 0.0
         if not rests:
             return OUTCOME.ran
-        if not differentiate(
-            law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest, other, size, J
-        ):
-            return OUTCOME.raised
+        if fresh:
+            if not differentiate(call, arrays, scratch):
+                return OUTCOME.raised
+            for i in range(states):
+                scratch.weight[i] = 1e-300
+                for k in range(states):
+                    part = abs(scratch.jacobian[i * states + k]) * size[k]
+                    scratch.weight[i] = max(part, scratch.weight[i])
         for i in range(states):
-            weight[i] = 1e-300
-            for k in range(states):
-                weight[i] = max(abs(J[i, k]) * size[k], weight[i])
             before[i], move[i] = y[i], -rest[i]
-        excess = largest(rest, weight)
-        eliminate(J, move)
+        excess = largest(rest, scratch.weight)
+        eliminate(scratch, move)
         part = 1.0
         for _ in range(SOLVER.halvings):
             for k in range(states):
                 y[k] = before[k] + part * move[k]
-            if not evaluate(law, t, x, v, y, p, force, rate, mode, gap, b, tau, rest):
+            if not evaluate(call, arrays, rest):
                 return OUTCOME.raised
-            remaining = largest(rest, weight)
+            remaining = largest(rest, scratch.weight)
             if remaining < excess or remaining < SOLVER.tolerance:
                 break
             part = 0.5 * part
@@ -151,10 +223,72 @@ def solve(  # noqa: PLR0911, PLR0912
         change = largest(move, size)
         if not np.isfinite(change):
             return OUTCOME.unsolved
-        if change < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
+        left = change * min(change / last, 1.0)
+        if left < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
             return OUTCOME.ran
+        fresh = (
+            part < 1.0 or change > SOLVER.kept * last or (last == np.inf and change > SOLVER.kept)
+        )
         last = change
     return OUTCOME.unsolved
+
+
+@compiled
+def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):
+    """Fill −∂force/∂x in which the states, solved for, follow x; return whether all went well.
+
+    `stiffness` is (3 points, 3 points), row by row. Derivatives are central differences of x by `nudge` and,
+    at once, of v by `pace`; an axis whose nudge is 0 does not move.
+    """
+    x, v, y, force = arrays.x, arrays.v, arrays.y, arrays.force
+    axes, states, ran = len(nudge), len(y), True
+    by_axis, by_state = scratch.by_axis, scratch.by_state
+    for k in range(states):
+        scratch.size[k] = size_of(call, arrays, k)
+    for j in range(axes):
+        place, speed = x.flat[j], v.flat[j]
+        for i in range(axes):
+            stiffness[i * axes + j] = 0.0
+        for k in range(states):
+            by_axis[k * axes + j] = 0.0
+        if nudge[j] == 0.0:
+            continue
+        for sign in (1.0, -1.0):
+            x.flat[j], v.flat[j] = place + sign * nudge[j], speed + sign * pace[j]
+            add_lines(call.lines, call.points, x, v)
+            ran = evaluate(call, arrays, scratch.rest) and ran
+            pass_on(call.lines, call.points, x, force)
+            for i in range(axes):
+                stiffness[i * axes + j] -= (0.5 * sign) * force.flat[i] / nudge[j]
+            for k in range(states):
+                by_axis[k * axes + j] += (0.5 * sign) * scratch.rest[k] / nudge[j]
+        x.flat[j], v.flat[j] = place, speed
+    add_lines(call.lines, call.points, x, v)
+    for k in range(states):
+        for i in range(axes):
+            by_state[i * states + k] = 0.0
+        for i in range(states):
+            scratch.jacobian[i * states + k] = 0.0
+        before, size = y[k], scratch.size[k]
+        width = SOLVER.difference * size if size > 0.0 else SOLVER.difference
+        for sign in (1.0, -1.0):
+            y[k] = before + sign * width
+            ran = evaluate(call, arrays, scratch.rest) and ran
+            pass_on(call.lines, call.points, x, force)
+            for i in range(axes):
+                by_state[i * states + k] += (0.5 * sign) * force.flat[i] / width
+            for i in range(states):
+                scratch.jacobian[i * states + k] += (0.5 * sign) * scratch.rest[i] / width
+        y[k] = before
+    for j in range(axes):
+        if states > 0 and nudge[j] != 0.0:
+            for k in range(states):
+                scratch.move[k] = by_axis[k * axes + j]
+            eliminate(scratch, scratch.move)
+            for i in range(axes):
+                for k in range(states):
+                    stiffness[i * axes + j] += by_state[i * states + k] * scratch.move[k]
+    return ran
 
 
 @compiled
@@ -169,23 +303,26 @@ def largest(values, sizes):
 
 
 @compiled
-def eliminate(matrix, x):
-    """Replace x by the solution of matrix @ solution = x, by elimination with exchanged rows."""
-    n = len(x)
+def eliminate(scratch, x):
+    """Replace x by the solution of jacobian @ solution = x, by elimination with exchanged rows."""
+    n, matrix = len(x), scratch.factors
+    for i in range(n):
+        for j in range(n):
+            matrix[i * n + j] = scratch.jacobian[i * n + j]
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+            if abs(matrix[i * n + k]) > abs(matrix[pivot * n + k]):
                 pivot = i
         for j in range(n):
-            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            matrix[k * n + j], matrix[pivot * n + j] = matrix[pivot * n + j], matrix[k * n + j]
         x[k], x[pivot] = x[pivot], x[k]
         for i in range(k + 1, n):
-            factor = matrix[i, k] / matrix[k, k]
+            factor = matrix[i * n + k] / matrix[k * n + k]
             for j in range(k, n):
-                matrix[i, j] -= factor * matrix[k, j]
+                matrix[i * n + j] -= factor * matrix[k * n + j]
             x[i] -= factor * x[k]
     for k in range(n - 1, -1, -1):
         for j in range(k + 1, n):
-            x[k] -= matrix[k, j] * x[j]
-        x[k] /= matrix[k, k]
+            x[k] -= matrix[k * n + j] * x[j]
+        x[k] /= matrix[k * n + k]

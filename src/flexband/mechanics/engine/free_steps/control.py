@@ -90,19 +90,22 @@ def shift_accelerations(structure, z, a, ratio, chosen):
 def error_of_step(structure, method, values, work, ratio):
     """Return the largest error of a coordinate since `work.before`, relative to the size.
 
-    `work.counts` has which coordinate it is.
+    `work.s` has the errors, and `work.counts` which coordinate it is.
     """
     state = structure.state
     C = 1.0 / 6.0 - method.beta - 0.5 * (method.alpha_m - method.alpha_f)
-    largest, worst = filled(0.0), filled(0.0)
+    factor, largest, worst = C * method.step * method.step, filled(0.0), filled(0.0)
+    store(work.s, 0, filled(0.0))
     for i in range(1, state.coordinates + 1):
         old = load(work.before, state.acceleration + i)
         old = old + ratio * (load(work.before, state.rows + i) - old)
-        change = magnitude(load(work.a, i) - old) * load(values.inverse_scale, i)
+        error = factor * (load(work.a, i) - old)
+        store(work.s, i, error)
+        change = magnitude(error) * load(values.inverse_scale, i)
         worst = where(less(largest, change), filled(float(i)), worst)
         largest = maximum(largest, change)
     store(work.counts, 3, worst)
-    return magnitude(C * method.step * method.step) * largest
+    return largest
 
 
 @compiled

@@ -25,6 +25,7 @@ from flexband.mechanics.engine.free_steps.crossings import crossing, longest_in_
 from flexband.mechanics.engine.free_steps.events import begin_modes, end_impacts, switch
 from flexband.mechanics.engine.free_steps.impacts import strike_by_drive
 from flexband.mechanics.engine.free_steps.jamming import find_jams
+from flexband.mechanics.engine.free_steps.state_errors import error_of_states, update_sizes
 from flexband.mechanics.engine.free_steps.stick_slip import update_margins
 from flexband.mechanics.engine.generalized_alpha import (
     SHORTEST_STEP,
@@ -178,6 +179,10 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
     update_margins(structure, values, now, work, limits, method.step)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
+    if state.rule > state.law_state:
+        of_states = error_of_states(structure, values, now, work, step, method.step)
+        of_states = where(less(step, 1.0001 * smallest), none, of_states)
+        error = maximum(error, of_states / limits.tolerance)
     good = where(failed, none, less(error, filled(1.0)))
     early, event = crossing(structure, values, limits, work.before, z, step)
     short = less((1.0 - event) * step, smallest)
@@ -185,6 +190,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     accepted = where(stepping, where(early, none, good), none)
     by_depth = where(closed, less(error, filled(0.5)), none)  # a contact asks for a shorter step
     store(work.counts, 3, where(by_depth, none, load(work.counts, 3)))
+    update_sizes(structure, work, step, method.step, accepted)
     end_states(state, z, step, accepted)
     watch(structure, values, now, work, time, time + step, accepted)
     share_forces(structure, values, now, work, accepted, redundant, known, number)

@@ -4,9 +4,12 @@ The rows of the memory of a law with m parameters, P points and n states are t, 
 v and force (3P rows each), then n rows each for the states y, what is known of them, b, a time τ,
 and their rates ẏ, then a row each for the modes of its gaps, their values, and, if they are
 contacts, the forces along them, their rates, what they lose and effective masses. The law solves
-y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`. The tangent needs three matrices behind them:
-B = ∂x/∂q (3P × C, where C is the number of coordinates that the law depends on), K = −∂force/∂x
-(3P × 3P), in which y follows x, and K B.
+y = b + τ ẏ(y), or ẏ(y) = 0 where τ is `MARK.solved`.
+
+Behind them are a row that is 1 where a law, which is no contact, is to give its stiffness instead
+of its forces, 3P rows each of the displacements and velocities of its differences, and matrices:
+K = −∂force/∂x (3P × 3P), in which y follows x, B = ∂x/∂q (3P × C, where C is the number of
+coordinates that the law depends on), and K B.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ from flexband.mechanics.kernels.lanes import (
     store_rows,
     where,
 )
-from flexband.mechanics.kernels.laws.states import MARK, rows_of_states
+from flexband.mechanics.kernels.laws.states import FIRST_SHARE, MARK, rows_of_states
 from flexband.mechanics.kernels.state import rows_of_gaps
 
 AXES = 3
@@ -70,6 +73,9 @@ class LawRows(NamedTuple):
     force: int
     y: int
     mode: int
+    differentiated: int
+    nudge: int
+    K: int
     B: int
 
 
@@ -82,8 +88,13 @@ def layout(laws, s):
     x, size = 1 + laws.parameter_start[s + 1] - laws.parameter_start[s], AXES * (end - first)
     y = x + 3 * size
     mode = y + 4 * states
-    B = mode + GAP_MEMORY * gaps
-    return LawRows(first, end, state, states, gap, gaps, x, x + size, x + 2 * size, y, mode, B)
+    differentiated = mode + GAP_MEMORY * gaps
+    nudge = differentiated + 1
+    K = nudge + 2 * size
+    return LawRows(
+        first, end, state, states, gap, gaps, x, x + size, x + 2 * size, y, mode, differentiated,
+        nudge, K, K + size * size,
+    )  # fmt: skip
 
 
 @compiled
@@ -105,15 +116,16 @@ def fill(structure, values, now, z, s, memory):
         store_rows(memory, rows.v + row, (vx, vy, rate))
     places = rows_of_states(state)
     for k in range(rows.states):
-        before = load(z, places.y0 + rows.state + k)
-        store(memory, rows.y + k, before)
-        known = before + load(z, places.rule) * load(z, places.w + rows.state + k)
+        before, w = load(z, places.y0 + rows.state + k), load(z, places.w + rows.state + k)
+        known = before + load(z, places.rule) * w
+        store(memory, rows.y + k, before + (known - before) / FIRST_SHARE)
         store(memory, rows.y + rows.states + k, known)
         store(memory, rows.y + 2 * rows.states + k, load(z, places.rule + 1))
     gaps = rows_of_gaps(state)
     for k in range(rows.gaps):
         store(memory, rows.mode + k, load(z, gaps.mode + rows.gap + k))
         store(memory, rows.mode + 5 * rows.gaps + k, load(z, gaps.mass + rows.gap + k))
+    store(memory, rows.differentiated, filled(0.0))
 
 
 @compiled
@@ -254,7 +266,38 @@ def difference(laws, state, z, s, size):
 
 
 @compiled
-def add_law_tangent(structure, values, now, z, weight, rate, matrix, memory):  # noqa: PLR0912
+def _moves(structure, rows, j):
+    """Return whether axis j of the points of a law depends on a coordinate."""
+    start, laws, p = structure.vectors.start, structure.laws, rows.first + j // AXES
+    vector = laws.position + p if j % AXES < 2 else laws.angle + p
+    return start[vector + 1] > start[vector]
+
+
+@compiled
+def _fill_contact_stiffness(laws, rows, s, rate, memory):
+    """Write K of a contact, by the differences in its memory."""
+    axes = AXES * (rows.end - rows.first)
+    for j in range(axes):
+        nudge = load(memory, rows.nudge + j)
+        place, speed = load(memory, rows.x + j), load(memory, rows.v + j)
+        for i in range(axes):
+            store(memory, rows.K + i * axes + j, filled(0.0))
+        if not any_true(nudge):
+            continue
+        for sign in (1.0, -1.0):
+            store(memory, rows.x + j, place + sign * nudge)
+            store(memory, rows.v + j, speed + sign * rate * nudge)
+            call_at(laws.address[s], memory, 0)
+            for i in range(axes):
+                part = (0.5 * sign) * load(memory, rows.force + i) / nudge
+                row = rows.K + i * axes + j
+                store(memory, row, -part if sign > 0.0 else load(memory, row) - part)
+        store(memory, rows.x + j, place)
+        store(memory, rows.v + j, speed)
+
+
+@compiled
+def add_law_tangent(structure, values, now, z, weight, rate, matrix, memory):
     """Add `weight` times Bᵀ (K + Kᵀ)/2 B; the matrix is symmetric, so K's other part is left out.
 
     K comes from central differences of positions and, `rate` times as large, of velocities.
@@ -266,26 +309,22 @@ def add_law_tangent(structure, values, now, z, weight, rate, matrix, memory):  #
         fill(structure, values, now, z, s, memory)
         rows = layout(laws, s)
         axes, count = AXES * (rows.end - rows.first), laws.coordinates[s]
-        x, v, B = rows.x, rows.v, rows.B
-        K, KB = B + axes * count, B + axes * count + axes * axes
+        K, B = rows.K, rows.B
+        KB = B + axes * count
         step = difference(laws, state, z, s, size)
         for j in range(axes):
-            nudge = step
+            nudge = step if _moves(structure, rows, j) else filled(0.0)
             if j % AXES < 2:
                 nudge = nudge * size
-            place, speed = load(memory, x + j), load(memory, v + j)
-            for sign in (1.0, -1.0):
-                store(memory, x + j, place + sign * nudge)
-                store(memory, v + j, speed + sign * rate * nudge)
-                for k in range(rows.states):
-                    store(memory, rows.y + k, load(z, state.law_state + rows.state + k))
-                call_at(laws.address[s], memory, 0)
-                for i in range(axes):
-                    part = (0.5 * sign) * load(memory, rows.force + i) / nudge
-                    row = K + i * axes + j
-                    store(memory, row, -part if sign > 0.0 else load(memory, row) - part)
-            store(memory, x + j, place)
-            store(memory, v + j, speed)
+            store(memory, rows.nudge + j, nudge)
+            store(memory, rows.nudge + axes + j, rate * nudge)
+        for k in range(rows.states):
+            store(memory, rows.y + k, load(z, state.law_state + rows.state + k))
+        if is_contact(laws, s):
+            _fill_contact_stiffness(laws, rows, s, rate, memory)
+        else:
+            store(memory, rows.differentiated, filled(1.0))
+            call_at(laws.address[s], memory, 0)
         _fill_derivatives(structure, values, z, s, memory, B)
         for i in range(axes):
             for c in range(count):

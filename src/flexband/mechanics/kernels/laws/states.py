@@ -7,8 +7,8 @@ A step from y₀ is that of Jansen, Whiting and Hulbert's generalized-α method 
 or one of Euler's implicit method, c = 0, where there is no w₀ yet. Laws solve for y₁, see
 `loads.solved_states`.
 
-The rows of the states in z are y, y₀, w and ẏ of all laws, then those of the rule, which all states
-share: h c, h (1 − c) and c.
+The rows of the states in z are y, y₀, w, ẏ and the sizes of all laws' states, which steps that are
+chosen know, then those of the rule, which all states share: h c, h (1 − c) and c.
 """
 
 from __future__ import annotations
@@ -16,6 +16,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flexband.mechanics.kernels.lanes import compiled, filled, load, store, where
+from flexband.mechanics.kernels.state import STATE_ROWS
+
+FIRST_SHARE = 1.0 / 3.0
+"""c, but for Euler's method."""
 
 
 class Marks(NamedTuple):
@@ -39,21 +43,22 @@ MARK = Marks()
 
 
 class StateRows(NamedTuple):
-    """How many states there are, and the first row of y, y₀, w, ẏ, and of the rule."""
+    """How many states there are, and the first row of y, y₀, w, ẏ, their sizes, and the rule."""
 
     states: int
     y: int
     y0: int
     w: int
     rate: int
+    size: int
     rule: int
 
 
 @compiled
 def rows_of_states(state):
     """Return the `StateRows`."""
-    n, y = (state.rule - state.law_state) // 4, state.law_state
-    return StateRows(n, y, y + n, y + 2 * n, y + 3 * n, state.rule)
+    n, y = (state.rule - state.law_state) // STATE_ROWS, state.law_state
+    return StateRows(n, y, y + n, y + 2 * n, y + 3 * n, y + 4 * n, state.rule)
 
 
 @compiled
@@ -94,7 +99,7 @@ def end_states(state, z, h, chosen):
         store(z, rows.w + k, where(chosen, w, load(z, rows.w + k)))
     hold_states(state, z, chosen)
     if rows.states > 0:
-        store(z, rows.rule + 2, where(chosen, filled(1.0 / 3.0), load(z, rows.rule + 2)))
+        store(z, rows.rule + 2, where(chosen, filled(FIRST_SHARE), load(z, rows.rule + 2)))
 
 
 @compiled

@@ -143,7 +143,7 @@ def _reporter(
 
 
 @cached_on_disk
-def every_lane(lanes, at, lines, law, report):
+def every_lane(lanes, at, lines, law, report):  # noqa: PLR0912
     """Fill the memory of a law in all lanes, `at` its `_MemoryRows`, by its C function for one.
 
     The memory has its forces, rates and gaps, or, where it is to be differentiated, its stiffness.

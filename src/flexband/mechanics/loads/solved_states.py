@@ -42,6 +42,8 @@ class StateSolver(NamedTuple):
     """Of what the last correction leaves."""
     stalled: float = 1e-8
     """Of the last correction where rounding lets none be smaller."""
+    regular: float = 0.1
+    """Correction after which the next ones shrink as their ratio says."""
     kept: float = 0.01
     """Ratio of two corrections below which derivatives serve once more."""
 
@@ -223,22 +225,22 @@ def solve(call, arrays, scratch):  # noqa: PLR0911, PLR0912
         change = largest(move, size)
         if not np.isfinite(change):
             return OUTCOME.unsolved
-        left = change * min(change / last, 1.0)
+        regular = part == 1.0 and last < SOLVER.regular
+        left = change * min(change / last, 1.0) if regular else change
         if left < SOLVER.tolerance or (change < SOLVER.stalled and change > 0.5 * last):
             return OUTCOME.ran
-        fresh = (
-            part < 1.0 or change > SOLVER.kept * last or (last == np.inf and change > SOLVER.kept)
-        )
+        known = last if last < np.inf else 1.0
+        fresh = part < 1.0 or change > SOLVER.kept * known
         last = change
     return OUTCOME.unsolved
 
 
 @compiled
-def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):
+def fill_stiffness(call, arrays, nudge, pace, stiffness, scratch):  # noqa: PLR0912
     """Fill −∂force/∂x in which the states, solved for, follow x; return whether all went well.
 
-    `stiffness` is (3 points, 3 points), row by row. Derivatives are central differences of x by `nudge` and,
-    at once, of v by `pace`; an axis whose nudge is 0 does not move.
+    `stiffness` is (3 points, 3 points), row by row. Derivatives are central differences of x by
+    `nudge` and, at once, of v by `pace`; an axis whose nudge is 0 does not move.
     """
     x, v, y, force = arrays.x, arrays.v, arrays.y, arrays.force
     axes, states, ran = len(nudge), len(y), True

@@ -297,7 +297,9 @@ def _fill_contact_stiffness(laws, rows, s, rate, memory):
 
 
 @compiled
-def add_law_tangent(structure, values, now, z, weight, rate, matrix, memory):
+def add_law_tangent(  # noqa: PLR0912
+    structure, values, now, z, weight, rate, matrix, memory
+):
     """Add `weight` times Bᵀ (K + Kᵀ)/2 B; the matrix is symmetric, so K's other part is left out.
 
     K comes from central differences of positions and, `rate` times as large, of velocities.

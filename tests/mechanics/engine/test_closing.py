@@ -141,3 +141,20 @@ def test_a_beam_on_one_crank_too_many_closes_by_bending():
     motion = fb.simulate(model, **AT_ONCE).isel(time=0)
     reach = np.hypot(motion.sel(output="middle_X") - 0.2, motion.sel(output="middle_Y"))
     np.testing.assert_allclose(reach, 0.1001, atol=1e-9)
+
+
+def test_two_welds_of_massless_bodies_are_refused_as_open():
+    """Their rows are redundant where turns weigh a thousand times what moves do."""
+    ends = {"start": (-0.5, 0.0), "end": (0.5, 0.0)}
+    model = fb.Mechanism(
+        bodies={
+            "rod": fb.RigidBody(
+                mass=0.0, inertia=0.0, points=ends, position=(-0.25, 0.0), angle=np.pi
+            ),
+            "pin": fb.PointMass(mass=0.0, position=(0.25, -0.25)),
+        },
+        joints={"a": fb.Weld("pin", "rod.end"), "b": fb.Weld("pin", "rod.start", angle=np.pi / 2)},
+        sensors={"pin": fb.Position("pin")},
+    )
+    with pytest.raises(fb.errors.AssemblyError, match=r"joint 'a' stays open by 0\.5 m"):
+        fb.simulate(model, **AT_ONCE)

@@ -204,6 +204,54 @@ def test_bristles_stick_and_slip_as_scipy_has_it():
     np.testing.assert_allclose(last(motion, "z"), exact[2:], atol=1e-9)
 
 
+def test_stick_slip_is_right_at_the_default_tolerance_of_steps():
+    """The mass of Canudas de Wit et al. (1995), pulled at 0.1 m/s, slips four times in 25 s."""
+    p = np.array([1e5, np.sqrt(1e5), 1.0, 1.5, 1e-3])
+
+    def rates(t, z):
+        force, rate = np.zeros((1, 3)), np.zeros(1)
+        lugre(t, np.zeros((1, 3)), np.array([[z[1], 0, 0]]), z[2:], p, force, rate)
+        return [z[1], force[0, 0] - 0.4 * z[1] - 2.0 * (z[0] - 0.1 * t), rate[0]]
+
+    spring = {"stiffness": 2.0, "damping": 0.4, "rest_length": 1.0}
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0)},
+        joints={"rail": fb.Slot("m", (0.0, 0.0))},
+        loads={"bristles": fb.ForceLaw(["m"], lugre, p.tolist(), states={"z": 0.0}),
+               "spring": fb.Spring("m", (-1.0, 0.0), **spring),
+               "drag": fb.Force("m", x=lambda t: 2.0 * 0.1 * t)},
+        sensors={"x": fb.Position("m")},
+    )  # fmt: skip
+    free = fb.GeneralizedAlpha(step_tolerance=1e-7)
+    motion = fb.simulate(model, duration=25.0, step=0.05, integrator=free).sel(output="x_X")
+    options = {"method": "Radau", "rtol": 1e-10, "atol": 1e-13, "t_eval": motion.time.values}
+    exact = solve_ivp(rates, (0, 25.0), np.zeros(3), **options).y[0]
+    assert exact[-1] == pytest.approx(1.9088392, abs=2e-6)
+    np.testing.assert_allclose(motion.values.ravel(), exact, atol=2e-4 * np.ptp(exact))
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("time", [1e-4, 0.1])
+def test_a_state_that_begins_at_zero_is_judged_by_the_size_it_gets(size, time):
+    """A filter of a cosine moves a mass."""
+
+    def filtered(t, x, v, s, p, force, rate):
+        rate[0] = (p[0] * np.cos(3.0 * t) - s[0]) / p[1]
+        force[0, 0] = s[0] / p[0]
+
+    model = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0)},
+        loads={"f": fb.ForceLaw(["m"], filtered, [size, time], states={"s": 0.0})},
+        sensors={"s": fb.LawState("f", "s", "V")},
+    )
+    free = fb.GeneralizedAlpha(step_tolerance=1e-7)
+    motion = fb.simulate(model, duration=5.0, step=0.01, integrator=free).sel(output="s")
+    t, phase = motion.time.values, np.arctan(3.0 * time)
+    exact = np.cos(3.0 * t - phase) - np.cos(phase) * np.exp(-t / time)
+    exact *= size / np.hypot(1.0, 3.0 * time)
+    np.testing.assert_allclose(motion.values.ravel(), exact, atol=2e-5 * size)
+
+
 @pytest.mark.parametrize("start", [0.0, 50.0, "steady"])
 def test_a_state_of_a_million_per_second_follows_at_once(start):
     """With a step of 1 ms, from any start: the force is that of a spring after two steps."""

@@ -28,7 +28,7 @@ class ClosureOptions(NamedTuple):
     turn_weight: float = 30.0
     """Of a turn by 1 rad against a move by the size of the mechanism."""
     min_damping: float = 1e-10
-    """Of a step, with which redundant constraints do no harm."""
+    """Of a step, over the largest part of its matrix: redundant constraints do no harm."""
     first_damping: float = 1e-4
     """After the first step that leads away."""
     damping_factor: float = 10.0
@@ -59,7 +59,9 @@ def closed(
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
         rows[:, :, 2::3] /= options.turn_weight
-        matrix = rows @ rows.transpose(0, 2, 1) + damping[:, None, None] * np.eye(rows.shape[1])
+        matrix = rows @ rows.transpose(0, 2, 1)
+        scale = np.maximum(np.abs(matrix).max(axis=(1, 2), keepdims=True), 1.0)
+        matrix += damping[:, None, None] * scale * np.eye(rows.shape[1])
         step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None])
         step[:, 2::3] /= options.turn_weight
         largest = np.abs(step).max(axis=1, keepdims=True)

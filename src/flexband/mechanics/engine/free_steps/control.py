@@ -70,6 +70,8 @@ class StepControl(NamedTuple):
     """Such a step over the shortest one."""
     newton: float = 0.01
     """Newton's tolerance in parts of that of the step, if less than its own."""
+    newton_of_states: float = 1e-5
+    """The same with states of laws, which may change over 1e-5 of the size."""
 
 
 CONTROL = StepControl()

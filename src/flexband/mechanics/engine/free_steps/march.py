@@ -167,7 +167,9 @@ def take_step(  # noqa: PLR0915 (a step is one story)
         in_flight = CONTROL.in_flight if is_contact_gap(structure.laws, k) else in_flight
     in_contact = CONTROL.in_contact * contact_part
     allowed = limits.tolerance * where(closed, in_contact, filled(in_flight))
-    newton = minimum(CONTROL.newton * allowed, filled(tolerance))
+    has_states = state.rule > state.law_state
+    newton_part = CONTROL.newton_of_states if has_states else CONTROL.newton
+    newton = minimum(newton_part * allowed, filled(tolerance))
     begin_sticking(structure, values, z)
     predict(structure, scaled, values, z, a)
     begin_states(state, z, step, stepping)
@@ -179,7 +181,7 @@ def take_step(  # noqa: PLR0915 (a step is one story)
     update_gap_rates(structure, values, now, z, CONTROL.difference * step, work.blocks)
     update_margins(structure, values, now, work, limits, method.step)
     error = error_of_step(structure, scaled, values, work, ratio) / allowed
-    if state.rule > state.law_state:
+    if has_states:
         of_states = error_of_states(structure, values, now, work, step, method.step)
         of_states = where(less(step, 1.0001 * smallest), none, of_states)
         error = maximum(error, of_states / limits.tolerance)

@@ -13,17 +13,10 @@ from functools import partial
 import numpy as np
 
 import flexband as fb
+from benchmarks.friction.bristles import bristles
 from benchmarks.harness import alternate, medians, options, report
 
 STEPS, STEP = 5000, 2e-4
-
-
-def bristles(t, x, v, s, p, force, rate):
-    """Pull a mass over a floor of bristles whose deflection is s."""
-    speed = v[0, 0]
-    largest = (p[4] + (p[5] - p[4]) * np.exp(-((speed / p[6]) ** 2))) / p[1]
-    rate[0] = speed - abs(speed) * s[0] / largest
-    force[0, 0] = -(p[1] * s[0] + p[2] * rate[0] + p[3] * speed) + p[0] * (0.1 * t - x[0, 0])
 
 
 def cylinder(t, x, v, s, p, force, rate):
@@ -39,13 +32,13 @@ def cylinder(t, x, v, s, p, force, rate):
 
 
 def pulled_mass(pull: np.ndarray, *, law: bool) -> fb.Mechanism:
-    """Return LuGre's mass, with or without its friction, pulled by springs of these stiffnesses."""
-    parameters = [pull, 1e5, np.sqrt(1e5), 0.4, 1.0, 1.5, 1e-3]
+    """Return LuGre's mass, with or without its friction, pulled by a force [N]."""
+    parameters = [1e5, np.sqrt(1e5), 1.0, 1.5, 1e-3]
     floor = fb.ForceLaw(["mass"], bristles, parameters=parameters, states={"z": 0.0})
     return fb.Mechanism(
         bodies={"mass": fb.PointMass(mass=1.0)},
         joints={"rail": fb.Slot("mass", (0.0, 0.0))},
-        loads={"floor": floor if law else fb.Force("mass", x=0.1 * pull)},
+        loads={"pull": fb.Force("mass", x=pull)} | ({"floor": floor} if law else {}),
         sensors={"mass": fb.Position("mass")},
     )
 

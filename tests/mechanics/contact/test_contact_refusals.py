@@ -91,3 +91,29 @@ def test_a_part_without_contacts_has_no_gap():
             loads={"k": fb.Gravity()},
             sensors={"gap": contact.Gap("k")},
         )
+
+
+class OwnLine(contact.Geometry):
+    """A line along a body, written by a user."""
+
+    kernel = contact.CircleOnLine.kernel
+    parameters = contact.CircleOnLine().parameters
+
+
+@pytest.mark.parametrize("geometry", [contact.CircleOnLine(), OwnLine()])
+def test_a_line_on_a_flexible_member_is_refused(geometry):
+    beam = fb.Beam(
+        length=1.0, height=0.01, width=0.01, density=7800.0, youngs_modulus=2e11,
+        poissons_ratio=0.3, elements=2,
+    )  # fmt: skip
+    model = {
+        "bodies": {"beam": beam, "ball": fb.PointMass(mass=1.0, position=(0.5, 0.1))},
+        "loads": {"k": contact.Contact("ball", "beam.end", geometry, LAW)},
+        "sensors": {"x": fb.Position("ball")},
+    }
+    name = type(geometry).__name__
+    with pytest.raises(fb.errors.InputError, match=f"the line of a Contact of a {name} does not"):
+        fb.simulate(fb.Mechanism(**model), duration=0.01, step=0.01)
+    circles = contact.CircleOnCircle(radii=(0.01, 0.01))
+    on_a_circle = contact.Contact("ball", "beam.end", circles, LAW)
+    fb.simulate(fb.Mechanism(**model | {"loads": {"k": on_a_circle}}), duration=0.01, step=0.01)

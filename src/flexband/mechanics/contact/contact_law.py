@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, check_finite, check_instance
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.contact.normal_laws import NormalLaw
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     any_true,
     compiled,
@@ -26,6 +25,7 @@ from flexband.mechanics.kernels.lanes import (
     load_rows,
     magnitude,
     maximum,
+    minimum,
     power,
     sqrt,
     store_rows,

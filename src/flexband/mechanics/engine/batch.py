@@ -28,7 +28,6 @@ from flexband.mechanics.engine.straining import LargestStrains, Members, kept_st
 from flexband.mechanics.engine.threads import stop_flag, while_compiling
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.lane_arrays import WIDTH, address, zeros
-from flexband.mechanics.kernels.laws.states import rows_of_states
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.time_functions.schedule import IMPULSE, Schedule
 
@@ -315,7 +314,7 @@ def hold(
     state, failure = system.structure.state, np.zeros((4, WIDTH))
     work.z[1 : state.multiplier] = z[1 : state.multiplier]
     work.z[state.gap : state.extreme] = 0.0
-    given, laws = _lanes(values.law_states), rows_of_states.py_func(state).states
+    given, laws = _lanes(values.law_states), int(system.structure.laws.state_start[-1])
     given[:laws] = z[state.law_state : state.law_state + laws]
     values = values._replace(law_states=given)
     if velocities:

@@ -180,7 +180,7 @@ def straight(kind: str, line: Frame) -> Frame:
     """Return the frame of a straight line; raise `InputError` if it is on a flexible member."""
     if not line.rigid:
         raise InputError(
-            f"the line of a {kind} is straight, so its second point must belong to a rigid body or "
+            f"the line of a {kind} does not bend, so its second point must be of a rigid body or "
             "the ground; on a flexible member it would follow the tangent at that point and not "
             "the bent member. For a guide at one section, weld a rigid body to the member there"
         )

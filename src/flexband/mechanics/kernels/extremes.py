@@ -17,6 +17,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     store,
     where,
 )
@@ -40,12 +41,6 @@ class Kinds(NamedTuple):
 
 
 KINDS = Kinds()
-
-
-@compiled
-def minimum(a, b):
-    """Return the smaller of two lanes."""
-    return -maximum(-a, -b)
 
 
 @compiled

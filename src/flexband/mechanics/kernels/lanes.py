@@ -232,6 +232,12 @@ def maximum(builder, a, b):
     return builder.select(builder.fcmp_unordered("uno", b, b), b, larger)
 
 
+@compiled
+def minimum(a, b):
+    """Return the smaller of two lanes."""
+    return -maximum(-a, -b)
+
+
 @instruction
 def any_true(typingctx, mask):
     """Return whether the mask is true for any sample."""

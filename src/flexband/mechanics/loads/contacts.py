@@ -18,7 +18,6 @@ from flexband.mechanics.contact.contact_law import (
 )
 from flexband.mechanics.contact.friction import Friction, as_coulomb, rubbing
 from flexband.mechanics.contact.geometry.circle_on_line import (
-    CircleOnLine,
     gap_above_line,
     line_parameters,
     travel_on_line,
@@ -103,8 +102,9 @@ class Contact(ContactLoad):
     Raises
     ------
     InputError
-        If both points are of one body, the geometry or the law is none, or friction is asked for on
-        a line with ends.
+        If both points are of one body, the geometry or the law is none, the second point is of a
+        flexible member and the geometry needs a rigid body there, or friction is asked for on a
+        line with ends.
     """
 
     first: PointName
@@ -123,8 +123,8 @@ class Contact(ContactLoad):
             as_coulomb("Contact friction", self.friction)
 
     def contacts(self, first: Frame, second: Frame) -> list[PairContact]:
-        if isinstance(self.geometry, CircleOnLine):
-            straight("Contact", second)
+        if self.geometry.second_must_be_rigid:
+            straight(f"Contact of a {type(self.geometry).__name__}", second)
         friction = rubbing(self.friction, partial(self.geometry.travel, first, second))
         kernel, parameters = type(self.geometry).kernel, self.geometry.parameters
         return [touching(kernel, self.law, *parameters, friction=friction)]

@@ -50,6 +50,7 @@ class CircleOnCircle(Geometry):
 
     radii: tuple[ArrayLike, ArrayLike]
     kernel = gap_between_circles
+    second_must_be_rigid = False
 
     def __post_init__(self) -> None:
         both = check_radii("CircleOnCircle", self.radii, check_non_negative)
@@ -80,6 +81,7 @@ class CircleInCircle(Geometry):
 
     radii: tuple[ArrayLike, ArrayLike]
     kernel = gap_in_circle
+    second_must_be_rigid = False
 
     def __post_init__(self) -> None:
         circle, hole = check_radii("CircleInCircle", self.radii, check_positive)

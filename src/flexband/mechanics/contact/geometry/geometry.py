@@ -79,6 +79,13 @@ class Geometry(ABC):
     the gap [m], the unit normal along which the contact pushes the first body, and the material
     points of both bodies that meet."""
 
+    second_must_be_rigid: ClassVar[bool] = True
+    """Whether the second point must be of a rigid body or the ground.
+
+    What extends along a body, such as a line, does not bend with a flexible one. What lies around
+    the point, such as a circle, may be on any body.
+    """
+
     def travel(self, first: Frame, second: Frame) -> Travel:
         """Return how the surfaces slide, which friction needs.
 

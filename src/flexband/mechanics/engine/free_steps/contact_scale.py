@@ -7,7 +7,6 @@ effective mass m. In a mechanism of 1 m these may be a nanometre and a microseco
 from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.control import CONTROL
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
@@ -15,6 +14,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     power,
     store,
     where,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     compiled,
     filled,
@@ -17,6 +16,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     power,
     store,
     where,

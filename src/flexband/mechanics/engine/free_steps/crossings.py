@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from flexband.mechanics.engine.free_steps.contact_scale import is_contact_gap, scale_of_contact
 from flexband.mechanics.engine.free_steps.control import CONTROL
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.friction.modes import sticks
 from flexband.mechanics.kernels.lanes import (
     any_true,
@@ -18,6 +17,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     sqrt,
     store,
     where,

@@ -46,7 +46,6 @@ from flexband.mechanics.engine.generalized_alpha import (
     states_to_keep,
 )
 from flexband.mechanics.kernels.equations import sense, watch
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.failure_codes import FAILURE, note_failure
 from flexband.mechanics.kernels.forms import COEFFICIENTS
 from flexband.mechanics.kernels.friction.rows import begin_sticking
@@ -60,6 +59,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     store,
     where,
 )

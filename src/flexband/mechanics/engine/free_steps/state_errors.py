@@ -11,7 +11,6 @@ its rate takes it in a time ẏ/ÿ, if not within an output step.
 from __future__ import annotations
 
 from flexband.mechanics.kernels.angles import polar_rate, vector
-from flexband.mechanics.kernels.extremes import minimum
 from flexband.mechanics.kernels.lanes import (
     add_to,
     call_at,
@@ -21,6 +20,7 @@ from flexband.mechanics.kernels.lanes import (
     load,
     magnitude,
     maximum,
+    minimum,
     store,
     where,
 )

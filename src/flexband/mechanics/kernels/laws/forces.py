@@ -329,17 +329,19 @@ def add_law_tangent(  # noqa: PLR0912
             call_at(laws.address[s], memory, 0)
         _fill_derivatives(structure, values, z, s, memory, B)
         for i in range(axes):
-            for c in range(count):
+            for c in range(count if _moves(structure, rows, i) else 0):
                 total = filled(0.0)
                 for j in range(axes):
-                    symmetric = load(memory, K + i * axes + j) + load(memory, K + j * axes + i)
-                    total += 0.5 * symmetric * load(memory, B + j * count + c)
+                    if _moves(structure, rows, j):
+                        symmetric = load(memory, K + i * axes + j) + load(memory, K + j * axes + i)
+                        total += 0.5 * symmetric * load(memory, B + j * count + c)
                 store(memory, KB + i * count + c, total)
         for c in range(count):
             for d in range(c, count):
                 total = filled(0.0)
                 for i in range(axes):
-                    total += load(memory, B + i * count + c) * load(memory, KB + i * count + d)
+                    if _moves(structure, rows, i):
+                        total += load(memory, B + i * count + c) * load(memory, KB + i * count + d)
                 add_to(matrix, laws.slot[s, c, d], weight * total)
 
 

@@ -150,6 +150,8 @@ def evaluate(call, arrays, rest):
         force.flat[k] = 0.0
     for k in range(len(y)):
         rate[k] = 0.0
+    for k in range(len(gap)):
+        gap[k] = 0.0
     ran = call_law(call.law, call.t, x, v, y, p, force, rate, mode, gap) != 0
     for k in range(len(y)):
         tau = call.tau[k]

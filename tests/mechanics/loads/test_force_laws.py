@@ -180,3 +180,24 @@ def test_many_laws_are_warned_of():
     many = len(compiled_laws._laws) + 1
     with pytest.warns(fb.errors.FlexbandWarning, match="should be parameters of a ForceLaw"):
         compiled_law(lambda t, x, v, p, force: None, LawShape(2, 0), many=many)
+
+
+def fills_its_gap(t, x, v, p, force, mode, gap):
+    gap[0] = p[0] - t
+
+
+def leaves_its_gap(t, x, v, p, force, mode, gap):
+    force[0, 0] = mode[0]
+
+
+def test_gap_that_a_law_leaves_is_zero():
+    """Laws share the memory that they fill: one that left its gap took that of the law before."""
+    loads = {
+        "a": fb.ForceLaw(["m"], fills_its_gap, (0.5,), events=["time"]),
+        "b": fb.ForceLaw(["m"], leaves_its_gap, events=["none"]),
+    }
+    alone = fb.Mechanism(
+        bodies={"m": fb.PointMass(mass=1.0)}, loads=loads, sensors={"a": fb.Acceleration("m")}
+    )
+    motion = fb.simulate(alone, duration=1.0, step=0.1).sel(output="a_X")
+    assert np.ptp(motion.values) == 0.0

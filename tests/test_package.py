@@ -54,6 +54,7 @@ ROOMS = [
     "uncertainty.phase_resolved",
     "uncertainty.runs",
     "uncertainty",
+    "requirements",
     "analysis",
     "study",
     "report.text",
@@ -69,7 +70,7 @@ ROOMS = [
 """The folders and modules of the package, from the lowest up: each imports only those above it in
 this list, and lower files of its own."""
 
-HALVES = {"mechanics", "uncertainty"}, {"mechanics", "analysis"}
+HALVES = {"mechanics", "uncertainty"}, {"mechanics", "requirements"}, {"mechanics", "analysis"}
 """These do not know each other."""
 
 MAX_FILES = 14

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from flexband.analysis.requirements.units import factor
 from flexband.errors import InputError
+from flexband.requirements.units import factor
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from benchmarks.harness import options, report
 from flexband.analysis.probability.estimates import TWO_SIDED, estimate
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import rare
-from flexband.analysis.requirements.requirement import corridors
+from flexband.requirements.requirement import corridors
 from flexband.uncertainty.inputs.sampling import sobol
 
 SEED = 18_000

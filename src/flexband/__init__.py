@@ -25,8 +25,8 @@ if TYPE_CHECKING:
         sections as sections,
         sensors as sensors,
     )
-    from flexband.analysis.requirements.production import production_yield as production_yield
-    from flexband.analysis.requirements.requirement import (
+    from flexband.analysis.limits.production import production_yield as production_yield
+    from flexband.requirements.requirement import (
         Limit as Limit,
         Requirement as Requirement,
     )

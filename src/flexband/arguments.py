@@ -1,9 +1,12 @@
-"""Misspelled arguments of public classes: the error names the nearest one."""
+"""Arguments of public classes: where one is misspelled, the error names the nearest one.
+
+Mappings among them are kept as `Fixed` ones, so that what was checked stays as it is.
+"""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import wraps
@@ -13,6 +16,7 @@ from flexband.deprecation import warn_renamed
 from flexband.errors import InputError
 
 Class = TypeVar("Class", bound=type)
+Value = TypeVar("Value")
 
 
 class ArgumentError(InputError, TypeError):
@@ -77,3 +81,22 @@ def _names(function: Callable, *, only_needed: bool) -> list[str]:
     if only_needed:
         return [p.name for p in parameters if p.kind is p.KEYWORD_ONLY and p.default is p.empty]
     return [p.name for p in parameters if p.name not in ("self", "cls")]
+
+
+class Fixed(Mapping[str, Value]):
+    """A mapping that cannot be changed."""
+
+    def __init__(self, values: Mapping[str, Value]):
+        self._values = dict(values)
+
+    def __getitem__(self, name: str) -> Value:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(self._values)

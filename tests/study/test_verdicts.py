@@ -9,7 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
-from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
+from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
 from flexband.cli import app
 from flexband.study.nominal import with_runs
 from flexband.study.results.verdicts import Reason, Verdict, _by_margin

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from flexband.analysis.allocation.costs import ReciprocalCost as ReciprocalCost
     from flexband.analysis.allocation.grades import Grades as Grades
     from flexband.analysis.derivation import derived as derived
-    from flexband.analysis.margins import check_limits as check_limits
+    from flexband.analysis.limits.margins import check_limits as check_limits
     from flexband.analysis.p_boxes import p_box as p_box
     from flexband.analysis.parts.horizon import predictability_horizon as predictability_horizon
     from flexband.analysis.parts.sampling import sample_parts as sample_parts
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
         Spectrum as Spectrum,
         Trough as Trough,
     )
-    from flexband.analysis.requirements.criteria import (
+    from flexband.requirements.criteria import (
         Probability as Probability,
         ShareOfParts as ShareOfParts,
         WorstCase as WorstCase,
     )
-    from flexband.analysis.requirements.scatter import Capability as Capability
+    from flexband.requirements.scatter import Capability as Capability
     from flexband.analysis.resampling import OverOutput as OverOutput
     from flexband.analysis.sensitivity.contributions import contributions as contributions
     from flexband.analysis.sensitivity.sobol import sobol_indices as sobol_indices

@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.analysis.quantities import chosen
-from flexband.analysis.requirements.units import factor
 from flexband.arguments import arguments_checked
 from flexband.errors import (
     InputError,
@@ -22,6 +21,7 @@ from flexband.errors import (
     shown,
     warn,
 )
+from flexband.requirements.units import factor
 from flexband.response import Description, Response, ResponseFunction, WrappingResponse, as_response
 from flexband.rounding import Units
 

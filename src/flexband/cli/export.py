@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.execution.store import open_runs
-    from flexband.study.columns import column_names, different, write_csv
+    from flexband.study.exchange.columns import column_names, different, write_csv
 
 
 @app.command()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.cli.plan import Plan, plan_in
     from flexband.execution.journal import Finished
     from flexband.execution.store import Store
-    from flexband.study.points import RequestedPoints
+    from flexband.study.exchange.points import RequestedPoints
     from flexband.study.study import Study
     from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations
 

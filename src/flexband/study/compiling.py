@@ -36,7 +36,7 @@ from flexband.uncertainty.propagate import propagate
 
 if TYPE_CHECKING:
     from flexband.response import ResponseFunction
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
     from flexband.uncertainty.methods.method import Method
 
 
@@ -68,7 +68,7 @@ PARTS: dict[str, tuple[tuple[Callable, ...], Callable[[], None]]] = {
 """Entries that are compiled, and a small use of them, the longest first."""
 
 
-def compile_ahead(study: Study) -> None:
+def compile_ahead(study: StudyDefinition) -> None:
     """Compile in two processes what a study needs and has no machine code.
 
     Bounds and phases share functions, and together take as long as the engine. What fails is

@@ -8,26 +8,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexband.analysis.requirements.requirement import several
 from flexband.computation import NUMBERING, source_hash
 from flexband.execution.fingerprint import fingerprint
 from flexband.execution.store import versions
+from flexband.requirements.requirement import several
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case, in_words
 
 if TYPE_CHECKING:
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
 
-COMPUTING = "mechanics", "uncertainty", "analysis", "models", "study"
+COMPUTING = "mechanics", "uncertainty", "requirements", "analysis", "models", "study"
 """Folders of flexband whose code results depend on."""
 
 
-def identity(study: Study, *options: object) -> str:
+def identity(study: StudyDefinition, *options: object) -> str:
     """Return a hash of a study and of further options that change its result."""
     inputs = study.inputs
     texts = re.sub(r" at 0x[0-9a-fA-F]+", "", f"{in_words(inputs)} {study.method!r}")
-    requirements = several(study.limits)
+    requirements = several(study.requirements)
     limits = tuple(map(str, requirements))
     limits += tuple(repr(requirement.criterion) for requirement in requirements)
     settings = (
@@ -42,13 +42,13 @@ def identity(study: Study, *options: object) -> str:
     )
     digest = hashlib.sha256(repr(settings).encode())
     named = tuple(sorted(inputs.items()))
-    for part in (study.response, study.method, named, study.limits):
+    for part in (study.response, study.method, named, study.requirements):
         digest.update(fingerprint(part).encode())
     digest.update(_values(study).tobytes())
     return digest.hexdigest()[:32]
 
 
-def _values(study: Study) -> np.ndarray:
+def _values(study: StudyDefinition) -> np.ndarray:
     """Return some values of all inputs but fields: objects of other packages show no parameters."""
     inputs = {
         k: uncertain_input

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.corridors import at_more_times
-from flexband.analysis.requirements.requirement import Requirement, Requirements, several
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import InputError
@@ -19,6 +17,8 @@ from flexband.execution.names import FileName
 from flexband.execution.store import open_runs
 from flexband.files import try_write
 from flexband.progress import listener
+from flexband.requirements.corridors import at_more_times
+from flexband.requirements.requirement import Requirement, Requirements, several
 from flexband.study.presentation.display import Display
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 from flexband.study.start_vibrations import attributes, start_vibrations
@@ -28,10 +28,12 @@ from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
 
 
-def write_nominal(study: Study, surrogate: AnySurrogate, folder: Path, **options: Any) -> int:
+def write_nominal(
+    study: StudyDefinition, surrogate: AnySurrogate, folder: Path, **options: Any
+) -> int:
     """Run the nominal of each combination of options if a requirement needs it; return how many.
 
     `options` are those of the runs, such as store and executor.
@@ -55,7 +57,7 @@ def write_nominal(study: Study, surrogate: AnySurrogate, folder: Path, **options
 
 
 def bands_with_nominal(
-    study: Study, surrogate: AnySurrogate, folder: Path, **options: Any
+    study: StudyDefinition, surrogate: AnySurrogate, folder: Path, **options: Any
 ) -> xr.Dataset:
     """Return the bands of a surrogate, with what nominal runs tell in their attributes.
 
@@ -100,7 +102,7 @@ def around_nominal(
 
 
 def with_runs(
-    study: Study,
+    study: StudyDefinition,
     surrogate: AnySurrogate,
     requirements: list[Requirement],
     margins: xr.Dataset,

@@ -14,8 +14,8 @@ from flexband.errors import RunsNeeded, free_memory, warn
 from flexband.execution.growing import GrowingArrays
 from flexband.execution.lock import this_process
 from flexband.progress import Budget, Progress, ProgressListener, listener, listening
+from flexband.study.exchange.points import RequestedPoints
 from flexband.study.folder import StudyFolder
-from flexband.study.points import RequestedPoints
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import cases
 from flexband.uncertainty.methods.method import as_method
@@ -25,7 +25,7 @@ from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.execution.store import Store
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
 
 
 class StudyProgress(ProgressListener):
@@ -39,7 +39,7 @@ class StudyProgress(ProgressListener):
 
     def __init__(
         self,
-        study: Study,
+        study: StudyDefinition,
         folder: StudyFolder,
         store: Store | None,
         about: Mapping[str, Any],
@@ -174,7 +174,9 @@ class StudyProgress(ProgressListener):
             self.warned = True
 
 
-def memory_of(study: Study, store: Store | None, runs: int, size: float) -> tuple[float, float]:
+def memory_of(
+    study: StudyDefinition, store: Store | None, runs: int, size: float
+) -> tuple[float, float]:
     """Return what `Method.peak_memory` does, for runs of a size [bytes].
 
     The combinations of options are studied one by one.

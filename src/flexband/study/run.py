@@ -36,7 +36,7 @@ from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
     from flexband.execution.executors import ExecutorLike
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
 
     StudySurrogate = AnySurrogate | None
 
@@ -86,7 +86,7 @@ class RunOptions:
         """How runs are made, as arguments of `expand`, `verify` and others."""
         return {"batch": self.batch, "executor": self.executor, "failed": self.failed}
 
-    def verifying(self, study: Study) -> int:
+    def verifying(self, study: StudyDefinition) -> int:
         """Return the number of runs that verify the result of a study.
 
         Raise `InputError` if there are to be some, but the method makes no surrogate.
@@ -104,7 +104,7 @@ class RunOptions:
 
 
 def run_study(
-    study: Study,
+    study: StudyDefinition,
     folder: str | Path,
     options: RunOptions | None = None,
     *,

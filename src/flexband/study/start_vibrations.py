@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from flexband.response import Response
-    from flexband.study.study import Study
+    from flexband.study.definition import StudyDefinition
 
 PREFIX = "ringing_"
 """Of attributes of bands."""
@@ -44,7 +44,7 @@ class StartVibration(NamedTuple):
 
 
 def start_vibrations(
-    study: Study, surrogate: AnySurrogate, bands: xr.Dataset
+    study: StudyDefinition, surrogate: AnySurrogate, bands: xr.Dataset
 ) -> list[StartVibration]:
     """Return the vibrations of a nominal motion that its start excites, the largest first.
 

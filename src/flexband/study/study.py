@@ -1,4 +1,4 @@
-"""A study: a response, its uncertain inputs, and a method."""
+"""A study that can be run into a folder, and the one that a file defines."""
 
 from __future__ import annotations
 
@@ -6,49 +6,36 @@ import runpy
 import sys
 import traceback
 from collections.abc import Mapping
-from dataclasses import field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
-from flexband.analysis.requirements.criteria import Probability, ShareOfParts
-from flexband.analysis.requirements.requirement import Requirements, several
-from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance
+from flexband.arguments import arguments_checked
+from flexband.errors import InputError
 from flexband.progress import Progress
-from flexband.response import Response, ResponseFunction, as_response
-from flexband.study.presentation.display import Display, names_of_inputs
-from flexband.study.presentation.title_block import checked_title_block
-from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.inputs.space import Space, check_names, locate_fields
-from flexband.uncertainty.inputs.unfolding import first_case
-from flexband.uncertainty.methods.method import Method, as_method
-from flexband.uncertainty.propagate import expand, propagate
-from flexband.uncertainty.runs.evaluations import BATCH, Evaluations
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas
+from flexband.requirements.requirement import Requirements, several
+from flexband.requirements.scatter import Scatter
+from flexband.response import ResponseFunction
+from flexband.study.definition import StudyDefinition
+from flexband.uncertainty.methods.method import Method
 
 if TYPE_CHECKING:
-    from os import PathLike
-
-    from flexband.execution.executors import ExecutorLike
-    from flexband.execution.store import Store
     from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
-    from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
-    from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
-@frozen()
-class Study:
+@arguments_checked
+class Study(StudyDefinition):
     """A response, its inputs and a method; `flexband run` reads the one named ``study`` in a file.
 
     Parameters
     ----------
     response, inputs, method, sigmas : as in `propagate`.
     limits, requirements : a `Requirement` or a `Limit`, or several, which `flexband run` checks
-        with the surrogate of the method. Both names mean the same; both then have all of them.
+        with the surrogate of the method. Both names mean the same, and both attributes have all of
+        them.
     scatter : how tolerances scatter in production, as for `production_yield`, for the yield.
     units : texts such as ``"mm"`` by names of inputs: of the numbers that the response takes.
     display_units : units such as ``"deg"`` by names of outputs and of inputs with `units`, in which
@@ -73,78 +60,29 @@ class Study:
     array([0.18, 0.22])
     """
 
-    response: ResponseFunction
-    inputs: Mapping[str, Any]
-    method: Method
-    sigmas: float = 1.0
-    limits: Requirements = ()
-    units: Mapping[str, str] = field(default_factory=dict)
-    requirements: Requirements = ()
-    scatter: Scatter = field(default_factory=dict)
-    display_units: Mapping[str, str] = field(default_factory=dict)
-    title_block: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        check_names(self.response, self.inputs)
-        as_method(self.method)
-        object.__setattr__(self, "inputs", dict(self.inputs))
-        object.__setattr__(self, "sigmas", checked_sigmas(self.sigmas))
-        both = *several(self.limits), *several(self.requirements, "requirements")
-        for name in ("limits", "requirements"):
-            object.__setattr__(self, name, tuple(dict.fromkeys(both)))
-        check_instance("scatter", self.scatter, Mapping, '{"length": fb.Uniform(0.9, 1.1)}')
-        if self.scatter:
-            space = Space(first_case(self.inputs))
-            ScatteringTolerances.of(self.scatter, space)
-        object.__setattr__(self, "scatter", dict(self.scatter))
-        _check_criteria(self)
-        display = Display.of(self.display_units, self.units, self.inputs)
-        object.__setattr__(self, "units", display.units)
-        object.__setattr__(self, "display_units", display.chosen)
-        block = checked_title_block("title_block", self.title_block)
-        object.__setattr__(self, "title_block", block)
-
-    @property
-    def display(self) -> Display:
-        """In which units numbers are shown: ``study.display.data(bands)`` are bands in these."""
-        return Display(self.display_units, self.units)
-
-    @property
-    def expands(self) -> bool:
-        """Whether the method makes a surrogate, so that `expand` can be called."""
-        return as_method(self.method).expands
-
-    @property
-    def runs_elsewhere(self) -> bool:
-        """Whether others run the response: `elsewhere`."""
-        return as_response(self.response).elsewhere
-
-    @property
-    def source(self) -> Response:
-        """The response that makes the outputs, also of a study over one of them."""
-        return as_response(self.response).source
-
-    def run(
+    def __init__(
         self,
-        *,
-        batch: int = BATCH,
-        store: Store | str | PathLike[str] | None = None,
-        executor: ExecutorLike = None,
-        failed: str = "stop",
-        progress: Progress | None = None,
-    ) -> xr.Dataset:
-        """Return the bands; parameters and errors are those of `propagate`."""
-        return propagate(
-            self.response,
-            self.inputs,
-            self.method,
-            sigmas=self.sigmas,
-            batch=batch,
-            store=store,
-            executor=executor,
-            failed=failed,
-            check=self._check_requirements,
-            progress=progress,
+        response: ResponseFunction,
+        inputs: Mapping[str, Any],
+        method: Method,
+        sigmas: float = 1.0,
+        limits: Requirements = (),
+        units: Mapping[str, str] = NOTHING,
+        requirements: Requirements = (),
+        scatter: Scatter = NOTHING,
+        display_units: Mapping[str, str] = NOTHING,
+        title_block: Mapping[str, str] = NOTHING,
+    ) -> None:
+        super().__init__(
+            response=response,
+            inputs=inputs,
+            method=method,
+            sigmas=sigmas,
+            requirements=(*several(limits), *several(requirements, "requirements")),
+            units=units,
+            scatter=scatter,
+            display_units=display_units,
+            title_block=title_block,
         )
 
     def run_in(
@@ -181,75 +119,6 @@ class Study:
 
         count = progress or (lambda done, total: None)
         return run_study(self, folder, options, task=lambda name: count)
-
-    def expand(
-        self,
-        *,
-        batch: int = BATCH,
-        store: Store | str | PathLike[str] | None = None,
-        executor: ExecutorLike = None,
-        failed: str = "stop",
-        progress: Progress | None = None,
-    ) -> Surrogate | SurrogateOfChoices:
-        """Return the surrogate; parameters and errors are those of `flexband.expand`."""
-        return expand(
-            self.response,
-            self.inputs,
-            self.method,
-            batch=batch,
-            store=store,
-            executor=executor,
-            failed=failed,
-            check=self._check_requirements,
-            progress=progress,
-        )
-
-    def _check_requirements(self, labels: xr.DataArray) -> None:
-        """Raise `InputError` if a requirement or a display unit does not fit the outputs."""
-        self.display.check_fits(labels, names_of_inputs(self.inputs))
-        for requirement in several(self.requirements):
-            requirement.check_fits(labels)
-
-    def using(self, method: Method) -> Study:
-        """Return the same study with another method."""
-        return replace(self, method=method)
-
-    def located(self) -> Study:
-        """Return the same study with the domains of all fields set."""
-        return replace(self, inputs=locate_fields(self.response, self.inputs)[0])
-
-    def nominal(self) -> xr.DataArray:
-        """Return the response with every input at its nominal value: ξ = 0, η = 0.
-
-        That is the midpoint of an interval, and the mean of a random input; of a `LogNormal`, and
-        of distributions with heavy tails, the median.
-        """
-        space = Space(first_case(self.located().inputs))
-        nominal = space.nominal()
-        evaluation = Evaluations()(self.response, space, "", nominal, None, lambda *_: None)
-        assert evaluation.values is not None
-        return evaluation.values.isel(sample=0)
-
-    def fields(self) -> dict[str, Field]:
-        """Return the fields among the inputs, with their domains set."""
-        return {k: i for k, i in self.located().inputs.items() if isinstance(i, Field)}
-
-
-def _check_criteria(study: Study) -> None:
-    """Raise `InputError` if a criterion needs random inputs, or a scatter, that a study has not."""
-    for requirement in several(study.requirements):
-        criterion, label = requirement.criterion, requirement.label
-        if isinstance(criterion, ShareOfParts) and not study.scatter:
-            raise InputError(
-                f"{label} criterion ShareOfParts requires the study's scatter, such as "
-                'Study(…, scatter={"length": fb.Uniform(0.9, 1.1)})'
-            )
-        random = Space(first_case(study.inputs)).of_kind(random=True)
-        if isinstance(criterion, Probability) and not random:
-            raise InputError(
-                f"{label} criterion Probability requires random inputs; ShareOfParts is about "
-                "tolerances that scatter"
-            )
 
 
 def load_study(file: Path) -> Study:

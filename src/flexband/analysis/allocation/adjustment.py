@@ -14,8 +14,8 @@ from itertools import product
 import numpy as np
 
 from flexband.analysis.descent import descend, local_minima
-from flexband.analysis.requirements.corridors import Corridor
 from flexband.errors import InputError
+from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.choices import Compensator

@@ -18,14 +18,14 @@ from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.stated_probability import allocated_by_chance, checked_probability
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
-from flexband.analysis.requirements.corridors import (
+from flexband.analysis.verification.expanded_runs import runs_as_expanded
+from flexband.errors import check_instance
+from flexband.requirements.corridors import (
     check_instantaneous,
     joint,
     offsets_in_words,
 )
-from flexband.analysis.requirements.requirement import Requirements, corridors
-from flexband.analysis.verification.expanded_runs import runs_as_expanded
-from flexband.errors import check_instance
+from flexband.requirements.requirement import Requirements, corridors
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas
 from flexband.uncertainty.surrogates.surrogate import Surrogate

@@ -25,8 +25,8 @@ from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare, rare
-from flexband.analysis.requirements.corridors import Corridor
 from flexband.errors import InputError
+from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

@@ -10,9 +10,9 @@ import xarray as xr
 from flexband.analysis.allocation.sizes import starts
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WorstCaseBounds
-from flexband.analysis.requirements.corridors import Corridor, joint
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.errors import InputError
+from flexband.requirements.corridors import Corridor, joint
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

@@ -25,7 +25,6 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
-from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.results import (
     INDICATOR,
     Variables,
@@ -35,6 +34,7 @@ from flexband.analysis.results import (
     missed_tolerance,
     places,
 )
+from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of

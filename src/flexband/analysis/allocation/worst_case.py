@@ -10,8 +10,8 @@ import numpy as np
 
 from flexband.analysis.allocation.adjustment import SIGNS, Adjusted, bars_of, limited
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.requirements.corridors import Corridor
 from flexband.analysis.sampled import SampledSeries
+from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.inputs.narrowing import fixed, part_of
 from flexband.uncertainty.surrogates.surrogate import Surrogate

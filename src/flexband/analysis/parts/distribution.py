@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.limits.production import with_yield
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
-from flexband.analysis.requirements.corridors import at_more_times
-from flexband.analysis.requirements.criteria import Probability, ShareOfParts
-from flexband.analysis.requirements.production import with_yield
-from flexband.analysis.requirements.requirement import Requirement, by_name
-from flexband.analysis.requirements.scatter import OF_SAMPLES
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
+from flexband.requirements.corridors import at_more_times
+from flexband.requirements.criteria import Probability, ShareOfParts
+from flexband.requirements.requirement import Requirement, by_name
+from flexband.requirements.scatter import OF_SAMPLES
 from flexband.uncertainty.runs.between import parts_between
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 

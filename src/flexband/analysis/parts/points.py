@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexband.analysis.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.errors import check_instance
+from flexband.requirements.scatter import Scatter, ScatteringTolerances
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distributions.bounded import Uniform
 from flexband.uncertainty.inputs.inputs import Interval

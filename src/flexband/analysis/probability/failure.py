@@ -19,15 +19,15 @@ from flexband.analysis.probability.statements import (
     withheld,
 )
 from flexband.analysis.probability.texts import described, verdict_on
-from flexband.analysis.requirements.corridors import check_instantaneous, joint, offsets_in_words
-from flexband.analysis.requirements.requirement import Requirements, corridors
-from flexband.analysis.requirements.scatter import Scatter, scattering
 from flexband.analysis.results import check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
+from flexband.requirements.corridors import check_instantaneous, joint, offsets_in_words
+from flexband.requirements.requirement import Requirements, corridors
+from flexband.requirements.scatter import Scatter, scattering
 from flexband.response import ResponseFunction
 from flexband.uncertainty.surrogates.bands import remark
 

@@ -15,9 +15,9 @@ from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
 from flexband.analysis.probability.states import LimitState
-from flexband.analysis.requirements.corridors import Corridor
-from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.results import INDICATOR, Variables, places
+from flexband.requirements.corridors import Corridor
+from flexband.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from flexband.analysis.peaks import spacing
-from flexband.analysis.requirements.corridors import Corridor
-from flexband.analysis.requirements.scatter import ScatteringTolerances
 from flexband.analysis.results import beyond_neighbours
+from flexband.requirements.corridors import Corridor
+from flexband.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.limits.least_margin import inputs_in_words
 from flexband.analysis.probability.statements import BETWEEN
-from flexband.analysis.requirements.least_margin import inputs_in_words
 from flexband.words import number_of
 
 NOT_GIVEN = "not given"

@@ -66,7 +66,7 @@ class SavedResult(NamedTuple):
         if not (self.folder / FileName.STUDY).is_file():
             return []
         try:
-            limits = self.study(trust=trust).limits
+            limits = self.study(trust=trust).requirements
             return around_nominal(limits, self.folder, self.surrogate, self.display)
         except UsageError:
             raise

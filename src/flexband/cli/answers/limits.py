@@ -19,14 +19,14 @@ from flexband.execution.names import FileName
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
+    from flexband.analysis.limits.least_margin import margins_in_words
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
     from flexband.analysis.probability.texts import verdict_on
-    from flexband.analysis.requirements.least_margin import margins_in_words
-    from flexband.analysis.requirements.requirement import corridors, several
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
     from flexband.report.progress import progress_bars
     from flexband.report.text.verdicts import verdict_lines
+    from flexband.requirements.requirement import corridors, several
     from flexband.study.nominal import around_nominal
     from flexband.study.results.limits import check_limits_in, has_probability
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -137,7 +137,7 @@ def limits_of(
             known_limits[side] = value
     if not sides:
         known = during is None and (result.folder / FileName.STUDY).is_file()
-        if known and (known_limits := several(result.study(trust=trust).limits)):
+        if known and (known_limits := several(result.study(trust=trust).requirements)):
             chosen = selected(known_limits, only)
             return around_nominal(chosen, result.folder, result.surrogate, result.display)
         raise UsageError(

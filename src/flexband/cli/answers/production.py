@@ -18,11 +18,11 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
-    from flexband.analysis.requirements.scatter import Scatter
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import yield_cell
     from flexband.report.progress import progress_bars
     from flexband.report.text.verdicts import RANDOM_SAMPLES
+    from flexband.requirements.scatter import Scatter
     from flexband.uncertainty.inputs.inputs import Interval
     from flexband.uncertainty.inputs.space import Space
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.arguments import frozen
+from flexband.arguments import Fixed, frozen
 from flexband.errors import (
     InputError,
     ResolutionWarning,
@@ -22,7 +22,6 @@ from flexband.errors import (
     warn,
 )
 from flexband.mechanics.assembly.parts import (
-    Fixed,
     check_body,
     check_entries,
     check_forms,

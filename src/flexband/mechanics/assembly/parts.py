@@ -7,12 +7,13 @@ does not check it.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import ParamSpec, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
+from flexband.arguments import Fixed
 from flexband.errors import InputError, check_each_finite, check_instance, shown
 from flexband.mechanics.bodies.body import Body, check_implements
 from flexband.mechanics.kernels.forms import Form, Key
@@ -29,25 +30,6 @@ Arguments = ParamSpec("Arguments")
 @runtime_checkable
 class _WithNumbers(Protocol):
     def __array__(self) -> np.ndarray: ...
-
-
-class Fixed(Mapping[str, Part]):
-    """A mapping that cannot be changed."""
-
-    def __init__(self, parts: Mapping[str, Part]):
-        self._parts = dict(parts)
-
-    def __getitem__(self, name: str) -> Part:
-        return self._parts[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._parts)
-
-    def __len__(self) -> int:
-        return len(self._parts)
-
-    def __repr__(self) -> str:
-        return repr(self._parts)
 
 
 def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) -> Fixed[Part]:

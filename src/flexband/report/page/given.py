@@ -56,8 +56,8 @@ def given_by(
     data: JsonRecord = {
         "question": _docstring(file),
         "inputs": inputs_table(inputs, study.display),
-        "units": study.units,
-        "display_units": study.display_units,
+        "units": dict(study.units),
+        "display_units": dict(study.display_units),
         "hidden": [],
     }
     response = study.source

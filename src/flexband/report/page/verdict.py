@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.probability.texts import chance, share_in_words
-from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.page.inputs import averaging
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_line, doubt_text
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
+from flexband.requirements.requirement import with_unit
 from flexband.study.results.answers import LimitCheck
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult

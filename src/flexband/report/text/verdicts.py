@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.analysis.requirements.criteria import Probability, ShareOfParts
-from flexband.analysis.requirements.requirement import with_unit
 from flexband.report.text.numbers import number, percent
+from flexband.requirements.criteria import Probability, ShareOfParts
+from flexband.requirements.requirement import with_unit
 from flexband.study.results.answers import LimitCheck
 from flexband.study.results.verdicts import (
     Reason,

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.requirement import Requirement
-from flexband.analysis.requirements.units import factor, unit_of
 from flexband.errors import InputError, check_instance, check_option, shown
+from flexband.requirements.requirement import Requirement
+from flexband.requirements.units import factor, unit_of
 from flexband.rounding import rounding_attributes, rounding_levels
 from flexband.uncertainty.inputs.correlated import Correlated
 

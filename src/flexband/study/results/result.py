@@ -24,8 +24,8 @@ from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
 
 if TYPE_CHECKING:
-    from flexband.analysis.requirements.requirement import Requirements
-    from flexband.analysis.requirements.scatter import Scatter
+    from flexband.requirements.requirement import Requirements
+    from flexband.requirements.scatter import Scatter
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class StudyResult:
             If the method made no surrogate, and as `production_yield` does.
         """
         # only here, since it takes a while to import
-        from flexband.analysis.requirements.production import production_yield  # noqa: PLC0415
+        from flexband.analysis.limits.production import production_yield  # noqa: PLC0415
 
         if self.surrogate is None:
             raise InputError(f"a yield requires a method with a surrogate; got {self.label}")

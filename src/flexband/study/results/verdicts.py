@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.criteria import Probability, ShareOfParts
-from flexband.analysis.requirements.least_margin import LeastMargin, LimitVerdict
-from flexband.analysis.requirements.scatter import OF_SAMPLES
+from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
+from flexband.requirements.criteria import Probability, ShareOfParts
+from flexband.requirements.scatter import OF_SAMPLES
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
 if TYPE_CHECKING:

@@ -9,17 +9,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
+from flexband.analysis.limits.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
 from flexband.analysis.peaks import drops, spacing
-from flexband.analysis.requirements.corridors import (
-    Corridor,
-    check_instantaneous,
-    chosen_output,
-    has_constant_offsets,
-    joint,
-)
-from flexband.analysis.requirements.criteria import Probability, ShareOfParts, WorstCase
-from flexband.analysis.requirements.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
-from flexband.analysis.requirements.requirement import Requirement, Requirements, by_name
 from flexband.analysis.results import (
     Variables,
     beyond_neighbours,
@@ -30,6 +21,15 @@ from flexband.analysis.results import (
 )
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
+from flexband.requirements.corridors import (
+    Corridor,
+    check_instantaneous,
+    chosen_output,
+    has_constant_offsets,
+    joint,
+)
+from flexband.requirements.criteria import Probability, ShareOfParts, WorstCase
+from flexband.requirements.requirement import Requirement, Requirements, by_name
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors

@@ -13,7 +13,7 @@ import xarray as xr
 from flexband.errors import InputError, RunsNeeded, StoreError
 from flexband.execution.names import FileName
 from flexband.files import read_unlinked, replaced
-from flexband.study.columns import column_names, read_csv, write_csv
+from flexband.study.exchange.columns import column_names, read_csv, write_csv
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.evaluation import aligned
 from flexband.uncertainty.inputs.fields.random_field import RandomField

@@ -6,12 +6,12 @@ import xarray as xr
 
 from flexband.analysis.probability.failure import RUNS, failure_probability
 from flexband.analysis.probability.texts import share_in_words
-from flexband.analysis.requirements.requirement import Requirements
-from flexband.analysis.requirements.scatter import Scatter
 from flexband.analysis.selection import AnySurrogate
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
+from flexband.requirements.requirement import Requirements
+from flexband.requirements.scatter import Scatter
 from flexband.response import ResponseFunction
 
 LONG_NAMES = {

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import xarray as xr
 
-from flexband.analysis.requirements.corridors import FOR_CONSTANT_OFFSETS
+from flexband.requirements.corridors import FOR_CONSTANT_OFFSETS
 
 
 class LimitVerdict(StrEnum):

@@ -8,7 +8,9 @@ from dataclasses import fields, replace
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.requirements.corridors import (
+from flexband.arguments import frozen
+from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
+from flexband.requirements.corridors import (
     Bound,
     Corridor,
     checked_bound,
@@ -16,10 +18,8 @@ from flexband.analysis.requirements.corridors import (
     curve,
     within_times,
 )
-from flexband.analysis.requirements.criteria import Criterion, WorstCase
-from flexband.analysis.requirements.units import factor, unit_of
-from flexband.arguments import frozen
-from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
+from flexband.requirements.criteria import Criterion, WorstCase
+from flexband.requirements.units import factor, unit_of
 
 NOMINAL = "nominal"
 """The `of` of a requirement around the response at the nominal values of all inputs."""

@@ -1,0 +1,1 @@
+"""Whether requirements are met: margins for the worst tolerances, and the yield."""

@@ -1,0 +1,1 @@
+"""Runs and points as tables that other programs read and write."""

@@ -21,6 +21,7 @@ ROOMS = [
     "deprecation",
     "absent",
     "namespaces",
+    "remarks",
     "errors",
     "arguments",
     "error_text",

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.namespaces import unknown_name
+from flexband.remarks.collection import catch
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.words import number_of, with_article
 
 __all__ = [
@@ -141,8 +143,17 @@ def warning_once(kind: type[FlexbandWarning]) -> Iterator[None]:
         _told_once.reset(token)
 
 
-def warn(message: str, kind: type[FlexbandWarning] = FlexbandWarning) -> None:
-    """Issue a warning that points to the line of the caller outside this package."""
+def warn(
+    message: str,
+    kind: type[FlexbandWarning] = FlexbandWarning,
+    remarks: Iterable[Remark] | None = None,
+) -> None:
+    """Issue a warning that points to the line of the caller outside this package.
+
+    A study keeps what is warned of as `remarks`, one for each sample; unless given, it is advice.
+    """
+    for remark in [Remark(RemarkKind.ADVICE, message)] if remarks is None else remarks:
+        catch(remark)
     issued_kinds = _told_once.get()
     if issubclass(kind, _silent.get()) or (issued_kinds and issued_kinds.get(kind)):
         return

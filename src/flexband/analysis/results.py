@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
+from flexband.remarks.collection import carried as remarks_carried
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -155,7 +156,8 @@ def answer(
         carried["surrogate_not_reliable"] = "; ".join(doubts)
     if not any(name in surrogate.diagnostics for name in ERRORS):
         carried["surrogate_expected_error"] = "the method of the surrogate gives none"
-    return result.assign_attrs({**remark(surrogate.space), **attrs, **carried})
+    remarks = remarks_carried(diagnostic_attrs)
+    return result.assign_attrs({**remark(surrogate.space), **attrs, **carried, **remarks})
 
 
 def described(

@@ -20,6 +20,8 @@ import cloudpickle
 
 from flexband.errors import FlexbandWarning, InputError, RunError, warn
 from flexband.execution.fingerprint import fingerprint, modules_of_user
+from flexband.remarks.collection import catching
+from flexband.remarks.remark import Remark
 from flexband.response import ResponseFunction
 
 Arguments = dict[str, Any]
@@ -27,13 +29,14 @@ Tasks = Sequence[Callable[[], Arguments]]
 
 
 class Outcome(NamedTuple):
-    """What one call of a response came to; `lost` if its worker died of it."""
+    """What one call of a response came to."""
 
     value: Any
     error: Exception | None
-    seconds: float
-    remarks: tuple[tuple[str, type[FlexbandWarning]], ...] = ()
-    lost: bool = False
+    seconds: float  # wall time [s]
+    remarks: tuple[Remark, ...] = ()
+    warnings: tuple[tuple[str, type[FlexbandWarning]], ...] = ()  # of another process
+    lost: bool = False  # whether its worker died of it
 
 
 Outcomes = Generator[tuple[int, Outcome], None, None]
@@ -53,13 +56,14 @@ class Workers(ABC):
 def perform(response: ResponseFunction, arguments: Arguments) -> Outcome:
     """Call the response; `SystemExit` is an error as any other."""
     begin = time.perf_counter()
-    try:
-        value, error = response(**arguments), None
-    except Exception as raised:
-        value, error = None, raised
-    except SystemExit as raised:
-        value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
-    return Outcome(value, error, time.perf_counter() - begin)
+    with catching() as remarks:
+        try:
+            value, error = response(**arguments), None
+        except Exception as raised:
+            value, error = None, raised
+        except SystemExit as raised:
+            value, error = None, RuntimeError(f"the response called sys.exit({raised.code!r})")
+    return Outcome(value, error, time.perf_counter() - begin, tuple(remarks))
 
 
 def in_process(response: ResponseFunction, tasks: Tasks) -> Outcomes:
@@ -93,7 +97,7 @@ def perform_elsewhere(
         except Exception as error:  # a module that is missing there
             outcome = Outcome(None, error, 0.0)
     own = [w for w in caught if issubclass(w.category, FlexbandWarning)]
-    outcome = outcome._replace(remarks=tuple((str(w.message), w.category) for w in own))
+    outcome = outcome._replace(warnings=tuple((str(w.message), w.category) for w in own))
     if outcome.error is not None:
         lines = traceback.format_exception(outcome.error)
         outcome.error.add_note(f"In a worker process:\n{''.join(lines)}")
@@ -112,7 +116,7 @@ def received(data: bytes) -> Outcome:
     """Return an outcome of `perform_elsewhere`, and issue its warnings."""
     try:
         outcome: Outcome = cloudpickle.loads(data)
-        for text, kind in outcome.remarks:
+        for text, kind in outcome.warnings:
             warn(text, kind)
     except Exception as error:  # an unknown class, or a warning that is to be an error
         return Outcome(None, error, 0.0)

@@ -30,6 +30,7 @@ class Finished(NamedTuple):
     reason: str
     seconds: float  # a run
     time: float  # when, since 1970 [s]
+    remarks: tuple[str, ...] = ()  # of each run, see `layout`; none if no run has one
 
 
 class Journal:
@@ -109,6 +110,7 @@ def _encoded(first: int, record: Finished) -> list[np.ndarray]:
         "reason": record.reason,
         "seconds": record.seconds,
         "time": record.time,
+        "remarks": record.remarks,
     }
     header = json.dumps(about).encode()
     arrays = [record.inputs] if record.values is None else [record.inputs, record.values]
@@ -125,5 +127,12 @@ def _decoded(body: bytes) -> tuple[int, Finished]:
     values = None
     if about["values"] is not None:
         values = numbers[rows * columns :].reshape(about["values"])
-    fields = (about["setting"], inputs, values, about["reason"], about["seconds"], about["time"])
-    return about["first"], Finished(*fields)
+    return about["first"], Finished(
+        setting=about["setting"],
+        inputs=inputs,
+        values=values,
+        reason=about["reason"],
+        seconds=about["seconds"],
+        time=about["time"],
+        remarks=tuple(about.get("remarks", ())),
+    )

@@ -16,6 +16,7 @@ from flexband.execution.names import RunStatus
 
 OWN = (
     "setting", "inputs", "input", "outputs", "status", "reason", "seconds", "finished", "session",
+    "remarks",
 )  # fmt: skip
 """Names of the arrays."""
 
@@ -37,6 +38,13 @@ def add_columns(arrays: GrowingArrays, inputs: Sequence[str]) -> None:
     add("seconds", Array("float64", ("run",), (0,), {"units": "s", "long_name": "wall time"}))
     add("finished", Array("float64", ("run",), (0,), since))
     add("session", Array("int64", ("run",), (0,), {"long_name": "number in attrs['sessions']"}))
+    add_remarks(arrays)
+
+
+def add_remarks(arrays: GrowingArrays) -> None:
+    """Add the array of remarks, which stores of 0.2.0 do not have."""
+    what = {"long_name": "what a run warns of, a list as JSON"}
+    arrays.add("remarks", Array("string", ("run",), (0,), what))
 
 
 def check_recordable(labels: xr.DataArray) -> None:
@@ -104,6 +112,10 @@ def columns(
         "inputs": np.concatenate([record.inputs for record in batch]),
         "setting": repeated([record.setting for record in batch], object),
         "reason": repeated([record.reason for record in batch], object),
+        "remarks": np.array(
+            [text for record in batch for text in record.remarks or [""] * len(record.inputs)],
+            dtype=object,
+        ),
         "seconds": repeated([record.seconds for record in batch], float),
         "finished": repeated([record.time for record in batch], float),
         "session": np.full(sum(counts), session),

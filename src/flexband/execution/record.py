@@ -17,6 +17,7 @@ from flexband.execution.journal import Finished, Journal
 from flexband.execution.layout import (
     add_columns,
     add_outputs,
+    add_remarks,
     check_recordable,
     columns,
     stored_labels,
@@ -64,7 +65,9 @@ class RunRecorder:
         if "status" not in self.arrays.arrays:
             self.arrays.commit([COPY])
             add_columns(self.arrays, self.owner.inputs.split(", "))
-        elif self.arrays.runs:
+        elif "remarks" not in self.arrays.arrays:
+            add_remarks(self.arrays)
+        if self.arrays.runs:
             self.status = self.arrays.read("status")
             self._index(self.arrays.read("setting"), self.arrays.read("inputs"), 0)
         self.arrays.attrs["owner"] = self.owner._asdict()
@@ -142,6 +145,15 @@ class RunRecorder:
                     values[mask] = record.values[runs[mask] - first]
                 first += len(record.inputs)
         return values, {int(k): str(reasons[k]) for k in np.flatnonzero(failed)}
+
+    def remarks(self, runs: np.ndarray) -> list[str]:
+        """Return the remarks on recorded runs, see `layout`; "" for runs without one."""
+        texts = np.full(len(runs), "", object)
+        with self._changed:
+            self._changed.wait_for(lambda: not self._writing)
+            written = runs < self.arrays.runs
+            texts[written] = self.arrays.read("remarks", runs[written])
+        return texts.tolist()
 
     def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
         """Return the numbers of runs made for other intervals, but the same random inputs."""

@@ -31,6 +31,7 @@ from flexband.mechanics.linearization.mobility import instantaneous
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.mechanics.starts import check_multiple, start_of
 from flexband.progress import listener
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.response import Description, Response
 from flexband.words import number_of
 
@@ -266,10 +267,15 @@ class DynamicResponse(SensorResponse):
             except RunError as error:
                 raise self.with_inputs(error, values, self._difference()) from None
         if "halved_step" in motion.attrs:
+            halved = motion.attrs["halved_step"]
+            text = (
+                f"diverged with steps of {self.step:g} s and had to be completed with half of it; "
+                "estimates of the step's error do not see their error: take a shorter step"
+            )
+            one = f"a run {text}"
             warn(
-                f"{len(motion.attrs['halved_step'])} of {number_of(samples, 'run')} diverged with "
-                f"steps of {self.step:g} s and had to be completed with half of it; estimates of "
-                "the step's error do not see their error: take a shorter step"
+                f"{len(halved)} of {number_of(samples, 'run')} {text}",
+                remarks=[Remark(RemarkKind.HALVED_STEP, one, size=1.0, sample=k) for k in halved],
             )
         if self.slow:
             later = motion.isel(time=slice(round(self.slow / 2 / self.output_step), None))

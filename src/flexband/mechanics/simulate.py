@@ -47,6 +47,8 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import check_multiple, started
 from flexband.progress import Progress, ProgressListener, listener, listening
+from flexband.remarks.collection import catch
+from flexband.remarks.remark import Remark, RemarkKind
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -156,8 +158,8 @@ def simulate(
     if integrator.step_limits(system.structure.state, step) is None:
         remark = remark_on_few_steps(motion, system.functions, step / substeps, integrator)
         if remark:
-            motion.attrs["few_steps"] = remark
-            warn(remark, ResolutionWarning)
+            motion.attrs["few_steps"] = remark.text
+            warn(remark.text, ResolutionWarning, [remark])
     return motion
 
 
@@ -246,6 +248,8 @@ def simulated(
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if batch.impulses:
         result.attrs["impulses"] = _impulses_text(system, batch.impulses)
+        for impulse in batch.impulses:
+            catch(_remark_on_impulse(system, impulse))
     result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
@@ -305,6 +309,23 @@ def _impulses_text(system: System, impulses: list[Impulse]) -> str:
         )
         lines.append(f"at t = {when}: {', '.join(sizes) or 'no joint has a sensor of its force'}")
     return "; ".join(lines)
+
+
+def _remark_on_impulse(system: System, impulse: Impulse) -> Remark:
+    """Return that outputs do not show an impulse, with those of which there is one."""
+    names = [name for name in system.outputs if name in system.impulsive]
+    sizes = {name: float(impulse.outputs[system.outputs.index(name)]) for name in names}
+    largest = max(map(abs, sizes.values()), default=0.0)
+    least = 1e-9 * largest  # below it is rounding
+    outputs = tuple(name for name, size in sizes.items() if abs(size) > least)
+    text = (
+        f"the speed of a prescribed motion jumps at t = {impulse.time:.4g} s: the impulse that "
+        "this takes is in no force at an instant"
+    )
+    return Remark(
+        RemarkKind.IMPULSES, text, size=largest, outputs=outputs,
+        time=float(impulse.time), sample=impulse.sample,
+    )  # fmt: skip
 
 
 def _range(values: list[float], unit: str) -> str:

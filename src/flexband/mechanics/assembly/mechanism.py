@@ -69,6 +69,8 @@ from flexband.mechanics.loads.load import (
 )
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import ContactRows, FrictionRows, Sensor
+from flexband.mechanics.sensors.sections import LocalSensor
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.words import number_of, with_article
 
 
@@ -208,12 +210,19 @@ class Mechanism:
             )
         for name, body in self.members.items():
             if body.mesh.parts > body.elements:
-                warn(
+                text = (
                     f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "
                     "parts between the points where joints and loads act: its section forces are "
-                    f"wrong near these points. Give elements={body.mesh.parts} or more",
-                    ResolutionWarning,
+                    f"wrong near these points. Give elements={body.mesh.parts} or more"
                 )
+                outputs = tuple(
+                    sensor_name + suffix
+                    for sensor_name, sensor in self.sensors.items()
+                    if isinstance(sensor, LocalSensor) and sensor.body == name
+                    for suffix, _ in sensor.outputs()
+                )
+                remark = Remark(RemarkKind.COARSE_MESH, text, part=name, outputs=outputs)
+                warn(text, ResolutionWarning, [remark])
 
     def warn_of_windings(self) -> None:
         """Warn of springs that begin wound up since their bodies are given angles turns apart."""

@@ -10,6 +10,7 @@ from flexband.errors import warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian, of_samples
+from flexband.remarks.remark import Remark, RemarkKind
 
 
 class ReportedChanges(NamedTuple):
@@ -95,7 +96,8 @@ def report(
         attributes["largest_turn"] = turn
         sentences.append(f"assembly turned {body} by {turn:.3g} rad from its given angle{where}")
         if turn > limits.large_turn:
-            warn(sentences[-1] + ", since the joints cannot be met at the given angles")
+            text = sentences[-1] + ", since the joints cannot be met at the given angles"
+            warn(text, remarks=_changed(changes.turns, limits.large_turn, text))
     move, body, where = largest(changes.moves)
     if move > limits.min_move * size:
         attributes["largest_move"] = move
@@ -106,14 +108,32 @@ def report(
             change_text = f"joints change the given {quantity} of {body} by {100 * part:.3g} %"
             sentences.append(change_text + where)
             if part > limits.large_rate:
-                warn(sentences[-1] + "; give all bodies velocities that joints and drives allow")
+                text = sentences[-1] + "; give all bodies velocities that joints and drives allow"
+                warn(text, remarks=_changed(change, limits.large_rate, text))
     if changes.reversed.any():
         where = f" (sample {np.argmax(changes.reversed)})" if system.samples > 1 else ""
-        sentences.append(f"a loop closed in another branch than that of the given angles{where}")
-        warn(sentences[-1] + "; give angles that are closer to the branch that is meant")
+        text = "a loop closed in another branch than that of the given angles"
+        sentences.append(text + where)
+        advice = "; give angles that are closer to the branch that is meant"
+        warn(
+            sentences[-1] + advice,
+            remarks=[
+                Remark(RemarkKind.OTHER_BRANCH, text, sample=int(k))
+                for k in np.flatnonzero(changes.reversed)
+            ],
+        )
     if sentences:
         attributes["assembly"] = "; ".join(sentences)
     return attributes
+
+
+def _changed(change: np.ndarray, most: float, text: str) -> list[Remark]:
+    """Return remarks on the samples with a change, (bodies, samples), above what is allowed."""
+    largest = change.max(axis=0)
+    return [
+        Remark(RemarkKind.CHANGED_START, text, size=float(largest[k]), sample=int(k))
+        for k in np.flatnonzero(largest > most)
+    ]
 
 
 def _dot(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:

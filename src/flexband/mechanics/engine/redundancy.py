@@ -8,6 +8,7 @@ from scipy.linalg import null_space
 from flexband.errors import InputError, ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
+from flexband.remarks.remark import Remark, RemarkKind
 
 RANK = 1e-9
 """Singular values below this fraction of the largest one count as zero."""
@@ -124,24 +125,29 @@ def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
         return joints
     nearest = np.linalg.svd(_normalized(system, z, sample))[0][:, -1]
     owners = _owners(system, np.abs(nearest) > INVOLVED)
-    warn(
+    text = (
         f"{' and '.join(owners)} almost depend on each other at the start: one of their "
         "constraints is left out there, so forces may be wrong, as may motions that it alone "
         "prevents; move the start away from this position"
     )
+    warn(text, remarks=[Remark(RemarkKind.ALMOST_DEPENDENT, text, part=" and ".join(owners))])
     return _joints(owners)
 
 
 def warn_of_shared(system: System, joints: list[str]) -> list[str]:
     """Warn of sensors of joints that share their forces; return these joints."""
-    joint_of = {k: getattr(sensor, "joint", None) for k, sensor in system.mechanism.sensors.items()}
-    read = [f"sensor {k!r}" for k, joint in joint_of.items() if f"joint {joint!r}" in joints]
-    if read:
-        warn(
+    sensors = system.mechanism.sensors
+    joint_of = {k: getattr(sensor, "joint", None) for k, sensor in sensors.items()}
+    touched = [k for k, joint in joint_of.items() if f"joint {joint!r}" in joints]
+    if touched:
+        read = [f"sensor {k!r}" for k in touched]
+        text = (
             f"what {' and '.join(read)} measures is one "
             f"choice of many: {' and '.join(joints)} are redundant and share their forces; leave "
             "out what is redundant, or let a body between them be flexible"
         )
+        outputs = tuple(name + suffix for name in touched for suffix, _ in sensors[name].outputs())
+        warn(text, remarks=[Remark(RemarkKind.SHARED_REACTIONS, text, outputs=outputs)])
     return joints
 
 
@@ -168,13 +174,26 @@ def warn_of_unresolved(system: System, unresolved: np.ndarray, times: np.ndarray
         return
     sample = samples[np.argmin(unresolved[samples])]
     where = f" (sample {sample})" if system.samples > 1 else ""
-    warn(
-        f"at t = {times[int(unresolved[sample])]:.4g} s{where} the mechanism is where "
-        "more of its constraints depend on each other than at the start: next to it their forces "
-        "can be arbitrarily large, and reactions there are not resolved; keep the motion away from "
-        "this position, or let a body be flexible",
-        ResolutionWarning,
-    )
+
+    def text(sample: int, where: str = "") -> str:
+        return (
+            f"at t = {times[int(unresolved[sample])]:.4g} s{where} the mechanism is where more of "
+            "its constraints depend on each other than at the start: next to it their forces can "
+            "be arbitrarily large, and reactions there are not resolved; keep the motion away from "
+            "this position, or let a body be flexible"
+        )
+
+    remarks = [
+        Remark(
+            RemarkKind.UNRESOLVED_REACTIONS,
+            text(k),
+            outputs=tuple(name for name in system.outputs if name in system.impulsive),
+            time=float(times[int(unresolved[k])]),
+            sample=k,
+        )
+        for k in samples.tolist()
+    ]
+    warn(text(int(sample), where), ResolutionWarning, remarks)
 
 
 def _normalized(system: System, z: np.ndarray, sample: int) -> np.ndarray:

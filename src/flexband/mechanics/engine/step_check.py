@@ -6,7 +6,7 @@ A free vibration of angular frequency ω lags by (ωh)²/12 (1 + 4.5 δ²) of it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from flexband.errors import ResolutionWarning, returned, warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.rounding import Units
 
 
@@ -85,19 +86,21 @@ def warn_of_large_steps(
     rho, count = float(integrator.spectral_radius), len(times) - 1
     _warn_of_swings(turned, system, count, rho, check)
     turned = turned[..., 0]
-    sample, part = np.unravel_index(np.argmax(turned), turned.shape)
-    most = float(turned[sample, part])
-    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * most / 8)
-    angle = (most / count) ** 0.25
+    loss = -np.expm1(-(((1 - rho) / (1 + rho)) ** 2) * turned / 8)
+    angle = (turned / count) ** 0.25
     lag = angle**2 / 12
-    if max(loss, lag) > check.max_loss:
-        warn(
-            f"{system.turning[part]} turns by about {angle:.2g} rad per step: numerical "
-            f"damping takes about {loss:.2%} of its speed and its angle lags by about {lag:.2%}, "
-            "unless a drive holds it; take a shorter step"
-            + (" or a spectral_radius nearer to 1" if loss > check.max_loss else ""),
-            ResolutionWarning,
+    error = np.maximum(loss, lag)
+
+    def text(sample: int) -> str:
+        at = sample, int(error[sample].argmax())
+        return (
+            f"{system.turning[at[1]]} turns by about {angle[at]:.2g} rad per step: numerical "
+            f"damping takes about {loss[at]:.2%} of its speed and its angle lags by about "
+            f"{lag[at]:.2%}, unless a drive holds it; take a shorter step"
+            + (" or a spectral_radius nearer to 1" if loss[at] > check.max_loss else "")
         )
+
+    _warn_of_coarse_steps(error, check.max_loss, text, system)
 
 
 def _warn_of_swings(
@@ -113,16 +116,39 @@ def _warn_of_swings(
     phase = count * angle / (reach / 2)
     lag = 3 / 32 * (1 + 3 * ((1 - rho) / (1 + rho)) ** 2) * angle**2 * phase
     lag = np.where(phase > 2 * np.pi * check.min_swings, lag, 0.0)
-    sample, part = np.unravel_index(np.argmax(lag), lag.shape)
-    most = float(lag[sample, part])
-    if most > check.max_error:
-        warn(
-            f"{system.turning[part]} swings by about ± {reach[sample, part] / 2:.3g} rad and turns "
-            f"by up to {angle[sample, part]:.2g} rad per step: its phase lags by about "
-            f"{most:.2g} rad at the end, unless a drive holds it; a step that is "
-            f"{np.sqrt(most / check.target_error):.2g} times shorter would make it 0.01 rad",
-            ResolutionWarning,
+
+    def text(sample: int) -> str:
+        at = sample, int(lag[sample].argmax())
+        return (
+            f"{system.turning[at[1]]} swings by about ± {reach[at] / 2:.3g} rad and turns by up to "
+            f"{angle[at]:.2g} rad per step: its phase lags by about {lag[at]:.2g} rad at the end, "
+            f"unless a drive holds it; a step that is "
+            f"{np.sqrt(lag[at] / check.target_error):.2g} times shorter would make it 0.01 rad"
         )
+
+    _warn_of_coarse_steps(lag, check.max_error, text, system)
+
+
+def _warn_of_coarse_steps(
+    error: np.ndarray, most: float, text: Callable[[int], str], system: System
+) -> None:
+    """Warn of the worst sample; errors are those of parts, (samples, parts), `most` is allowed."""
+    parts, largest = error.argmax(axis=1), error.max(axis=1)
+    samples = np.flatnonzero(largest > most)
+    if not samples.size:
+        return
+    remarks = [
+        Remark(
+            RemarkKind.COARSE_STEP,
+            text(int(k)),
+            size=float(largest[k]),
+            part=system.turning[parts[k]],
+            error=float(largest[k]),
+            sample=int(k),
+        )
+        for k in samples
+    ]
+    warn(text(int(largest.argmax())), ResolutionWarning, remarks)
 
 
 def remark_on_few_steps(
@@ -131,7 +157,7 @@ def remark_on_few_steps(
     h: float,
     integrator: GeneralizedAlpha,
     check: StepCheck = StepCheck(),
-) -> str:
+) -> Remark | None:
     """Return which vibration makes an output wrong by most, if it is by more than 4 %.
 
     A vibration of a frequency that a function of time has, or a multiple of it, counts as forced.
@@ -140,7 +166,7 @@ def remark_on_few_steps(
     outputs, times = first.values, first["time"].values
     count = len(times)
     if count < check.min_times or not len(outputs):
-        return ""
+        return None
     h = h / 2 if 0 in motion.attrs.get("halved_step", ()) else h
     rho, dt = float(integrator.spectral_radius), times[1] - times[0]
     size = np.maximum(np.abs(outputs).max(axis=-1), first["unit"].values == "rad")
@@ -154,13 +180,17 @@ def remark_on_few_steps(
         free = not_driven(np.array(values).reshape(-1, count), check)
         worst = worst_vibration(outputs, varies, scale, free, dt, h, rho, check)
     if worst is None or worst.error <= check.max_error:
-        return ""
+        return None
     name = str(first["output"].values[worst.output])
-    return (
+    text = (
         f"output {name!r} vibrates at about {worst.frequency:.3g} Hz, "
         f"with {1 / (worst.frequency * h):.3g} steps per period: its phase lags by about "
         f"{worst.lag:.3g} rad at the end, which is an error of about {worst.error:.0%} of the "
         f"output's variation; {worst.recommended:.0f} steps per period would make it about 1 %"
+    )
+    error = float(worst.error)
+    return Remark(
+        RemarkKind.COARSE_STEP, text, size=error, part=name, outputs=(name,), error=error, sample=0
     )
 
 

@@ -18,6 +18,7 @@ from flexband.mechanics.assembly.system import System
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.engine.generalized_alpha import kept_at
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.words import number_of
 
 
@@ -102,19 +103,30 @@ def warn_of_large_strains(
     size = np.where(failed, 0.0, np.abs(largest.strain[:, :2]))
     if not size.max(initial=0.0) > max_strain:
         return
-    m, kind, sample = np.unravel_index(size.argmax(), size.shape)
-    strain = float(largest.strain[m, kind, sample])
-    name = list(Members(system).bodies)[int(m)]
-    way = "stretched" if strain > 0 else "compressed"
-    if kind:
-        way = "bent so much that its surface is strained"
-    where = "" if times is None else f" at about t = {times[largest.kept[m, kind, sample]]:.3g} s"
-    where += f" in sample {sample}" if len(failed) > 1 else ""
+    names = list(Members(system).bodies)
+
+    def remark(sample: int) -> Remark:
+        m, kind = np.unravel_index(size[..., sample].argmax(), size.shape[:2])
+        strain = float(largest.strain[m, kind, sample])
+        way = "stretched" if strain > 0 else "compressed"
+        if kind:
+            way = "bent so much that its surface is strained"
+        time = np.nan if times is None else float(times[largest.kept[m, kind, sample]])
+        where = "" if np.isnan(time) else f" at about t = {time:.3g} s"
+        text = f"{names[m]!r} is {way} by {100 * abs(strain):.2g} %{where}"
+        return Remark(
+            RemarkKind.LARGE_STRAIN, text, abs(strain), part=names[m], time=time, sample=sample
+        )
+
+    remarks = [remark(int(k)) for k in np.flatnonzero(size.max(axis=(0, 1)) > max_strain)]
+    worst = max(remarks, key=lambda each: each.size)
+    where = f" in sample {worst.sample}" if len(failed) > 1 else ""
     warn(
-        f"{name!r} is {way} by {100 * abs(strain):.2g} %{where}: the strains of linear elasticity "
-        "are small, below 1 % in metals. Unless it is as soft as rubber, check the lengths of all "
-        "parts, and whether they let the mechanism move without stretching it",
+        f"{worst.text}{where}: the strains of linear elasticity are small, below 1 % in metals. "
+        "Unless it is as soft as rubber, check the lengths of all parts, and whether they let the "
+        "mechanism move without stretching it",
         StrainWarning,
+        remarks,
     )
 
 

@@ -23,7 +23,7 @@ from flexband.mechanics.sensors.motion import Sensor, SensorModel
 from flexband.words import with_article
 
 
-class _Local(Sensor):
+class LocalSensor(Sensor):
     """A sensor at a place of a beam or cable, which reads the coordinates of one element."""
 
     body: str
@@ -88,7 +88,7 @@ class _Local(Sensor):
 
 
 @frozen()
-class SectionForces(_Local):
+class SectionForces(LocalSensor):
     """Axial force, shear force and bending moment: outputs "_N" [N], "_Q" [N], "_M" [N m].
 
     They are what the part behind the section (towards the end) exerts on the part before it: N
@@ -124,7 +124,7 @@ class SectionForces(_Local):
 
 
 @frozen()
-class Strain(_Local):
+class Strain(LocalSensor):
     """Strains at a point of a section: outputs "_xx", "_yy", "_xy".
 
     They are E_xx, E_yy and 2E_xy in the section's axes. Those of a beam are ε − y (κ − κ₀), or

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +15,8 @@ from flexband.errors import InputError, RunError
 from flexband.execution.calls import Outcome
 from flexband.execution.journal import Finished
 from flexband.execution.record import RunRecorder
+from flexband.remarks.collection import CollectedRemark, as_text
+from flexband.remarks.remark import Remark
 from flexband.response import Response
 from flexband.rounding import largest_of
 from flexband.uncertainty.inputs.evaluation import (
@@ -21,6 +24,7 @@ from flexband.uncertainty.inputs.evaluation import (
     check_labels,
     coordinates,
     explained,
+    extremes_in_words,
     labelled,
     not_finite,
 )
@@ -57,6 +61,7 @@ class Evaluated:
         self.values: xr.DataArray | None = None
         self.failed: dict[int, str] = {}  # number of each run that failed -> reason
         self.stored = np.zeros(0, int)  # numbers of the runs that were recorded before
+        self.remarks: dict[int, list[Remark]] = {}  # number of a run -> what it warned of
         self._known = np.zeros(len(points[0]), bool)
 
     @cached_property
@@ -97,8 +102,30 @@ class Evaluated:
             return
         if self.labels is not None:
             self.record.begin(self.labels)
-        fields = self.setting, self.numbers[runs], values, reason, seconds
-        self.record.add(Finished(*fields, time.time()))
+        remarks = [as_text(self.remarks.get(int(run), ())) for run in runs]
+        self.record.add(
+            Finished(
+                setting=self.setting,
+                inputs=self.numbers[runs],
+                values=values,
+                reason=reason,
+                seconds=seconds,
+                time=time.time(),
+                remarks=tuple(remarks) if any(remarks) else (),
+            )
+        )
+
+    def remark(self, runs: np.ndarray, remarks: Iterable[Remark]) -> None:
+        """Keep what a call of these runs has warned of."""
+        for remark in remarks:
+            for run in runs if remark.sample is None else runs[[remark.sample]]:
+                self.remarks.setdefault(int(run), []).append(replace(remark, sample=None))
+
+    @property
+    def collected_remarks(self) -> list[CollectedRemark]:
+        """The worst remark of each topic on the runs that have not failed."""
+        of_good = {run: each for run, each in self.remarks.items() if run not in self.failed}
+        return collected_remarks(self.space, self.points, of_good)
 
     def judged(self, runs: np.ndarray, outcome: Outcome) -> Judgement:
         """Return which runs of a call are good and their values, and which failed and why.
@@ -172,6 +199,32 @@ class Evaluated:
                     f"{number_of(len(self.values), 'run')}, and its square vanishes; it must be "
                     f"zero, or reach {smallest:g}: choose another unit"
                 )
+
+
+def collected_remarks(
+    space: Space,
+    points: tuple[np.ndarray, np.ndarray],
+    remarks: Mapping[int, Sequence[Remark]],
+) -> list[CollectedRemark]:
+    """Return the worst remark of each topic, of remarks by the number of the run at points (ξ, η).
+
+    It has the inputs of its run, unless all runs have the same.
+    """
+    of_topics = dict[tuple[str, ...], list[tuple[int, Remark]]]()
+    for run, of_run in remarks.items():
+        for remark in of_run:
+            of_topics.setdefault(remark.topic, []).append((run, remark))
+    results = []
+    for topic in of_topics.values():
+        run, worst = max(topic, key=lambda each: np.nan_to_num(each[1].size, nan=-np.inf))
+        values = space.numbers_at(*(v[[run]] for v in points))
+        inputs = (
+            extremes_in_words(values, 0, 6)
+            if len(np.unique([r.size for _, r in topic])) > 1
+            else ""
+        )
+        results.append(CollectedRemark(worst, len({run for run, _ in topic}), inputs))
+    return results
 
 
 def _in_words(error: Exception) -> str:

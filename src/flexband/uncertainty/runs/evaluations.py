@@ -26,6 +26,8 @@ from flexband.execution.executors import ExecutorLike, performing
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Store, StoreLike, as_store
 from flexband.progress import Advance, Progress, RunListener, listener, listening
+from flexband.remarks.collection import remarks_in
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.response import ResponseFunction, as_response
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import GivenInputs, first_case
@@ -148,6 +150,8 @@ class Evaluations:
         evaluation.stored = hits[good]
         if len(good):
             evaluation.take(evaluation.stored, values[good])
+            for run, text in zip(hits[good], record.remarks(rows[hits[good]]), strict=True):
+                evaluation.remarks[int(run)] = remarks_in(text)
         if self.failed == "skip":
             evaluation.leave_out({int(hits[k]): reason for k, reason in reasons.items()})
         advance(len(rows) - len(evaluation.missing))
@@ -164,6 +168,7 @@ class Evaluations:
         with listening(within), closing(self.perform(response, tasks)) as outcomes:
             for number, outcome in outcomes:
                 part, seconds = parts[number], outcome.seconds / len(parts[number])
+                evaluation.remark(part, outcome.remarks)
                 good, values, bad, error = evaluation.judged(part, outcome)
                 if values is not None and len(good):
                     evaluation.take(good, values)
@@ -228,6 +233,9 @@ class Evaluations:
                 labelled = isinstance(outcome.value, xr.DataArray)
                 again = labelled and "halved_step" in outcome.value.attrs  # by the response
                 text = f"completed with 1/{2 ** (part + again)} of the step"
+                halved = Remark(RemarkKind.HALVED_STEP, f"a run was {text}", size=part + again)
+                evaluation.remarks[int(run[0])] = [halved]
+                evaluation.remark(run, outcome.remarks)
                 evaluation.take(good, values)
                 evaluation.write(good, values, text, outcome.seconds)
                 return True

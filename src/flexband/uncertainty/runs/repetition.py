@@ -16,6 +16,7 @@ import xarray as xr
 
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.store import ALLOW_MISMATCH, OTHER_FOLDER, Store
+from flexband.remarks.remark import Remark, RemarkKind
 from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs, units_of
 from flexband.uncertainty.surrogates.diagnostics import variation
 
@@ -90,7 +91,7 @@ def check_repetition(
         )
         if off > limits.wrong:
             raise InputError(text)
-    warn(text)
+    warn(text, remarks=[Remark(RemarkKind.NOISE, text, size=off, outputs=(name,), error=off)])
 
 
 def check_stored(
@@ -117,7 +118,7 @@ def check_stored(
     )
     if off > limits.wrong and not store.allow_mismatch:
         raise StoreError(f"{text}. {OTHER_FOLDER}. To use them nevertheless, {ALLOW_MISMATCH}")
-    warn(text)
+    warn(text, remarks=[Remark(RemarkKind.NOISE, text, size=off, outputs=(name,), error=off)])
 
 
 def _apart(

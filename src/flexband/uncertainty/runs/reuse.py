@@ -18,10 +18,12 @@ from flexband.execution.names import FileName
 from flexband.execution.record import RunRecorder
 from flexband.execution.store import Owner, Store, mechanics_hash
 from flexband.files import read_json, write_json
+from flexband.remarks.collection import CollectedRemark, remarks_in
 from flexband.response import ResponseFunction
 from flexband.uncertainty.inputs.fields.field import fields_of
 from flexband.uncertainty.inputs.space import Space, locate_fields
 from flexband.uncertainty.inputs.unfolding import GivenInput, GivenInputs, in_words
+from flexband.uncertainty.runs.evaluated import collected_remarks
 
 
 def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecorder:
@@ -35,14 +37,14 @@ def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecor
 
 def generic_runs(
     record: RunRecorder, space: Space, setting: str, most: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ξ, η and values of up to `most` runs of studies with other intervals.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[CollectedRemark]]:
+    """Return ξ, η, values and remarks of up to `most` runs of studies with other intervals.
 
     They are within the intervals of this space, and the random inputs were the same. There are none
     for spaces with fields, nor where no input is an interval.
     """
     n, m = space.random_dimension, space.interval_dimension
-    none = np.zeros((0, n)), np.zeros((0, m)), np.zeros((0,))
+    none = np.zeros((0, n)), np.zeros((0, m)), np.zeros((0,)), list[CollectedRemark]()
     intervals, random = texts(space, random=False), texts(space, random=True)
     runs = record.of_other_intervals(setting, intervals, random)
     if fields_of(space.inputs) or record.labels is None or not (len(runs) and m):
@@ -63,7 +65,9 @@ def generic_runs(
     if not chosen:
         return none
     xi, eta = (np.concatenate(parts) for parts in zip(*points, strict=True))
-    return xi, eta, record.read(runs[chosen])[0]
+    values, recorded = record.read(runs[chosen])[0], record.remarks(runs[chosen])
+    remarks = {k: remarks_in(text) for k, text in enumerate(recorded) if text}
+    return xi, eta, values, collected_remarks(space, (xi, eta), remarks)
 
 
 def located(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import Any, TypeVar
@@ -22,6 +22,8 @@ from flexband.errors import (
 )
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget, Progress
+from flexband.remarks.collection import CollectedRemark, as_attribute, catching
+from flexband.remarks.remark import RemarkKind
 from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
@@ -127,6 +129,7 @@ class CountedRuns:
         self.start = self.given  # or what is finer, see `fine_enough`
         self.levels: list[Level] = []  # discretizations with runs
         self.repeated = 0
+        self.remarks: dict[tuple[str, ...], list[CollectedRemark]] = {}  # by what is finer
 
     def check_left_out(self) -> None:
         """Raise `InputError` if the method cannot choose what is left out, or not correct it."""
@@ -190,9 +193,15 @@ class CountedRuns:
         self.labels = evaluation.values[:0].copy()  # a view would keep all values
         if first and self.check is not None:
             self.check(self.labels)
+        if recorded:
+            self.remark(finer, evaluation.collected_remarks)
         if recorded and not self.levels:
             evaluation.check_size()
         return evaluation.values
+
+    def remark(self, finer: Iterable[str], remarks: Iterable[CollectedRemark]) -> None:
+        """Keep remarks on runs whose discretization is `finer`."""
+        self.remarks.setdefault(tuple(sorted(finer)), []).extend(remarks)
 
     def at_other_times(self, response: Response, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray:
         """Return runs of a response at other times that succeed; they are not counted."""
@@ -210,7 +219,10 @@ class CountedRuns:
     def keep(self, level: Level, call: Call) -> None:
         """Keep runs that succeeded; of the first ones, one is made again."""
         if not self.levels:
-            self._repeat(level.response, *call)
+            with catching() as remarks:
+                self._repeat(level.response, *call)
+            noise = [remark for remark in remarks if remark.kind is RemarkKind.NOISE]
+            self.remark(level.finer, [CollectedRemark(remark, 1) for remark in noise])
         good = _succeeded(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]
@@ -305,7 +317,15 @@ class CountedRuns:
         halved = [*self.start.finer, *of_method.get("halved", [])]
         finer = {"halved": halved} if halved else {}
         impacts = {"impacts": 1} if self.start.description.impacts else {}
-        return {**counts, **texts, **finer, **impacts, **reached(xi), **self._constant_offsets()}
+        return {
+            **counts,
+            **texts,
+            **finer,
+            **impacts,
+            **reached(xi),
+            **self._constant_offsets(),
+            **as_attribute(self.remarks.get(tuple(sorted(halved)), ())),
+        }
 
     def _constant_offsets(self) -> dict[str, Any]:
         """Return the outputs whose bounds hold for plays that are constant in each run only.
@@ -375,13 +395,13 @@ class Level(Evaluate):
         runs, record = self.runs, self.runs.evaluations.record
         if record is None:
             return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))
-        stored_runs = generic_runs(
+        xi, eta, values, remarks = generic_runs(
             record, runs.space, setting(runs.case, self.finer, self.response.branch), most
         )
-        if len(stored_runs[0]):
-            runs.done += len(stored_runs[0])
-            runs.reused += len(stored_runs[0])
-        return stored_runs
+        runs.remark(self.finer, remarks)
+        runs.done += len(xi)
+        runs.reused += len(xi)
+        return xi, eta, values
 
     def at_more_times(self, xi: np.ndarray, eta: np.ndarray) -> xr.DataArray | None:
         """Return runs at the times of all steps, which are not counted; None if one fails."""

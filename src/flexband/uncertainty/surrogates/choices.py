@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, shown
+from flexband.remarks.collection import carried
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
 from flexband.uncertainty.surrogates.bands import VARIABLES, described
@@ -67,6 +68,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     if any(doubts.values()):
         texts = (f"{doubt} with {label}" for label, doubt in doubts.items() if doubt)
         attrs["not_trusted"] = "; ".join(texts)
+    attrs |= carried(*(case_bands.attrs for case_bands in bands))
     return described(result.assign_coords(choice=names).assign_attrs(attrs))
 
 

@@ -1,0 +1,109 @@
+"""Remarks on many runs: how they are caught in a call, and the worst of each topic in a result."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
+from typing import Any
+
+from flexband.remarks.remark import Remark
+
+ATTRIBUTE = "remarks"
+"""Of results: a list of texts, each a `CollectedRemark` as JSON."""
+
+_caught: ContextVar[list[Remark] | None] = ContextVar("caught", default=None)
+
+
+@contextmanager
+def catching() -> Iterator[list[Remark]]:
+    """Give a list in which the remarks of this thread are, whether they are warned of or not."""
+    remarks: list[Remark] = []
+    token = _caught.set(remarks)
+    try:
+        yield remarks
+    finally:
+        _caught.reset(token)
+
+
+def catch(remark: Remark) -> None:
+    """Add a remark to the list of the call that is under way, if any."""
+    if (remarks := _caught.get()) is not None:
+        remarks.append(remark)
+
+
+def as_text(remarks: Iterable[Remark]) -> str:
+    """Return the remarks on one run as JSON, "" without remarks."""
+    contents = [remark.as_json() for remark in remarks]
+    return json.dumps(contents) if contents else ""
+
+
+def remarks_in(text: str) -> list[Remark]:
+    """Return what `as_text` has made; raise `ValueError` if it is of another version."""
+    return [Remark.from_json(content) for content in json.loads(text or "[]")]
+
+
+@dataclass(frozen=True)
+class CollectedRemark:
+    """The worst remark of a topic, and how many runs have one.
+
+    Attributes
+    ----------
+    worst : the remark with the largest number.
+    runs : number of runs that have one of this topic.
+    inputs : of the run with the worst one, in words; "" if it is of no single run.
+    """
+
+    worst: Remark
+    runs: int
+    inputs: str = ""
+
+    def joined(self, other: CollectedRemark) -> CollectedRemark:
+        """Return the worse of two, with the runs of both."""
+        known = [not math.isnan(each.worst.size) for each in (self, other)]
+        worse = (
+            other if known[1] and not (known[0] and self.worst.size >= other.worst.size) else self
+        )
+        return replace(worse, runs=self.runs + other.runs)
+
+    def as_text(self) -> str:
+        """Return it as JSON."""
+        about = {"runs": self.runs, "inputs": self.inputs}
+        return json.dumps({**self.worst.as_json(), **{k: v for k, v in about.items() if v}})
+
+    @classmethod
+    def from_text(cls, text: str) -> CollectedRemark:
+        """Return what `as_text` has made; raise `ValueError` if it is of another version."""
+        content = json.loads(text)
+        return cls(
+            Remark.from_json(content), int(content.get("runs", 0)), content.get("inputs", "")
+        )
+
+
+def collected(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]:
+    """Return the worst remark of each topic, in the order in which they first came."""
+    topics = dict[tuple[str, ...], CollectedRemark]()
+    for remark in remarks:
+        topic = remark.worst.topic
+        topics[topic] = topics[topic].joined(remark) if topic in topics else remark
+    return tuple(topics.values())
+
+
+def remarks_of(*attributes: Mapping[Any, Any]) -> tuple[CollectedRemark, ...]:
+    """Return the remarks in the attributes of results, the worst of each topic."""
+    texts = (text for each in attributes for text in each.get(ATTRIBUTE, ()))
+    return collected(map(CollectedRemark.from_text, texts))
+
+
+def as_attribute(remarks: Iterable[CollectedRemark]) -> dict[str, list[str]]:
+    """Return remarks as an attribute of a result; none without remarks."""
+    texts = [remark.as_text() for remark in collected(remarks)]
+    return {ATTRIBUTE: texts} if texts else {}
+
+
+def carried(*attributes: Mapping[Any, Any]) -> dict[str, list[str]]:
+    """Return the attribute of a result that is made of others, with the remarks on these."""
+    return as_attribute(remarks_of(*attributes))

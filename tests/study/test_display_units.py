@@ -174,7 +174,7 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
     margins = fb.analysis.check_limits(surrogate, limit)
     shown = kilo.data(margins)
     lengths = {"margin", "expected_error", "above", "below", "least_margin", "least_margin_error",
-               "margin_between", "grid_error", "stated_scale"}  # fmt: skip
+               "margin_between", "grid_error", "stated_scale", "extent"}  # fmt: skip
     for name, variable in margins.data_vars.items():
         if variable.dtype.kind == "f":
             scale = 1e-3 if name in lengths else 1.0

@@ -47,10 +47,13 @@ def test_a_study_tells_whether_its_limits_are_kept(tmp_path):
 
 def test_results_are_there_although_limits_cannot_be_checked(tmp_path):
     parts = {"limits": "fb.Limit(below=9.0)", "method": "LHSScanning(8, 3)"}
-    assert "limits are not checked: the method expands no response" in run(tmp_path, **parts)
+    line = "response below 9: not checked: the method expands no response"
+    assert f"UNDECIDED {line}" in run(tmp_path, 3, **parts)
     assert (tmp_path / "out" / "bands.nc").exists()
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "The limits are not checked: the method expands no response." in page
+    assert f"<b>UNDECIDED</b> {line}" in page
+    assert "has this result already" in (again := run(tmp_path, 3, **parts))
+    assert f"UNDECIDED {line}" in again
 
 
 @pytest.mark.parametrize("method", ["AdaptivePCCI()", "LHSScanning(40, 30)"])

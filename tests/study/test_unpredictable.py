@@ -14,7 +14,7 @@ from flexband.report.text.parts import (
 )
 from flexband.report.text.tables import before_horizon, predictable_part
 from flexband.report.text.verdicts import verdict_line
-from flexband.study.results.verdicts import Reason, Verdict
+from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.run import RunOptions
 
 TIME = np.arange(0.0, 5.0, 0.05)

@@ -10,9 +10,10 @@ from typer.testing import CliRunner
 
 import flexband as fb
 from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
+from flexband.analysis.limits.verdicts import _by_margin
 from flexband.cli import app
+from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.nominal import with_runs
-from flexband.study.results.verdicts import Reason, Verdict, _by_margin
 
 
 def verdict_of(margin, between, error=0.1, run=np.nan, estimate="error_bar_expected_error"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Hashable, Mapping, Sequence
+from collections.abc import Container, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError
+from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.remarks.collection import carried as remarks_carried
+from flexband.remarks.remark import RemarkKind
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
@@ -128,6 +131,20 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
 def _error_of_whole(attrs: Mapping[str, Any]) -> Any:
     """Return the expected error of all inputs of the runs, in parts of the width of their bar."""
     return attrs.get("expected_error", attrs.get("expected_error_of_runs"))
+
+
+def remarks_on(
+    surrogate: Surrogate, runs: Iterable[CollectedRemark] = ()
+) -> Iterator[CollectedRemark]:
+    """Yield the remarks on the runs of a surrogate, and on further `runs`.
+
+    Where the error of step and elements is part of the expected error, that of a coarse step is 0.
+    """
+    judged = "error_bar_discretization_error" in surrogate.diagnostics
+    for each in (*remarks_of(surrogate.diagnostics.attrs), *runs):
+        included = judged and each.worst.kind is RemarkKind.COARSE_STEP
+        worst = replace(each.worst, error=0.0) if included else each.worst
+        yield replace(each, worst=worst)
 
 
 def answer(

@@ -16,8 +16,8 @@ from flexband.files import replaced, try_write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from flexband.analysis.limits.verdicts import LimitCheck
     from flexband.study.presentation.display import Display
-    from flexband.study.results.answers import LimitCheck
 
 File = Annotated[Path, typer.Argument(help="Python file that defines `study`.", dir_okay=False)]
 Output = Annotated[

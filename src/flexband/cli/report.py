@@ -10,19 +10,21 @@ import typer
 import flexband as fb
 from flexband.cli.application import app
 from flexband.cli.files import Folder
-from flexband.cli.messages import UsageError, print_text, reported_errors, usage
+from flexband.cli.messages import UsageError, print_remark, print_text, reported_errors, usage
 from flexband.errors import InputError, check_integer
-from flexband.execution.names import WRITTEN_BY_RUN, FileName
+from flexband.execution.names import FileName
 from flexband.files import try_write
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.selection import AnySurrogate
+    from flexband.remarks.collection import remarks_of
     from flexband.report.page.p_boxes import p_boxes
-    from flexband.report.page.page_file import read_given
+    from flexband.report.page.page_file import check_shown, list_shown, read_given, restored
     from flexband.report.page.study import write_report
     from flexband.report.page.template import print_pdf
+    from flexband.report.text.remarks import remark_line
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
 
@@ -49,6 +51,8 @@ def report(
         raise InputError(f"folder must have results of `flexband run`; got '{folder}'")
     if missing := [name for name in given["files"] if not (folder / name).is_file()]:
         raise InputError(f"'{folder}' has lost {', '.join(missing)}; `flexband run` makes it again")
+    check_answers(folder)
+    check_shown(folder, given)
     if FileName.BANDS not in given["files"]:
         raise InputError(f"'{folder}' has no {FileName.BANDS} of its study; {RESTORED}")
     data = read_netcdf(folder / FileName.BANDS)
@@ -63,8 +67,10 @@ def report(
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)
-    check_answers(folder)
     page = write_report(folder, given, data, checked, shares, surrogate)
+    try_write(lambda: list_shown(folder))
+    for remark in remarks_of(data.attrs if checked is None else checked.attrs):
+        print_remark(remark_line(remark))
     print_text(f"Report: {page}")
     if pdf:
         print_text(f"PDF:    {print_pdf(page)}")
@@ -75,8 +81,7 @@ def check_answers(folder: Path) -> None:
     for name, why in read_answers(folder).unusable.items():
         if why is not Unusable.ALTERED:
             continue
-        restored = RESTORED if name in WRITTEN_BY_RUN else "ask again, or delete it"
-        raise InputError(f"{folder / name}.nc is not as written; {restored}")
+        raise InputError(f"{folder / name}.nc is not as written; {restored(f'{name}.nc')}")
 
 
 def add_p_boxes(
@@ -88,4 +93,6 @@ def add_p_boxes(
     bounds = None if surrogate is None else p_boxes(surrogate, bands, count)
     if bounds is None:
         raise UsageError("--p-boxes requires a surrogate with random inputs, over one variable")
-    try_write(lambda: write_netcdf(bounds, answer_file(folder, "p_boxes")))
+    file = answer_file(folder, "p_boxes")
+    try_write(lambda: write_netcdf(bounds, file))
+    list_shown(folder, [file])

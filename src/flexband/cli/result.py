@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexband.cli.files import draw_limits
-from flexband.cli.messages import print_json, print_remark, print_table, print_text
+from flexband.cli.messages import ExitStatus, print_json, print_remark, print_table, print_text
 from flexband.error_text import error_text
 from flexband.errors import InputError
 from flexband.execution.names import FileName
-from flexband.report.page.page_file import read_given
+from flexband.report.page.page_file import check_shown, read_given
 from flexband.report.study_report import answer_of, remarks, report_study, reported_as
 from flexband.report.text import tables
 from flexband.report.text.doubts import doubt_text
 from flexband.report.text.parts import parts_table, sampling_line
+from flexband.report.text.remarks import remark_line, standing, untouched_by
 from flexband.report.text.verdicts import verdict_line
-from flexband.study.results.verdicts import Verdict
+from flexband.requirements.verdict import RequirementVerdict, Verdict, worst_of
 from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.cli.plan import Plan
+    from flexband.remarks.collection import CollectedRemark
+    from flexband.study.results.reliability import Doubt
     from flexband.study.results.result import StudyResult
     from flexband.study.study import Study
 
@@ -30,12 +33,34 @@ STYLES = {Verdict.PASS: "green", Verdict.FAIL: "bold red", Verdict.UNDECIDED: "y
 """How a line with a verdict is printed."""
 
 
+def print_verdicts(
+    verdicts: Sequence[RequirementVerdict], remarks: Iterable[CollectedRemark]
+) -> None:
+    """Print the verdicts, each with the remarks that touch it, and the other remarks."""
+    for verdict in verdicts:
+        print_text(verdict_line(verdict), STYLES[verdict.verdict])
+        for remark in standing(verdict):
+            print_text(f"      remark: {remark_line(remark)}", "yellow")
+    for remark in untouched_by(verdicts, remarks):
+        print_remark(remark_line(remark))
+    if verdicts:
+        print_text("")
+
+
+def exit_status(verdicts: Iterable[RequirementVerdict], doubts: Sequence[Doubt]) -> int:
+    """Return how a command ends that has printed verdicts."""
+    worst = worst_of(verdicts)
+    if worst is Verdict.FAIL:
+        return ExitStatus.FAILED
+    return ExitStatus.DOUBTFUL if doubts or worst is Verdict.UNDECIDED else 0
+
+
 def write_report_of(plan: Plan, study: Study, result: StudyResult) -> bool:
     """Write the report of a result, unless it is there; print a remark if there can be none."""
-    if result.limits is not None and not result.reused:
-        draw_limits(result.limits, result.folder, study.display)
     if result.reused and has_report(result.folder, study, Path(plan.file)):
         return True
+    if result.limits is not None:
+        draw_limits(result.limits, result.folder, study.display)
     try:
         report_study(study, result, plan.title, Path(plan.file))
     except OSError:
@@ -50,6 +75,7 @@ def has_report(folder: Path, study: Study, file: Path) -> bool:
     """Return whether a folder has the report of its result, perhaps with more answers."""
     try:
         given = read_given(folder)
+        check_shown(folder, given)
         there = (folder / FileName.REPORT).is_file() and bool(given)
         return there and reported_as(study, given, file)
     except InputError:
@@ -71,15 +97,13 @@ def print_result(
     if as_json:
         doubts = [doubt_text(doubt) for doubt in result.doubts]
         print_json(
-            {"verdicts": [asdict(verdict) for verdict in verdicts],
+            {"verdicts": [verdict.as_json() for verdict in verdicts],
+             "warnings": [remark.as_json() for remark in result.remarks],
              "title": title, "table": table, "parts": parts, "answer": answer, "runs": result.runs,
              "doubts": doubts, "remarks": notes}
         )  # fmt: skip
         return
-    for verdict in verdicts:
-        print_text(verdict_line(verdict), STYLES[verdict.verdict])
-    if verdicts:
-        print_text("")
+    print_verdicts(verdicts, result.remarks)
     if table is not None:
         print_table(title, table)
     if sampled is not None and parts is not None:

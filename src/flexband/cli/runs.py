@@ -24,9 +24,8 @@ from flexband.words import are
 
 if TYPE_CHECKING:  # imported when a command is called
     from flexband.cli.plan import Plan, plan_in
-    from flexband.cli.result import print_result, write_report_of
+    from flexband.cli.result import exit_status, print_result, write_report_of
     from flexband.report.progress import progress_bars
-    from flexband.study.results.verdicts import Verdict, worst_of
     from flexband.study.run import RunOptions, run_study
 
 
@@ -137,8 +136,5 @@ def run_plan(plan: Plan, output: Path, options: RunOptions, *, as_json: bool = F
     print_result(plan, study, result, reported, as_json=as_json)
     if result.reused:
         print_text(f"{output} has this result already: no run was made.", error=True)
-    worst = worst_of(result.verdicts)
-    if worst is Verdict.FAIL:
-        raise typer.Exit(ExitStatus.FAILED)
-    if result.doubts or worst is Verdict.UNDECIDED:
-        raise typer.Exit(ExitStatus.DOUBTFUL)
+    if status := exit_status(result.verdicts, result.doubts):
+        raise typer.Exit(status)

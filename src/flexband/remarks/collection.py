@@ -69,18 +69,16 @@ class CollectedRemark:
         )
         return replace(worse, runs=self.runs + other.runs)
 
-    def as_text(self) -> str:
-        """Return it as JSON."""
+    def as_json(self) -> dict[str, Any]:
+        """Return it as plain data."""
         about = {"runs": self.runs, "inputs": self.inputs}
-        return json.dumps({**self.worst.as_json(), **{k: v for k, v in about.items() if v}})
+        return {**self.worst.as_json(), **{k: v for k, v in about.items() if v}}
 
     @classmethod
-    def from_text(cls, text: str) -> CollectedRemark:
-        """Return what `as_text` has made; raise `ValueError` if it is of another version."""
-        content = json.loads(text)
-        return cls(
-            Remark.from_json(content), int(content.get("runs", 0)), content.get("inputs", "")
-        )
+    def from_json(cls, content: Mapping[str, Any]) -> CollectedRemark:
+        """Return what `as_json` has made; raise `ValueError` if it is of another version."""
+        runs, inputs = int(content.get("runs", 0)), str(content.get("inputs", ""))
+        return cls(Remark.from_json(content), runs, inputs)
 
 
 def collected(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]:
@@ -95,12 +93,12 @@ def collected(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]
 def remarks_of(*attributes: Mapping[Any, Any]) -> tuple[CollectedRemark, ...]:
     """Return the remarks in the attributes of results, the worst of each topic."""
     texts = (text for each in attributes for text in each.get(ATTRIBUTE, ()))
-    return collected(map(CollectedRemark.from_text, texts))
+    return collected(CollectedRemark.from_json(json.loads(text)) for text in texts)
 
 
 def as_attribute(remarks: Iterable[CollectedRemark]) -> dict[str, list[str]]:
     """Return remarks as an attribute of a result; none without remarks."""
-    texts = [remark.as_text() for remark in collected(remarks)]
+    texts = [json.dumps(remark.as_json()) for remark in collected(remarks)]
     return {ATTRIBUTE: texts} if texts else {}
 
 

@@ -17,6 +17,7 @@ class Doubted(StrEnum):
     NAMED = "named"
     """Those that the remark names."""
     ALL = "all"
+    """Those that the remark names, or all if it names none."""
 
 
 class RemarkKind(StrEnum):
@@ -101,9 +102,14 @@ class Remark:
 
     def touches(self, output: str) -> bool:
         """Return whether it puts an output in doubt; "" is the only one of a response."""
-        if self.kind.doubted is Doubted.NAMED:
-            return output in self.outputs
-        return self.kind.doubted is Doubted.ALL
+        named = output in self.outputs or (self.outputs and not output)
+        match self.kind.doubted:
+            case Doubted.NAMED:
+                return bool(named)
+            case Doubted.ALL:
+                return bool(named or not self.outputs)
+            case _:
+                return False
 
     def as_json(self) -> dict[str, Any]:
         """Return it as plain data, without the sample; numbers that are NaN are left out."""

@@ -9,7 +9,7 @@ from flexband.files import try_write
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.given import given_by
 from flexband.report.page.inputs import inputs_table
-from flexband.report.page.page_file import write_given
+from flexband.report.page.page_file import list_shown, write_given
 from flexband.report.page.paths import widest_path
 from flexband.report.page.study import write_report
 from flexband.report.page.verdict import head_of, uncertain_ones, verdict
@@ -45,9 +45,11 @@ def report_study(study: Study, result: StudyResult, title: str, file: Path | Non
         "signed": signed([folder / name for name in result.result_files]),
     }  # fmt: skip
     try_write(lambda: write_given(folder, given))
-    return write_report(
+    page = write_report(
         folder, given, result.bands, result.verification, result.contributions, result.surrogate
     )
+    try_write(lambda: list_shown(folder))
+    return page
 
 
 def reported_as(study: Study, given: JsonRecord, file: Path | None) -> bool:

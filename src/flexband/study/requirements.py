@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.error_text import error_text
@@ -17,7 +18,7 @@ from flexband.files import try_write
 from flexband.progress import counted, listener
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
-from flexband.study.results.answers import LimitCheck, answer_file
+from flexband.study.results.answers import answer_file
 from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.reliability import Doubt
 

@@ -23,6 +23,8 @@ from flexband.errors import (
 )
 from flexband.execution.store import Store
 from flexband.progress import Progress, listener
+from flexband.requirements.requirement import several
+from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
@@ -163,7 +165,7 @@ def run_study(
             shares = files.contributions(surrogate, sigmas=study.sigmas)
             doubts = doubts_about(bands, verification, requested=bool(verifying))
             parts = sampled_parts(progress, surrogate, doubts, **options.execution)
-            limits, unchecked = checked_requirements(
+            limits, why = checked_requirements(
                 progress, surrogate, doubts, parts, **options.execution
             )
             result = StudyResult(
@@ -174,7 +176,11 @@ def run_study(
                 verification=verification,
                 contributions=shares,
                 limits=limits,
-                limits_unchecked=unchecked,
+                unchecked=tuple(
+                    RequirementVerdict.not_checked(requirement, why)
+                    for requirement in several(study.requirements)
+                    if limits is None
+                ),
                 doubts=doubts,
                 parts=parts,
                 seconds_per_run=seconds,

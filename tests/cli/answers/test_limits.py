@@ -29,7 +29,7 @@ def folder(tmp_path_factory):
 def test_limits_are_checked_and_written(folder):
     options = ["limits", str(folder), "--below", "a=1.35", "--above", "a=-1.5", "--accuracy", "0.1"]
     printed = CliRunner().invoke(app, options)
-    assert printed.exit_code == 0, printed.output
+    assert printed.exit_code == 5, printed.output
     assert "not kept" in printed.output
     with xr.open_dataset(folder / "limits.nc") as checked:
         assert float(checked["least_margin"][0]) == pytest.approx(-0.05, abs=0.01)
@@ -50,25 +50,25 @@ def response(e, x):
 inputs = {"e": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
 study = fb.Study(response, inputs, fb.AdaptivePCCI()LIMITS)
 """
-    for limits, status in ((", limits=fb.Limit(below=1.2)", 0), ("", 2)):
+    for limits, status in ((", limits=fb.Limit(below=1.2)", 5), ("", 2)):
         file = tmp_path / f"study_{status}.py"
         file.write_text(study.replace("LIMITS", limits), encoding="utf-8")
         call = ["run", str(file), "--output", str(tmp_path / str(status))]
         CliRunner().invoke(app, [*call, "--verify", "0"])
         printed = CliRunner().invoke(app, ["limits", str(tmp_path / str(status))])
         assert printed.exit_code == status, printed.output
-        if status == 0:
-            before = (tmp_path / "0" / "limits.nc").read_bytes()
-            other = CliRunner().invoke(app, ["limits", str(tmp_path / "0"), "--below", "9"])
+        if status == 5:
+            before = (tmp_path / "5" / "limits.nc").read_bytes()
+            other = CliRunner().invoke(app, ["limits", str(tmp_path / "5"), "--below", "9"])
             assert "the report keeps the limits of the study" in other.output
-            assert (tmp_path / "0" / "limits.nc").read_bytes()[:500] == before[:500]
+            assert (tmp_path / "5" / "limits.nc").read_bytes()[:500] == before[:500]
             for name in ("limits", "probability"):
-                with xr.open_dataset(tmp_path / "0" / f"{name}.nc") as kept:
+                with xr.open_dataset(tmp_path / "5" / f"{name}.nc") as kept:
                     assert kept["limit"].values.tolist() == ["response below 1.2"]
     assert "unless the study has limits" in " ".join(printed.output.split())
-    with xr.open_dataset(tmp_path / "0" / "limits.nc") as checked:
+    with xr.open_dataset(tmp_path / "5" / "limits.nc") as checked:
         assert float(checked["below"].max()) == 1.2
-    costs = ["allocate", str(tmp_path / "0"), "--cost", "e=1", "--sigmas", "1"]
+    costs = ["allocate", str(tmp_path / "5"), "--cost", "e=1", "--sigmas", "1"]
     assert "response below 1.2" in CliRunner().invoke(app, costs).output
 
 

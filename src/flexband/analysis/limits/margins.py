@@ -18,9 +18,11 @@ from flexband.analysis.results import (
     described,
     error_of,
     interval_values,
+    remarks_on,
 )
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError
+from flexband.remarks.collection import as_attribute
 from flexband.requirements.corridors import (
     Corridor,
     check_instantaneous,
@@ -114,7 +116,8 @@ def check_limits(
     if len(set(deviations.values())) == 1:
         attrs["sigmas"] = next(iter(deviations.values()))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
-    attrs |= {"kept": worst.value, "inputs": inputs}
+    remarks = [r for case in surrogates_of(surrogate).values() for r in remarks_on(case)]
+    attrs |= {"kept": worst.value, "inputs": inputs, **as_attribute(remarks)}
     k = {None: "k", 1.0: ""}.get(attrs.get("sigmas"), f"{attrs.get('sigmas', 0.0):g}")
     long_names = {name: words.format(k=k) for name, words in LONG_NAMES.items()}
     return described(result.assign_attrs(attrs), long_names, UNITLESS)
@@ -277,6 +280,7 @@ def _checked(
         "grid_error": margin[at] - between[lowest],
         "side": ("above", "below")[side],
         "verdict": verdict.value,
+        "extent": np.nanmax(high) - np.nanmin(low),
     }
     last = axes_of(labels).time
     if last in nearest_end.coords:

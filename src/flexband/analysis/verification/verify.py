@@ -28,12 +28,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import error_of
+from flexband.analysis.results import error_of, remarks_on
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
 from flexband.errors import check_integer
 from flexband.progress import Progress, counted
+from flexband.remarks.collection import as_attribute
 from flexband.response import ResponseFunction
 from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.expansion import extremes_of
@@ -224,6 +225,7 @@ def _verified(
     attrs = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
     if made.failed:
         attrs["runs_failed"] = len(made.failed)
+    attrs |= as_attribute(remarks_on(surrogate, made.collected_remarks))
     checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
     return checked.assign_attrs(_judgement(checked, surrogate, good, sampled))
 

@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from flexband.analysis.selection import AnySurrogate
+    from flexband.requirements.verdict import RequirementVerdict
     from flexband.response import ResponseFunction
     from flexband.study.presentation.display import Display
+    from flexband.study.results.reliability import Doubt
     from flexband.study.study import Study
 
 Sigmas = Annotated[float, typer.Option(help="k of the error bar μ ± kσ.")]
@@ -51,6 +53,14 @@ class SavedResult(NamedTuple):
     surrogate: AnySurrogate  # of the study
     folder: Path  # where it is, and where answers are written
     display: Display  # in which units numbers are shown
+    doubts: Sequence[Doubt] = ()  # about the result of the study
+
+    def dataset(self, name: FileName) -> xr.Dataset | None:
+        """Return a result of the study, None if it has none; raise `InputError` if altered."""
+        from flexband.study.results.netcdf import read_netcdf  # noqa: PLC0415
+
+        file = self.folder / name
+        return read_netcdf(file) if file.is_file() else None
 
     def study(self, *, trust: bool) -> Study:
         """Return the study; raise `UsageError` if its file is run only with `trust`."""
@@ -98,9 +108,11 @@ class CommandOutput:
     figure: Callable[[], Figure] | None = None
     # whether there is something to draw; otherwise an older picture is deleted
     drawable: bool = True
+    verdicts: Sequence[RequirementVerdict] = ()  # which are printed first
 
     def write(self, folder: Path) -> list[Path]:
         """Write the files of the answer, and return them."""
+        from flexband.report.page.page_file import list_shown  # noqa: PLC0415
         from flexband.study.results.answers import answer_file  # noqa: PLC0415
         from flexband.study.results.netcdf import write_netcdf  # noqa: PLC0415
 
@@ -108,17 +120,23 @@ class CommandOutput:
             return []
         check_folder(folder)
         file, picture = answer_file(folder, self.name), folder / f"{self.name}.png"
-        written = [file] * try_write(lambda: write_netcdf(data, file))
-        if self.figure is not None:
-            written += [picture] * draw(self.figure, picture, drawable=self.drawable)
+        written = [file] if try_write(lambda: write_netcdf(data, file)) else []
+        if self.figure is not None and draw(self.figure, picture, drawable=self.drawable):
+            written.append(picture)
+        try_write(lambda: list_shown(folder, [file, picture]))
         return written
 
     def print(self, written: Sequence[Path], *, as_json: bool) -> None:
         """Print the answer, and which files were written."""
+        from flexband.cli.result import print_verdicts  # noqa: PLC0415
+
         if as_json:
+            verdicts = {"verdicts": [verdict.as_json() for verdict in self.verdicts]}
             files = {"written": [str(file) for file in written]}
-            print_json({**self.content, **(files if self.data is not None else {})})
+            written_files = files if self.data is not None else {}
+            print_json({**(verdicts if self.verdicts else {}), **self.content, **written_files})
             return
+        print_verdicts(self.verdicts, ())
         for title, table in self.tables:
             print_table(title, table)
         lines = [*filter(None, [self.text]), *(f"Written: {file}" for file in written)]
@@ -142,9 +160,15 @@ def answer_command(
 
         @wraps(question)
         def command(folder: Path, *, as_json: bool, **options: object) -> None:
+            from flexband.cli.result import exit_status  # noqa: PLC0415
+
             result = saved_result(folder)
             answer = question(result, **options)
             answer.print(answer.write(result.folder), as_json=as_json)
+            if answer.verdicts:
+                status = exit_status(answer.verdicts, result.doubts)
+                if status:
+                    raise typer.Exit(status)
 
         of_frame = inspect.signature(folder_and_json, eval_str=True).parameters
         asked = list(inspect.signature(question, eval_str=True).parameters.values())[1:]
@@ -202,4 +226,4 @@ def saved_result(folder: Path) -> SavedResult:
         elif doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
             rare = "what depends on rare values, as probabilities do, is NOT reliable"
             print_remark(f"{doubt_text(doubt)}: {rare}")
-    return SavedResult(surrogate, file.parent, display)
+    return SavedResult(surrogate, file.parent, display, given.get("doubts", ()))

@@ -13,20 +13,23 @@ from flexband.cli.answers.frame import CommandOutput, SavedResult, SomeSigmas, a
 from flexband.cli.files import check_folder, draw_limits
 from flexband.cli.messages import UsageError, usage
 from flexband.cli.options import Trust
-from flexband.errors import check_integer
+from flexband.errors import InputError, check_integer
 from flexband.execution.names import FileName
+from flexband.files import try_write
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.limits.least_margin import margins_in_words
+    from flexband.analysis.limits.verdicts import requirement_verdicts, uncertain_inputs
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
     from flexband.analysis.probability.texts import verdict_on
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
+    from flexband.report.page.page_file import list_shown
     from flexband.report.progress import progress_bars
-    from flexband.report.text.verdicts import verdict_lines
     from flexband.requirements.requirement import corridors, several
+    from flexband.requirements.verdict import RequirementVerdict
     from flexband.study.nominal import around_nominal
     from flexband.study.results.limits import check_limits_in, has_probability
     from flexband.uncertainty.surrogates.sigmas import checked_sigmas
@@ -94,20 +97,30 @@ def limits(
         if runs:
             options["progress"] = task("correcting runs")
         options["of_study"] = not (below or above or only)
-        check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
+        try:
+            check = check_limits_in(place, surrogate, requested_limits, sigmas=sigmas, **options)
+        except InputError as error:  # the limits fit, but margins cannot be computed
+            why = str(error)
+            verdicts = [RequirementVerdict.not_checked(each, why) for each in requested_limits]
+            return CommandOutput({}, verdicts=verdicts)
     draw_limits(check, place, result.display)
+    names = "limits.nc", "limits.png", "probability.nc", "yield.nc"
+    if check.written:
+        try_write(lambda: list_shown(place, [place / name for name in names]))
     margins, probability = check.margins, check.probability
     checked = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)
-    verdicts = [
-        *verdict_lines(check._replace(margins=checked)),
-        margins_in_words(checked),
-        *([] if likely is None else [verdict_on(likely)]),
-    ]
+    sentences = [margins_in_words(checked), *([] if likely is None else [verdict_on(likely)])]
+    verification = result.dataset(FileName.VERIFICATION)
     return CommandOutput(
         {"limits": as_rows(margins), "probability": as_rows(probability)},
         [("Limits", limits_table(checked, likely))],
-        "\n".join(verdicts),
+        "\n".join(sentences),
+        verdicts=requirement_verdicts(
+            check._replace(margins=checked),
+            uncertain_inputs(result.dataset(FileName.CONTRIBUTIONS), surrogate),
+            None if verification is None else result.display.data(verification),
+        ),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.probability.texts import share_in_words, told, verdict_on
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
@@ -16,7 +17,7 @@ from flexband.report.text.numbers import number
 from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.tables import Table, deviations, summary_table
 from flexband.study.presentation.display import Display
-from flexband.study.results.answers import LimitCheck, Unusable, read_answers
+from flexband.study.results.answers import Unusable, read_answers
 
 TITLES = {
     "allocation": "Allocated tolerances",

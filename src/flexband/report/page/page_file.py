@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from flexband.computation import NUMBERING, check_numbering
 from flexband.errors import InputError
-from flexband.execution.names import FileName
+from flexband.execution.names import COMMAND_OF_ANSWER, WRITTEN_BY_RUN, FileName
 from flexband.files import read_json, write_json
 from flexband.report.page.arrays import JsonRecord
+from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.folder import StudyFolder
+from flexband.study.results.answers import read_answers
 from flexband.study.results.netcdf import RESTORED
 from flexband.study.results.reliability import Doubt
 
@@ -17,7 +20,56 @@ from flexband.study.results.reliability import Doubt
 def write_given(folder: Path, given: JsonRecord) -> None:
     """Write page.json, with `doubts` and checksums `signed` of results, into a folder."""
     doubts = [doubt.as_json() for doubt in given["doubts"]]
-    write_json(folder / FileName.PAGE, {**given, "doubts": doubts, "numbering": NUMBERING})
+    unchecked = [verdict.as_json() for verdict in given["unchecked"]]
+    content = {**given, "doubts": doubts, "unchecked": unchecked, "numbering": NUMBERING}
+    write_json(folder / FileName.PAGE, content)
+
+
+def list_shown(folder: Path, files: Iterable[Path] | None = None) -> None:
+    """Write into page.json which answers and pictures the page shows, with their checksums.
+
+    These are all in the folder, or those `files` which were written again, of the ones before.
+    """
+    file = folder / FileName.PAGE
+    try:
+        content = read_json(file)
+    except (OSError, ValueError):  # there is no page, or `read_given` tells
+        return
+    before = content.get("shown", {})
+    if files is None:
+        shown = answer_files(folder)
+        before = {}
+    else:
+        shown = [each for each in files if each.name in before]
+    kept = {name: v for name, v in before.items() if name not in {each.name for each in shown}}
+    there = [each for each in shown if each.is_file()]
+    content["shown"] = {**kept, **StudyFolder(folder).signed(there)}
+    write_json(file, content)
+
+
+def answer_files(folder: Path) -> list[Path]:
+    """Return the files of all usable answers in a folder, and their pictures."""
+    usable = read_answers(folder).usable
+    files = (folder / f"{name}.{kind}" for name in usable for kind in ("nc", "png"))
+    return [file for file in files if file.is_file()]
+
+
+def check_shown(folder: Path, given: JsonRecord) -> None:
+    """Raise `InputError` if an answer or a picture that the page shows is missing or altered."""
+    for name, checksum in given.get("shown", {}).items():
+        if StudyFolder(folder).has({name: checksum}):
+            continue
+        what = "is not as written" if (folder / name).exists() else "is missing"
+        raise InputError(f"{folder / name}, which the report shows, {what}; {restored(name)}")
+
+
+def restored(name: str) -> str:
+    """Return which command writes an answer, or its picture, again."""
+    answer = name.rpartition(".")[0]
+    if answer in WRITTEN_BY_RUN:
+        return RESTORED
+    command = COMMAND_OF_ANSWER.get(answer, answer)
+    return f"`flexband {command}` restores it, and `flexband run` leaves it out"
 
 
 def read_given(folder: Path) -> JsonRecord:
@@ -31,7 +83,9 @@ def read_given(folder: Path) -> JsonRecord:
         raise InputError(f"{file} is not as written; {RESTORED}") from None
     try:
         given["doubts"] = [Doubt.from_json(content) for content in given["doubts"]]
-    except ValueError:
+        unchecked = map(RequirementVerdict.from_json, given["unchecked"])
+        given["unchecked"] = list(unchecked)
+    except (ValueError, KeyError, TypeError):
         older = "was written by an older version of flexband"
         raise InputError(f"{file} {older}; {RESTORED}") from None
     check_numbering(str(file), given.pop("numbering", None))

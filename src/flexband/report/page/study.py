@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.limits.verdicts import requirement_verdicts
 from flexband.execution.names import FileName
+from flexband.remarks.collection import remarks_of
 from flexband.report.page.answers import answers_in, limit_remarks, limits_table
 from flexband.report.page.charts import chart_data, nominal_of, numbers
 from flexband.report.page.definitions import definitions
@@ -19,11 +21,12 @@ from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
-from flexband.report.text.verdicts import verdict_line
+from flexband.report.text.remarks import remark_line, standing, untouched_by
+from flexband.report.text.verdicts import verdict_text
+from flexband.requirements.verdict import Verdict, worst_of
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
-from flexband.study.results.verdicts import requirement_verdicts
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -80,6 +83,9 @@ def write_report(
     charts = chart_data(held, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
+    verdicts = requirement_verdicts(check, uncertain, checked) if check else given["unchecked"]
+    every = remarks_of(bands.attrs if checked is None else checked.attrs)
+    untouched = untouched_by(verdicts, every)
     attrs = {str(k): v for k, v in bands.attrs.items()}
     heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
     page = folder / FileName.REPORT
@@ -95,13 +101,12 @@ def write_report(
             if field != "title" and given.get("title_block", {}).get(field)
         ],
         unreliable=why_unreliable(given["doubts"]),
-        doubts=given["doubts"]
-        or given.get("unchecked")
-        or (limits is not None and limits.attrs["kept"] != "kept"),
+        doubts=given["doubts"] or worst_of(verdicts) is not Verdict.PASS,
         requirements=[
-            (str(line.verdict), verdict_line(line).removeprefix(line.verdict).strip())
-            for line in (requirement_verdicts(check, uncertain, checked) if check else [])
+            (str(each.verdict), verdict_text(each), [remark_line(r) for r in standing(each)])
+            for each in verdicts
         ],
+        run_remarks=[remark_line(remark) for remark in untouched],
         verdict=verdict(given, bands, checked, uncertain, check),
         drawing=given.get("drawing"),
         description=given.get("description", ""),

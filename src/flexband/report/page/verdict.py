@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.limits.verdicts import LimitCheck, largest_around
 from flexband.analysis.probability.texts import chance, share_in_words
 from flexband.report.page.inputs import averaging
 from flexband.report.text import tables
@@ -16,10 +17,8 @@ from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.requirements.requirement import with_unit
-from flexband.study.results.answers import LimitCheck
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
-from flexband.study.results.verdicts import largest_around
 from flexband.words import number_of
 
 
@@ -42,7 +41,7 @@ def head_of(result: StudyResult) -> dict[str, Any]:
     sampled = result.parts if result.unpredictable else None
     return {
         "doubts": result.doubts,
-        "unchecked": result.limits_unchecked,
+        "unchecked": result.unchecked,
         "unpredictable": "" if sampled is None else horizon_line(sampled),
     }
 
@@ -63,8 +62,6 @@ def verdict(
     if checked is not None and not unpredictable:
         lines.append(tables.checked_in_words(checked))
     limits = None if check is None else check.margins
-    if why := given.get("unchecked"):
-        lines.append(f"The limits are not checked: {why}.")
     if check is not None and check.probability is not None:
         last = check.probability.isel(limit=-1)  # of leaving any limit
         why = [doubt_text(doubt) for doubt in doubts if doubt.rare_values]

@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.report.text.numbers import number, percent
+from flexband.report.text.remarks import remark_line
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.requirement import with_unit
-from flexband.study.results.answers import LimitCheck
-from flexband.study.results.verdicts import (
-    Reason,
-    RequirementVerdict,
-    Verdict,
-    requirement_verdicts,
-)
+from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
 
 RANDOM_SAMPLES = (
     "Random samples miss the worst case: for equal weights and a linear output, 1000 samples reach "
@@ -24,30 +19,31 @@ RANDOM_SAMPLES = (
 
 def verdict_line(verdict: RequirementVerdict) -> str:
     """Return a line such as "FAIL  angle (nominal ± 0.5°): exceeded by 0.107°; mostly due to …"."""
+    return f"{verdict.verdict}  {verdict_text(verdict)}"
+
+
+def verdict_text(verdict: RequirementVerdict) -> str:
+    """Return the line of a verdict without its first word."""
     blame = f"; mostly due to {verdict.input}" * bool(
         verdict.input and verdict.verdict is not Verdict.PASS
     )
-    return f"{verdict.verdict}  {verdict.text}: {reason_text(verdict)}{blame}"
-
-
-def verdict_lines(check: LimitCheck) -> list[str]:
-    """Return the verdicts on all requirements that were checked, without contributions."""
-    return [verdict_line(verdict) for verdict in requirement_verdicts(check, None, None)]
+    return f"{verdict.text}: {reason_text(verdict)}{blame}"
 
 
 def reason_text(verdict: RequirementVerdict) -> str:
     """Return by how much a requirement is kept or exceeded, or why that is not decided."""
+    if verdict.reason is Reason.NOT_CHECKED:
+        return f"not checked: {verdict.why}"
+    if verdict.reason is Reason.REMARK:
+        return f"{_probable(verdict)}, but {remark_line(verdict.remarks[0])}"
     if verdict.criterion in (Probability.__name__, ShareOfParts.__name__):
         return _share_text(verdict)
-    size = with_unit(number(abs(verdict.margin), 3), verdict.unit)
+    size = _size(verdict)
     beyond = "exceeded by" if verdict.margin < 0 else "kept with a margin of"
-    place = _place(verdict)
-    of_random = f", {verdict.sigmas:g}σ" * bool(verdict.sigmas)
-    where = f"{place} (worst tolerances{of_random})"
     if verdict.reason is Reason.RUN:
-        return f"exceeded by {size}{place} in a run within the tolerances"
+        return f"exceeded by {size}{_place(verdict)} in a run within the tolerances"
     if verdict.verdict is not Verdict.UNDECIDED:
-        return f"{beyond} {size}{where}"
+        return f"{beyond} {size}{_where(verdict)}"
     error = with_unit(f"± {number(verdict.error, 2)}", verdict.unit)
     reasons = {
         Reason.ERROR: f"but its error is {error}",
@@ -59,7 +55,24 @@ def reason_text(verdict: RequirementVerdict) -> str:
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",
     }
-    return f"probably {beyond} {size}{where}, {reasons[verdict.reason]}"
+    return f"{_probable(verdict)}, {reasons[verdict.reason]}"
+
+
+def _size(verdict: RequirementVerdict) -> str:
+    return with_unit(number(abs(verdict.margin), 3), verdict.unit)
+
+
+def _where(verdict: RequirementVerdict) -> str:
+    of_random = f", {verdict.sigmas:g}σ" if verdict.sigmas else ""
+    return f"{_place(verdict)} (worst tolerances{of_random})"
+
+
+def _probable(verdict: RequirementVerdict) -> str:
+    """Return what would be so, if nothing put it in doubt."""
+    if verdict.criterion in (Probability.__name__, ShareOfParts.__name__):
+        return f"probably {_share_text(verdict)}"
+    beyond = "exceeded by" if verdict.margin < 0 else "kept with a margin of"
+    return f"probably {beyond} {_size(verdict)}{_where(verdict)}"
 
 
 def _place(verdict: RequirementVerdict) -> str:

@@ -146,11 +146,10 @@ class Display:
 
     def _outputs(self, data: xr.Dataset) -> xr.Dataset:
         """Return a result whose values of outputs are in display units."""
-        shape, dims = data["unit"].shape, data["unit"].dims
-        names, units = (
-            np.ravel(np.broadcast_to(np.asarray(values, dtype=str), shape)).tolist()
-            for values in (data.coords.get("output", ONLY_OUTPUT), data["unit"])
-        )
+        output = data.coords.get("output", xr.DataArray(ONLY_OUTPUT))
+        pair = xr.broadcast(output.reset_coords(drop=True), data["unit"].reset_coords(drop=True))
+        shape, dims = pair[1].shape, pair[1].dims
+        names, units = (np.ravel(values.values.astype(str)).tolist() for values in pair)
         into = [self.chosen.get(k, u) if u else u for k, u in zip(names, units, strict=True)]
         factors = [
             1 / factor(_label(k), new, u) if new != u else 1.0

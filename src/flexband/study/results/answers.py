@@ -44,24 +44,6 @@ class Answers(NamedTuple):
     unusable: dict[str, Unusable]
 
 
-class LimitCheck(NamedTuple):
-    """Whether limits are kept.
-
-    Attributes
-    ----------
-    margins : result of `check_limits`.
-    probability : result of `failure_probability`; None where inputs are intervals only, or
-        adjusted, and where the yield is that of sampled parts.
-    written : whether they were written: limits of a question never replace those of the study.
-    production : result of `production_yield`; None where no scatter of the tolerances is known.
-    """
-
-    margins: xr.Dataset
-    probability: xr.Dataset | None
-    written: bool
-    production: xr.Dataset | None = None
-
-
 def read_answers(folder: Path, names: Iterable[str] = ANSWERS) -> Answers:
     answers = Answers({}, {})
     for name in names:

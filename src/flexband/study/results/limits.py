@@ -11,12 +11,13 @@ import xarray as xr
 from flexband.analysis.allocation.adjustment import compensators
 from flexband.analysis.limits.margins import check_limits
 from flexband.analysis.limits.production import production_yield
+from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.probability.failure import failure_probability
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
 from flexband.requirements.requirement import Requirement
 from flexband.requirements.scatter import Scatter
-from flexband.study.results.answers import OF_QUESTION, OF_STUDY, LimitCheck, answer_file
+from flexband.study.results.answers import OF_QUESTION, OF_STUDY, answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
 
 

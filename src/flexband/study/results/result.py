@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from flexband.analysis.selection import AnySurrogate, surrogates_of
+from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts, uncertain_inputs
+from flexband.analysis.selection import AnySurrogate
 from flexband.errors import InputError, StoreError, warn
 from flexband.execution.names import WRITTEN_BY_RUN, FileName
+from flexband.remarks.collection import CollectedRemark, remarks_of
+from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.folder import StudyFolder, checksum_of
 from flexband.study.nominal import around_nominal
 from flexband.study.presentation.display import Display
-from flexband.study.results.answers import OF_STUDY, LimitCheck, Unusable, read_answers
+from flexband.study.results.answers import OF_STUDY, Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
-from flexband.study.results.verdicts import RequirementVerdict, requirement_verdicts
 from flexband.uncertainty.surrogates.files import load_surrogate
 from flexband.uncertainty.surrogates.verdicts import inferred_share
 
@@ -41,7 +43,7 @@ class StudyResult:
     verification : result of `verify`; None if no runs verified the result.
     contributions : result of `contributions`; None without a surrogate, or where they failed.
     limits : whether the limits of the study are kept; None if it has none, or they are not checked.
-    limits_unchecked : why limits that the study has are not checked; empty if they are.
+    unchecked : the verdicts on requirements that the study has, but that could not be checked.
     doubts : why the result is not what was asked for.
     parts : results of `sample_parts` and `predictability_horizon` in one dataset, with choices
         along the dim "choice", where bands do not answer what is asked; else None.
@@ -59,7 +61,7 @@ class StudyResult:
     verification: xr.Dataset | None
     contributions: xr.Dataset | None
     limits: LimitCheck | None
-    limits_unchecked: str
+    unchecked: tuple[RequirementVerdict, ...]
     doubts: tuple[Doubt, ...]
     parts: xr.Dataset | None
     seconds_per_run: float
@@ -67,6 +69,17 @@ class StudyResult:
     stale: tuple[str, ...]
     computed: Mapping[str, str]
     reused: bool = False
+
+    @property
+    def limits_unchecked(self) -> str:
+        """Why requirements of the study could not be checked; "" if they were."""
+        return self.unchecked[0].why if self.unchecked else ""
+
+    @property
+    def remarks(self) -> tuple[CollectedRemark, ...]:
+        """What the runs warn of: the worst remark of each topic, and how many runs have one."""
+        runs = self.bands if self.verification is None else self.verification  # which has both
+        return remarks_of(runs.attrs)
 
     @property
     def unpredictable(self) -> bool:
@@ -93,19 +106,16 @@ class StudyResult:
 
     @property
     def verdicts(self) -> list[RequirementVerdict]:
-        """The verdict on every requirement of the study that was checked."""
+        """The verdict on every requirement of the study."""
         return self.verdicts_in(Display())
 
     def verdicts_in(self, display: Display) -> list[RequirementVerdict]:
         """Return the verdicts with their numbers in display units."""
         if self.limits is None:
-            return []
+            return list(self.unchecked)
         shares = None if self.unpredictable else self.contributions
-        if shares is not None and self.surrogate is not None:
-            spaces = [case.space for case in surrogates_of(self.surrogate).values()]
-            chosen = {name for space in spaces for name in space.chosen}
-            kept = [k for k, name in enumerate(shares["name"].values) if str(name) not in chosen]
-            shares = shares.isel(name=kept) if kept else None
+        if self.surrogate is not None:
+            shares = uncertain_inputs(shares, self.surrogate)
         checked = None if self.verification is None else display.data(self.verification)
         check = self.limits._replace(margins=display.data(self.limits.margins))
         return requirement_verdicts(check, shares, checked)
@@ -141,7 +151,9 @@ class StudyResult:
         """Return what study.json has of the result, beside its files."""
         content = {
             "label": self.label,
-            "limits_unchecked": self.limits_unchecked,
+            "unchecked": [verdict.as_json() for verdict in self.unchecked],
+            "verdicts": [verdict.as_json() for verdict in self.verdicts],
+            "remarks": [remark.as_json() for remark in self.remarks],
             "doubts": [doubt.as_json() for doubt in self.doubts],
             "seconds_per_run": self.seconds_per_run,
             "files": list(self.files),
@@ -190,21 +202,22 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         limits = LimitCheck(answers.usable["limits"], probability, True, production)
         if limits.margins.attrs["of"] != OF_STUDY:
             raise InputError("the limits are not those of the study")
+    saved = FileName.SURROGATE in files
     return StudyResult(
-        folder,
-        record["label"],
-        read_netcdf(folder / FileName.BANDS),
-        load_surrogate(folder / FileName.SURROGATE) if FileName.SURROGATE in files else None,
-        verification,
-        contributions,
-        limits,
-        record["limits_unchecked"],
-        tuple(map(Doubt.from_json, record["doubts"])),
-        answers.usable["parts"] if "parts" in record["answers"] else None,
-        record["seconds_per_run"],
-        tuple(files),
-        tuple(stale_results(folder, files)),
-        record["computed"],
+        folder=folder,
+        label=record["label"],
+        bands=read_netcdf(folder / FileName.BANDS),
+        surrogate=load_surrogate(folder / FileName.SURROGATE) if saved else None,
+        verification=verification,
+        contributions=contributions,
+        limits=limits,
+        unchecked=tuple(map(RequirementVerdict.from_json, record["unchecked"])),
+        doubts=tuple(map(Doubt.from_json, record["doubts"])),
+        parts=answers.usable["parts"] if "parts" in record["answers"] else None,
+        seconds_per_run=record["seconds_per_run"],
+        files=tuple(files),
+        stale=tuple(stale_results(folder, files)),
+        computed=record["computed"],
         reused=True,
     )
 

@@ -85,6 +85,7 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
         "confirmed": next((word for word in ("no", "yes") if word in confirmed), confirmed[0]),
         "verdict": ". ".join(f"{k}: {v.attrs['verdict']}" for k, v in verifications.items()),
     }
+    attrs |= carried(*(verification.attrs for verification in verifications.values()))
     return joint.assign_coords(choice=list(verifications)).assign_attrs(first | attrs)
 
 

@@ -1,95 +1,37 @@
-"""The verdict on each requirement, as data; sentences are made of it where it is shown."""
+"""From margins, probabilities and yields to the verdict on each requirement."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
+from flexband.analysis.selection import AnySurrogate, surrogates_of
+from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.scatter import OF_SAMPLES
+from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
-if TYPE_CHECKING:
-    from flexband.study.results.answers import LimitCheck
 
-
-class Verdict(StrEnum):
-    """Whether a requirement is met."""
-
-    PASS = "PASS"
-    FAIL = "FAIL"
-    UNDECIDED = "UNDECIDED"
-
-
-class Reason(StrEnum):
-    """What a verdict rests on."""
-
-    MARGIN = "margin"
-    """The margin, or the probability, is farther from what is allowed than its error."""
-    RUN = "run"
-    """A run at these values leaves the bounds, whatever the accuracy of the surrogate."""
-    ERROR = "error"
-    """The error is larger than the margin."""
-    BETWEEN = "between times"
-    """The bounds are left only between output times, where no error is stated."""
-    RUNS_DIFFER = "runs differ"
-    """A run leaves bounds that the expansion keeps, or none does, and it is not accurate."""
-    NO_ERROR = "no error"
-    """No error can be stated, neither by the method nor by verification runs."""
-    NOT_TRUSTED = "not trusted"
-    """The method does not trust its result for this output."""
-    NOT_CONFIRMED = "not confirmed"
-    """Verification runs refute the stated error."""
-    WITHHELD = "withheld"
-    """No probability is stated, since the accuracy was missed."""
-    OF_PARTS = "of parts"
-    """Sampled parts tell the probability for tolerances that scatter, not for the worst ones."""
-
-
-@dataclass(frozen=True)
-class RequirementVerdict:
-    """A verdict with its numbers.
+class LimitCheck(NamedTuple):
+    """Whether limits are kept.
 
     Attributes
     ----------
-    text : the requirement in words, as `str` returns it.
-    name, identifier, source, bounds : of the requirement.
-    verdict, reason : whether it is met, and what that rests on.
-    criterion, at_most : the name of the criterion, and the share that it allows, or NaN.
-    sigmas : k of μ ± kσ; 0 without random inputs.
-    margin, error, unit : least margin, its error (NaN if none is stated), in the unit of the
-        requirement if it has one, else of the output.
-    dim, dim_unit, place : where the margin is least; "" without a last dim.
-    input, input_share : which input widens the error bar most there, and by which part of it; ""
-        if that is not known.
-    share : probability, or share of parts, that leaves the bounds, with its interval; NaN if none
-        is stated.
+    margins : result of `check_limits`.
+    probability : result of `failure_probability`; None where inputs are intervals only, or
+        adjusted, and where the yield is that of sampled parts.
+    written : whether they were written: limits of a question never replace those of the study.
+    production : result of `production_yield`; None where no scatter of the tolerances is known.
     """
 
-    text: str
-    name: str
-    identifier: str
-    source: str
-    bounds: str
-    verdict: Verdict
-    reason: Reason
-    criterion: str
-    at_most: float
-    sigmas: float
-    margin: float
-    error: float
-    unit: str
-    dim: str
-    dim_unit: str
-    place: float | str
-    input: str
-    input_share: float
-    share: tuple[float, float, float]
+    margins: xr.Dataset
+    probability: xr.Dataset | None
+    written: bool
+    production: xr.Dataset | None = None
 
 
 def requirement_verdicts(
@@ -103,18 +45,26 @@ def requirement_verdicts(
     return [_verdict(check, k, contributions, verification) for k in range(margins.sizes["limit"])]
 
 
-def worst_of(verdicts: list[RequirementVerdict]) -> Verdict:
-    """Return FAIL if one fails, else UNDECIDED if one is, else PASS."""
-    every = {verdict.verdict for verdict in verdicts}
-    order = Verdict.FAIL, Verdict.UNDECIDED
-    return next((verdict for verdict in order if verdict in every), Verdict.PASS)
+def uncertain_inputs(
+    contributions: xr.Dataset | None, surrogate: AnySurrogate
+) -> xr.Dataset | None:
+    """Return the contributions of inputs that nobody chooses; None if there is none."""
+    if contributions is None:
+        return None
+    spaces = [case.space for case in surrogates_of(surrogate).values()]
+    chosen = {name for space in spaces for name in space.chosen}
+    kept = [k for k, name in enumerate(contributions["name"].values) if str(name) not in chosen]
+    return contributions.isel(name=kept) if kept else None
 
 
 def _verdict(
     check: LimitCheck, k: int, contributions: xr.Dataset | None, verification: xr.Dataset | None
 ) -> RequirementVerdict:
     limit = check.margins.isel(limit=k)
-    least = LeastMargin.of(limit)
+    least, margins_remarks = (
+        LeastMargin.of(limit),
+        remarks_of(check.margins.attrs if verification is None else verification.attrs),
+    )
     criterion = str(limit["criterion"].values) if "criterion" in limit else "WorstCase"
     at_most = float(limit["at_most"]) if "at_most" in limit else np.nan
     share = _share(check, k, criterion)
@@ -130,6 +80,9 @@ def _verdict(
     worst = least.between if least.decided_between else least.margin
     if reason is Reason.RUN:
         worst = min(worst, float(limit["run_margin"]))
+    remarks, undecided = _remarks(limit, margins_remarks, abs(worst))
+    if undecided and verdict is not Verdict.UNDECIDED:
+        verdict, reason = Verdict.UNDECIDED, Reason.REMARK
     most_important = "", np.nan
     if contributions is not None and "width" in contributions:
         most_important = largest_around(contributions, limit, _output(limit))[:2]
@@ -157,7 +110,22 @@ def _verdict(
         input=most_important[0],
         input_share=most_important[1],
         share=share,
+        remarks=remarks,
     )
+
+
+def _remarks(
+    limit: xr.Dataset, remarks: tuple[CollectedRemark, ...], margin: float
+) -> tuple[tuple[CollectedRemark, ...], bool]:
+    """Return the remarks that touch the output of a limit, and whether one undecides its verdict.
+
+    That is so where its error exceeds the margin, or is not known.
+    """
+    extent = float(limit["extent"]) if "extent" in limit else np.nan
+    touching = [remark for remark in remarks if remark.worst.touches(_output(limit))]
+    undecides = [not remark.worst.error * extent <= margin for remark in touching]
+    order = np.argsort(np.logical_not(undecides), kind="stable")
+    return tuple(touching[k] for k in order), any(undecides)
 
 
 def _sigmas(limit: xr.Dataset, margins: xr.Dataset) -> float:

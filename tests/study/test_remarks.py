@@ -1,0 +1,162 @@
+"""What runs warn of is kept with the runs, in every result, on the screen and on the page."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import flexband as fb
+from flexband.cli import app
+from flexband.remarks.collection import CollectedRemark, collected, remarks_of
+from flexband.remarks.remark import Doubted, Remark, RemarkKind
+from flexband.study.results.netcdf import read_netcdf
+
+ROD = """
+import flexband as fb
+
+def rod(force):
+    rubber = {"density": 1000.0, "youngs_modulus": 1e6, "poissons_ratio": 0.3}
+    return fb.Mechanism(
+        bodies={"rod": fb.Beam(length=1.0, height=0.01, width=0.01, elements=2, **rubber)},
+        joints={"clamp": fb.Weld("rod.start", (0.0, 0.0))},
+        loads={"pull": fb.Force("rod.end", x=force)},
+        sensors={"tip": fb.Position("rod.end")},
+    )
+
+study = fb.Study(
+    fb.dynamic_response(rod, duration=0.1, output_step=1e-3, step=1e-4),
+    {"force": fb.Interval(8.0, 12.0)},
+    fb.PCCI(0, 3),
+    requirements=[fb.Requirement("reach", "tip_X", below=2.0)],
+)
+"""
+
+
+def run(*arguments, status):
+    result = CliRunner().invoke(app, [*map(str, arguments)])
+    assert result.exit_code == status, result.output
+    return " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("executor", [[], ["--executor", "processes:1"]])
+def test_a_strain_is_kept_with_its_run_and_undecides_a_verdict(tmp_path, executor):
+    """The static strain of 12 N is 12 %, which waves in the rod exceed more than twice."""
+    file, out = tmp_path / "rod.py", tmp_path / "out"
+    file.write_text(ROD, encoding="utf-8")
+    line = "'rod' is stretched by 3"
+    said = [run("run", file, "-o", out, *executor, status=3)]
+    said.append(run("run", file, "-o", out, *executor, status=3))
+    said.append(run("resume", out, "--trust", status=3))
+    assert all("UNDECIDED reach (below 2): probably kept with a margin" in text for text in said)
+    assert all(line in text and "runs, the worst with force = 1" in text for text in said)
+    assert "has this result already" in said[2]
+    assert line in run("report", out, status=0)
+    assert line in run("limits", out, "--trust", status=3)
+    for name in ("bands", "limits", "contributions", "verification"):
+        (remark,) = remarks_of(read_netcdf(out / f"{name}.nc").attrs)
+        assert remark.worst.kind is RemarkKind.LARGE_STRAIN
+        assert remark.worst.size > 0.3
+    assert line in (out / "report.html").read_text("utf-8").replace("&#39;", "'")
+    assert json.loads((out / "study.json").read_text("utf-8"))["result"]["remarks"]
+    surrogate = fb.load_surrogate(out / "surrogate.npz")
+    assert remarks_of(surrogate.diagnostics.attrs)
+    runs = fb.execution.open_runs(out)
+    assert all(json.loads(text)[0]["part"] == "rod" for text in runs["remarks"].values if text)
+
+
+def test_runs_that_are_read_from_a_store_keep_their_remarks(tmp_path):
+    """A narrower study uses the runs of a wider one, and has their remarks, not worse ones."""
+    namespace = {}
+    exec(ROD, namespace)
+    study = namespace["study"]
+    with pytest.warns(fb.errors.StrainWarning):
+        first = study.run(store=tmp_path)
+    again = study.run(store=tmp_path)
+    assert remarks_of(first.attrs) == remarks_of(again.attrs) != ()
+    assert fb.execution.open_runs(tmp_path).sizes["run"] == 4
+
+
+SHARED = """
+import flexband as fb
+
+def door(torque):
+    return fb.Mechanism(
+        bodies={"door": fb.RigidBody(mass=1.0, inertia=0.1, points={"a": (0.0, 0.0)})},
+        joints={"top": fb.Revolute("door.a", (0.0, 0.0)), "low": fb.Revolute("door.a", (0.0, 0.0))},
+        loads={"push": fb.Moment("door", torque)},
+        sensors={"top": fb.Reaction("top"), "angle": fb.Angle("door")},
+    )
+
+study = fb.Study(
+    fb.dynamic_response(door, duration=0.1, output_step=1e-2, step=1e-2),
+    {"torque": fb.Interval(0.1, 0.2)},
+    fb.PCCI(0, 2),
+    requirements=[
+        fb.Requirement("load", "top_X", below=9.0), fb.Requirement("turn", "angle", below=9.0),
+    ],
+)
+"""
+
+
+def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
+    file, out = tmp_path / "door.py", tmp_path / "out"
+    file.write_text(SHARED, encoding="utf-8")
+    said = run("run", file, "-o", out, status=3)
+    assert "UNDECIDED load (below 9): probably kept" in said
+    assert "PASS turn (below 9): kept" in said
+    assert "but what sensor 'top' measures is one choice of many" in said
+
+
+def response_with(remark):
+    def response(a):
+        fb.errors.warn("what is remarked", remarks=[remark])
+        return xr.DataArray(
+            np.stack([a, 2 * a], axis=1), {"output": ["x", "y"]}, ("sample", "output")
+        )
+
+    return response
+
+
+@pytest.mark.parametrize(
+    ("kind", "outputs", "error", "undecided"),
+    [
+        (RemarkKind.NOISE, ("x",), 0.5, {"x"}),
+        (RemarkKind.NOISE, ("x",), 1e-3, set()),  # of the range 1, less than the margin of 0.1
+        (RemarkKind.NOISE, ("x",), np.nan, {"x"}),
+        (RemarkKind.HALVED_STEP, (), np.nan, {"x", "y"}),
+        (RemarkKind.COARSE_STEP, (), 1e-3, set()),
+        (RemarkKind.ADVICE, (), np.nan, set()),
+        (RemarkKind.CHANGED_START, (), np.nan, set()),
+    ],
+)
+def test_an_error_above_the_margin_or_an_unknown_one_undecides(
+    kind, outputs, error, undecided, tmp_path
+):
+    remark = Remark(kind, "what is remarked", outputs=outputs, error=error)
+    study = fb.Study(
+        response_with(remark), {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 2),
+        requirements=[fb.Requirement("x", "x", below=1.1), fb.Requirement("y", "y", below=2.2)],
+    )  # fmt: skip
+    with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
+        verdicts = study.run_in(tmp_path).verdicts
+    assert {verdict.name for verdict in verdicts if verdict.verdict == "UNDECIDED"} == undecided
+    touched = {v.name for v in verdicts if v.remarks}
+    every = {"x", "y"} if kind.doubted is Doubted.ALL else set(outputs)
+    assert touched == every
+    again = study.run_in(tmp_path)
+    assert again.reused
+    assert [v.as_json() for v in again.verdicts] == [v.as_json() for v in verdicts]
+
+
+def test_the_worst_of_a_topic_stands_for_it():
+    def remark(size, part="a", runs=1):
+        return CollectedRemark(Remark(RemarkKind.LARGE_STRAIN, f"{size}", size, part), runs)
+
+    several = [remark(0.2), remark(0.3, runs=2), remark(np.nan), remark(0.1, "b")]
+    worst = collected(several)
+    assert [(one.worst.text, one.runs) for one in worst] == [("0.3", 4), ("0.1", 1)]
+    assert collected(several[::-1])[1].worst.text == "0.3"
+    again = [CollectedRemark.from_json(one.as_json()) for one in worst]
+    assert [one.as_json() for one in again] == [one.as_json() for one in worst]

@@ -12,13 +12,13 @@ from typing import Any
 
 import typer
 from rich.cells import cell_len
-from rich.console import Console
 from rich.table import Column
 from rich.table import Table as RichTable
 
 from flexband.deprecation import RenamedWarning
 from flexband.error_text import error_text, signal_of
 from flexband.errors import FlexbandWarning, InputError
+from flexband.report.text.terminal import Terminal, printable
 
 
 class ExitStatus(IntEnum):
@@ -91,7 +91,7 @@ def reported_errors() -> Iterator[None]:
 
 def print_text(text: str, style: str = "", *, error: bool = False) -> None:
     """Print a text as it is, on standard output or error."""
-    console = Console(stderr=error, markup=False, emoji=False, highlight=False)
+    console = Terminal(error=error)
     console.print(text, style=style, soft_wrap=True)
 
 
@@ -119,8 +119,9 @@ def print_table(title: str, content: Table) -> None:
     """Print a table without wrapping cells; further columns follow below, beside the first one."""
     from flexband.report.text.numbers import with_minus  # noqa: PLC0415
 
-    header, rows = content[0], [[row[0], *map(with_minus, row[1:])] for row in content[1]]
-    console = Console(markup=False, emoji=False)
+    header = list(map(printable, content[0]))
+    rows = [[printable(row[0]), *map(with_minus, row[1:])] for row in content[1]]
+    console = Terminal()
     whole = _widths(header, rows)
     words = _widths([max(head.split() or [""], key=cell_len) for head in header], rows)
     parts = [list(range(len(header)))]

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.live import Live
 
 from flexband.cli.application import app
@@ -23,6 +22,7 @@ from flexband.execution.growing import GrowingArrays
 from flexband.execution.names import RunStatus
 from flexband.report.progress import duration
 from flexband.report.text.doubts import doubt_text
+from flexband.report.text.terminal import Terminal
 from flexband.study.folder import FORMAT, StudyFolder, checksum_of
 from flexband.study.results.reliability import Doubt
 from flexband.words import are, number_of
@@ -39,7 +39,7 @@ def status(
 
     It works while the study runs, from another terminal or machine that sees the folder.
     """
-    console = Console()
+    console = Terminal()
     if as_json or not (watch and console.is_terminal):
         before = ""
         for facts in _looks(folder, watch=watch):

@@ -9,7 +9,6 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,9 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import arguments_checked
 from flexband.errors import InputError, check_finite, shown
+from flexband.models.limited_server import LimitedHandler, LimitedServer, ServerLimits
 from flexband.models.umbridge_client import PROTOCOL
 from flexband.words import number_of
-
-MAX_BYTES = 2**28
-"""Of a request."""
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]", "::1")
 """Names of this computer for itself."""
@@ -107,8 +104,10 @@ class _Offered:
                 f"{', '.join(self.inputs)}; got {shown(vectors)}",
             )
         for number in vectors[0]:
-            if type(number) not in (int, float) or not math.isfinite(number):
-                raise _RefusedError("InvalidInput", f"input must be finite numbers; got {number!r}")
+            if type(number) not in (int, float) or not _is_finite(number):
+                raise _RefusedError(
+                    "InvalidInput", f"input must be finite numbers; got {shown(number)}"
+                )
         try:
             outputs = self.outputs(np.array(vectors[0], dtype=float))
         except InputError as error:
@@ -126,7 +125,7 @@ class _Offered:
         return outputs.tolist()
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(LimitedHandler):
     """Requests of UM-Bridge."""
 
     protocol_version = "HTTP/1.1"
@@ -136,25 +135,32 @@ class _Handler(BaseHTTPRequestHandler):
         self.offered, self.listening = offered, listening
         super().__init__(*arguments)
 
-    def do_GET(self) -> None:
-        self._reply("")
+    def do_GET(self) -> None:  # noqa: N802
+        self._reply(0)
 
-    def do_POST(self) -> None:
-        text = self.headers.get("Content-Length", "0")
-        size = int(text) if text.isdecimal() and len(text) < 10 else MAX_BYTES + 1
-        if size > MAX_BYTES:  # which is not read, so that nothing can follow
-            self.close_connection = True
-            kind = "InvalidInput"
-            message = f"Content-Length must be {MAX_BYTES} or less; got {text}"
-            self._answer(413, {"error": {"type": kind, "message": shown(message)}})
+    def do_POST(self) -> None:  # noqa: N802
+        text, most = self.headers.get("Content-Length", "0"), self.limits.body
+        size = int(text) if text.isdecimal() and len(text) < 10 else most + 1
+        if size > most:
+            message = f"Content-Length must be {most} or less; got {text}"
+            self._refuse_unread(413, shown(message))
             return
-        self._reply(self.rfile.read(size))
+        with self.bodies.taken(size) as granted:
+            if granted:
+                self._reply(size)
+            else:
+                self._refuse_unread(503, "other requests take all the memory; send it again")
 
-    def _reply(self, body: bytes | str) -> None:
+    def _refuse_unread(self, status: int, message: str) -> None:
+        """Refuse a request whose body is not read, so that nothing can follow."""
+        self.close_connection = True
+        self._answer(status, {"error": {"type": "InvalidInput", "message": message}})
+
+    def _reply(self, size: int) -> None:
         try:
             self._check_host()
             try:
-                asked = json.loads(body or "{}")
+                asked = json.loads(self.rfile.read(size) or "{}")
             except (ValueError, RecursionError) as error:
                 raise _RefusedError("InvalidInput", f"the request must be JSON: {error}") from None
             if not isinstance(asked, dict):
@@ -165,6 +171,9 @@ class _Handler(BaseHTTPRequestHandler):
         except _RefusedError as error:
             status = error.status
             answer = {"error": {"type": error.kind, "message": str(error)}}
+        except MemoryError:
+            self._refuse_unread(503, "the request takes more memory than is free")
+            return
         self._answer(status, answer)
 
     def _check_host(self) -> None:
@@ -174,6 +183,10 @@ class _Handler(BaseHTTPRequestHandler):
         name = host[0] if host[2].isdecimal() and host[0] else self.headers.get("Host", listening)
         if listening in LOOPBACK and name not in LOOPBACK:
             message = f"the host must be {' or '.join(LOOPBACK)}; got {shown(name)}"
+            raise _RefusedError("InvalidInput", message, 403)
+        origin = self.headers.get("Origin")
+        if origin is not None and origin.partition("://")[2] != self.headers.get("Host"):
+            message = f"requests of web pages must be of this server; got {shown(origin)}"
             raise _RefusedError("InvalidInput", message, 403)
 
     def _answer(self, status: int, answer: Any) -> None:
@@ -240,8 +253,7 @@ class UMBridgeServer:
         offered = _Offered(name, function, values)
         first = offered.outputs(np.concatenate([np.ravel(v) for v in values.values()]))
         offered.output_sizes.extend(len(vector) for vector in first)
-        self._server = ThreadingHTTPServer((host, port), partial(_Handler, offered, host))
-        self._server.daemon_threads = True
+        self._server = LimitedServer((host, port), partial(_Handler, offered, host), ServerLimits())
         self.url = f"http://{host}:{self._server.server_port}"
 
     def serve_forever(self) -> None:
@@ -276,6 +288,14 @@ def serve(
         server.serve_forever()
     except KeyboardInterrupt:
         print("stopped")
+
+
+def _is_finite(number: float) -> bool:
+    """Return whether a number is finite as a float, which long integers are not."""
+    try:
+        return math.isfinite(number)
+    except OverflowError:
+        return False
 
 
 def _length(vector: object) -> int | None:

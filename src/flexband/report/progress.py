@@ -12,6 +12,7 @@ from rich.console import Console
 
 from flexband.errors import InputError, shown
 from flexband.progress import Budget, Progress, ProgressListener, duration, listening
+from flexband.report.text.terminal import Terminal, printable
 from flexband.words import number_of
 
 PERIOD = 10.0
@@ -21,7 +22,7 @@ PERIOD = 10.0
 @contextmanager
 def progress_bars() -> Iterator[Callable[[str], Progress]]:
     """Give the function that begins a named task; stages are shown beside the latest one."""
-    console = Console(stderr=True, markup=False, emoji=False, highlight=False)
+    console = Terminal(error=True)
     live = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     tasks: list[_Lines | _Bar] = []
 
@@ -98,7 +99,7 @@ class _Bar(ProgressListener):
 
     def __init__(self, name: str, bars: rp.Progress):
         self.bars, self.now, self.text = bars, "", ""
-        self.task = bars.add_task(name, total=None, told="")
+        self.task = bars.add_task(printable(name), total=None, told="")
 
     def __call__(self, done: int, total: int) -> None:
         known = None if Budget.from_total(total).each else total
@@ -108,7 +109,9 @@ class _Bar(ProgressListener):
         self.bars.update(self.task, completed=done, total=known, told=self._told())
 
     def stage(self, name: str) -> None:
-        self.now = name.partition(" (")[0]  # a bar has little room, and a line has told the rest
+        self.now = printable(name).partition(" (")[
+            0
+        ]  # a bar has little room, and a line has told the rest
         self.bars.update(self.task, told=self._told())
 
     def warn(self, message: str) -> None:

@@ -56,6 +56,7 @@ class StudyProgress(ProgressListener):
             "total": None,
         }
         self.begin, self.written, self.warned = time.monotonic(), float("-inf"), False
+        self.failures: list[str] = []  # what failed beside the runs, and is made again next time
         self.bar: Progress = lambda done, total: None
         self.before, self.sized, self.first, self.opened = 0, False, False, False
 
@@ -97,6 +98,11 @@ class StudyProgress(ProgressListener):
             self.write(state, reason=reason)
         if self.first and not (self.opened and self.folder.runs.exists()):
             self.folder.forget()
+
+    def fail(self, step: str, text: str) -> None:
+        """Warn that a step of the study failed, whose result the next run computes."""
+        self.failures.append(step)
+        warn(text)
 
     @property
     def elapsed(self) -> float:

@@ -12,7 +12,7 @@ from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification.expanded_runs import Runs, RunsOf, runs_as_expanded
 from flexband.error_text import error_text
-from flexband.errors import warn
+from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.progress import counted, listener
@@ -47,7 +47,7 @@ def sampled_parts(
         try:
             parts = _sampled(progress, surrogate, **execution)
         except Exception as error:  # whatever a response raises; the bands are there
-            warn(f"parts are not sampled: {error_text(error)}")
+            progress.fail("parts", f"parts are not sampled: {error_text(error)}")
     file.unlink(missing_ok=True)
     if parts is not None:
         try_write(lambda: write_netcdf(parts, file))
@@ -144,6 +144,9 @@ def checked_requirements(
             run_margin=run_margin,
             production=production,
         )
-    except Exception as error:  # the bands are there
-        return None, str(error) or type(error).__name__
+    except InputError as error:  # the bands are there
+        return None, str(error)
+    except Exception as error:  # whatever a response raises, or a disk that is full
+        progress.failures.append("requirements")
+        return None, error_text(error)
     return check, ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.sensitivity.contributions import contributions
 from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
 from flexband.arguments import frozen
 from flexband.error_text import error_text
@@ -18,7 +19,6 @@ from flexband.errors import (
     check_flag,
     check_instance,
     check_integer,
-    warn,
     without_warnings,
 )
 from flexband.execution.store import Store
@@ -162,7 +162,7 @@ def run_study(
             verifying = options.verifying(study)
             seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
             listener().stage("the answers")
-            shares = files.contributions(surrogate, sigmas=study.sigmas)
+            shares = _contributions(progress, surrogate, files)
             doubts = doubts_about(bands, verification, requested=bool(verifying))
             parts = sampled_parts(progress, surrogate, doubts, **options.execution)
             limits, why = checked_requirements(
@@ -187,6 +187,7 @@ def run_study(
                 files=tuple(files.names),
                 stale=tuple(files.stale()),
                 computed=progress.provenance,
+                failures=tuple(progress.failures),
             )
             if store is not None:
                 progress.write("finished", result=result.record())
@@ -213,6 +214,21 @@ def _bands(
     return surrogate, bands
 
 
+def _contributions(
+    progress: StudyProgress, surrogate: StudySurrogate, files: ResultFiles
+) -> xr.Dataset | None:
+    """Write how much each input widens the error bars; warn and return None if that fails."""
+    if surrogate is None:
+        return None
+    try:
+        shares = contributions(surrogate, sigmas=progress.study.sigmas)
+    except Exception as error:  # the bands are there
+        progress.fail("contributions", f"which input matters is not known: {error_text(error)}")
+        return None
+    files.write_contributions(shares)
+    return shares
+
+
 def _verification(
     progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate, files: ResultFiles
 ) -> xr.Dataset | None:
@@ -235,7 +251,7 @@ def _verification(
     except RunsNeeded:
         raise
     except Exception as error:  # whatever a response raises; the bands are there
-        warn(f"the result is not verified: {error_text(error)}")
+        progress.fail("verification", f"the result is not verified: {error_text(error)}")
         return None
     files.write_verification(verification)
     return verification

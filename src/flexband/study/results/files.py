@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from flexband.analysis.sensitivity.contributions import contributions
-from flexband.errors import warn
 from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.study.folder import StudyFolder
@@ -64,17 +62,9 @@ class ResultFiles:
         """Write a result of `verify`."""
         self._write_dataset(FileName.VERIFICATION, verification)
 
-    def contributions(self, surrogate: AnySurrogate | None, *, sigmas: float) -> xr.Dataset | None:
-        """Write how much each input widens the error bars; warn and return None if that fails."""
-        if surrogate is None:
-            return None
-        try:
-            shares = contributions(surrogate, sigmas=sigmas)
-        except Exception as error:  # the bands are there
-            warn(f"which input matters is not known: {error}")
-            return None
+    def write_contributions(self, shares: xr.Dataset) -> None:
+        """Write a result of `contributions`."""
         self._write_dataset(FileName.CONTRIBUTIONS, shares)
-        return shares
 
     def stale(self) -> list[str]:
         """Return the names of files in the folder that belong to earlier results."""

@@ -51,6 +51,7 @@ class StudyResult:
     files : names of the files that were written.
     stale : names of files in the folder that belong to earlier results.
     computed : by which command and file the result was computed, and when, as texts by name.
+    failures : which steps failed that the next run repeats, such as "verification".
     reused : whether the folder had this result already, so that nothing was computed.
     """
 
@@ -68,6 +69,7 @@ class StudyResult:
     files: tuple[str, ...]
     stale: tuple[str, ...]
     computed: Mapping[str, str]
+    failures: tuple[str, ...] = ()
     reused: bool = False
 
     @property
@@ -159,6 +161,7 @@ class StudyResult:
             "files": list(self.files),
             "answers": self.answers,
             "computed": dict(self.computed),
+            "failures": list(self.failures),
             "checksums": StudyFolder(self.folder).signed(
                 [self.folder / name for name in self.result_files]
             ),
@@ -167,7 +170,7 @@ class StudyResult:
 
 
 def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
-    """Return the result in a folder; None unless it is that of this study, and as written.
+    """Return the result in a folder; None unless it is that of this study, whole, and as written.
 
     A study.json that is damaged is warned of, and written again. `identity` is the hash of the
     study.
@@ -178,7 +181,8 @@ def finished_result(folder: StudyFolder, identity: str) -> StudyResult | None:
         warn(str(error))
         return None
     record: dict[str, Any] = about.get("result") or {}
-    if about.get("identity") != identity or about.get("state") != "finished":
+    finished = about.get("state") == "finished" and not record.get("failures")
+    if about.get("identity") != identity or not finished:
         return None
     try:
         return _read(folder.path, record) if folder.is_result(record) else None

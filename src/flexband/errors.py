@@ -257,7 +257,7 @@ def check_integer(
 
     `or_zero` is whether 0 is allowed besides, for none.
     """
-    allowed = f"{'0, or ' * or_zero}{least} or more"
+    allowed = f"{('0, or ' if or_zero else '')}{least} or more"
     if isinstance(value, bool | np.timedelta64) or not isinstance(value, int | np.integer):
         raise InputError(f"{name} must be a whole number, {allowed}; got {as_given(value)}")
     if value < least and not (or_zero and value == 0):

@@ -86,3 +86,8 @@ def rounding_levels(unit: xr.DataArray) -> dict[str, float]:
     """Return the rounding errors by unit that a coordinate "unit" tells."""
     pairs = NUMBER_AND_UNIT.findall(str(unit.attrs.get(ROUNDING_ERRORS, "")))
     return {name: float(level) for level, name in pairs}
+
+
+def unit_of_variable(variable: xr.DataArray, default: str = "") -> str:
+    """Return the unit of a variable or coordinate, its attribute "units"."""
+    return str(variable.attrs.get("units", default))

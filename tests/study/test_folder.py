@@ -17,7 +17,6 @@ from flexband.cli import app
 from flexband.cli.status import lines, state_of
 from flexband.study import run
 from flexband.study.folder import StudyFolder
-from flexband.study.results import files
 from flexband.study.study import load_study
 
 STUDY = """
@@ -94,7 +93,7 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
 
         return call
 
-    monkeypatch.setattr(files, "contributions", seen("answers", fb.analysis.contributions))
+    monkeypatch.setattr(run, "contributions", seen("answers", fb.analysis.contributions))
     monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
     first, last = found["verification"], found["answers"]

@@ -55,7 +55,7 @@ def over_options(answers_by_label: Mapping[str, xr.Dataset], highest: str = "") 
         bounds = np.take_along_axis(values, best[None], axis=0)[0]
         result[name] = variable.dims, bounds, variable.attrs
         result[f"{name}_choice"] = variable.dims, np.array(names)[best]
-        result[f"{name}_choice"].attrs["long_name"] = f"options at the bounds of the {name}"
+        result[f"{name}_choice"].attrs.update(long_name=f"options at the bounds of the {name}")
         at = f"{name}_at"
         if at in answers[0]:
             stacked = xr.concat([answer[at] for answer in answers], "option")

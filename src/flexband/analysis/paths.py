@@ -15,7 +15,7 @@ import xarray as xr
 
 from flexband.analysis.intervals import over_intervals
 from flexband.analysis.quantities import chosen
-from flexband.analysis.results import answer, check_free, expected_error, places
+from flexband.analysis.results import AnswerRecord, answer, check_free, expected_error, places
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.analysis.value_ranges import checked_probability, range_of
 from flexband.errors import InputError, check_instance, check_integer
@@ -81,7 +81,7 @@ def path(
         lambda case: _supports(case, (x, y), k, part, angle), surrogate, at, highest="support"
     )
     if "support_choice" in result:
-        result["support_choice"].attrs["long_name"] = LONG_NAMES["support_choice"]
+        result["support_choice"].attrs.update(long_name=LONG_NAMES["support_choice"])
     support = result["support"].values
     # a vertex is where the lines of two neighbouring directions meet
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -134,7 +134,7 @@ def _supports(
         attrs: dict[str, Any] = {"sigmas": sigmas}
     else:
         bounds = range_of(projected, probability)
-        deviations = bounds.attrs["standard_deviations"] * space.random_dimension**0.5
+        deviations = AnswerRecord.read(bounds).standard_deviations * space.random_dimension**0.5
         support = np.concatenate([bounds["range"].values[1], -bounds["range"].values[0]])
         data = {}
         if "range_at" in bounds:

@@ -15,6 +15,7 @@ import xarray as xr
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_positive, shown
+from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.axes import axes_of
 
 Quantity = Callable[[xr.DataArray], xr.DataArray]
@@ -225,7 +226,7 @@ def chosen(response: xr.DataArray, output: str) -> xr.DataArray:
 
 
 def _unit_of_last(output: xr.DataArray) -> str:
-    return output[output.dims[-1]].attrs.get("units", "")
+    return unit_of_variable(output[output.dims[-1]])
 
 
 def _checked(output: str) -> str:

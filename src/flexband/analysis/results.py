@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from flexband.remarks.remark import RemarkKind
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, remark
+from flexband.uncertainty.surrogates.records import BandRecord, Record
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
@@ -37,6 +38,34 @@ CARRIED = (
 
 WITHOUT_UNITS = ("_at", "_choice")
 """Endings of variables that are no values of the outputs."""
+
+
+@dataclass(frozen=True)
+class AnswerRecord(Record):
+    """What answers say beside their numbers, each some of it.
+
+    Attributes
+    ----------
+    samples : number of samples.
+    scatter : how tolerances scatter, in words.
+    verdict, outcome, doubts : the answer in words, and what is doubtful about it.
+    changes : which inputs were narrowed, in words.
+    surrogate_not_reliable : why the surrogate is not reliable; "" if it is.
+    undefined : number of times at which a variance vanishes.
+    made : of what a quantity was made.
+    standard_deviations : half the width of the box of the random variables.
+    """
+
+    samples: int = 0
+    scatter: str = ""
+    verdict: str = ""
+    outcome: str = ""
+    doubts: Any = ()
+    changes: str = ""
+    surrogate_not_reliable: str = ""
+    undefined: int = 0
+    made: str = ""
+    standard_deviations: float = 0.0
 
 
 Dims = Hashable | Sequence[Hashable]
@@ -111,26 +140,22 @@ def interval_values(space: Space, eta: np.ndarray) -> dict[str, np.ndarray]:
 
 def missed_tolerance(surrogate: Surrogate) -> bool:
     """Return whether the error of a surrogate, as its method judged it, is above its tolerance."""
-    attrs = surrogate.diagnostics.attrs
-    error = _error_of_whole(attrs)
-    return isinstance(error, float) and error > attrs.get("tolerance", np.inf)
+    record = BandRecord.read(surrogate.diagnostics)
+    error, tolerance = record.error_of_runs, record.tolerance
+    return isinstance(error, float) and tolerance is not None and error > tolerance
 
 
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     """Return why a surrogate is not reliable, whose errors may be `corrected` by runs."""
-    attrs = surrogate.diagnostics.attrs
-    doubts = [str(attrs["not_trusted"])] if "not_trusted" in attrs else []
+    record = BandRecord.read(surrogate.diagnostics)
+    doubts = [record.not_trusted] if record.not_trusted else []
     if missed_tolerance(surrogate) and not corrected:
+        error, tolerance = record.error_of_runs or 0.0, record.tolerance or 0.0
         doubts.append(
-            f"the error expected of the surrogate is {in_percent(_error_of_whole(attrs))} of the "
-            f"error bar's width, above the tolerance of {100 * attrs['tolerance']:g} %"
+            f"the error expected of the surrogate is {in_percent(error)} of the error bar's width, "
+            f"above the tolerance of {100 * tolerance:g} %"
         )
     return doubts
-
-
-def _error_of_whole(attrs: Mapping[str, Any]) -> Any:
-    """Return the expected error of all inputs of the runs, in parts of the width of their bar."""
-    return attrs.get("expected_error", attrs.get("expected_error_of_runs"))
 
 
 def remarks_on(

@@ -95,7 +95,7 @@ def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:
         "probability": probability,
         "standard_deviations": z if n else 0.0,
         "made": "a search over the interval inputs"
-        + f" and a box of the random variables: normal ones within ±{z:.4g} σ" * (n > 0),
+        + (f" and a box of the random variables: normal ones within ±{z:.4g} σ" if n > 0 else ""),
     }
     return answer(surrogate, data, {}, attrs, LONG_NAMES)
 

@@ -24,7 +24,7 @@ def print_methods(requested: bool) -> None:
     print_text(f"Values of --method: {', '.join(METHODS)}")
     rows = []
     for name, (kind, defaults) in method_options(METHODS).items():
-        option = f"--{'[no-]' * (kind is bool)}{name}".replace("_", "-")
+        option = f"--{('[no-]' if kind is bool else '')}{name}".replace("_", "-")
         rows += [
             [option * (k == 0), kind.__name__ * (k == 0), f"{method} ({value})"]
             for k, (method, value) in enumerate(defaults.items())

@@ -14,6 +14,7 @@ from flexband.cli.messages import UsageError, print_remark, print_text, reported
 from flexband.errors import InputError, check_integer
 from flexband.execution.names import FileName
 from flexband.files import try_write
+from flexband.uncertainty.surrogates.records import BandRecord
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
@@ -62,8 +63,10 @@ def report(
     )
     saved = FileName.SURROGATE in given["files"]
     surrogate = fb.load_surrogate(folder / FileName.SURROGATE) if saved else None
-    sigmas = float(data.attrs["sigmas"])
-    if surrogate and shares is not None and shares.attrs["sigmas"] != sigmas:  # asked for since
+    sigmas = float(BandRecord.read(data).sigmas)
+    if (
+        surrogate and shares is not None and BandRecord.read(shares).sigmas != sigmas
+    ):  # asked for since
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)

@@ -150,7 +150,7 @@ def _runs(folder: StudyFolder, session: int | None) -> dict[str, Any]:
     def replaced(k: Any, row: np.ndarray) -> bool:
         return any(parts_of(settings[k]) < finer for finer in done.get(row.tobytes(), []))
 
-    first = len(arrays.attrs.get("sessions", [])) - 1 if session is None else session
+    first = len(arrays.sessions) - 1 if session is None else session
     return {
         "done": int((status == RunStatus.DONE).sum()),
         "made": int(((sessions >= first) & (status != RunStatus.LOST)).sum()),
@@ -187,9 +187,9 @@ def going_on(facts: dict[str, Any]) -> str:
 def counted(facts: dict[str, Any]) -> str:
     """Return how many runs are done, and of how many as far as that is known."""
     if facts["total"] is not None:
-        most, total = "at most " * facts["most"], number_of(facts["total"], "run")
+        most, total = ("at most " if facts["most"] else ""), number_of(facts["total"], "run")
         return f"{facts['done']} of {most}{total} done"
-    most = f" (at most {facts['each']} with the same step and elements)" * bool(facts["each"])
+    most = f" (at most {facts['each']} with the same step and elements)" if facts["each"] else ""
     return f"{number_of(facts['done'], 'run')} done{most}"
 
 

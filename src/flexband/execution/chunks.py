@@ -127,7 +127,7 @@ def described(name: str, values: np.ndarray) -> tuple[str, np.ndarray, dict[str,
         stored_kind = {"f": "float64", "b": "bool"}.get(kind, "int64")
         return stored_kind, values.astype(CODES[stored_kind]), {}
     if kind in "Mm":
-        since = {"units": "nanoseconds" + " since 1970-01-01" * (kind == "M")}
+        since = {"units": "nanoseconds" + (" since 1970-01-01" if kind == "M" else "")}
         return "int64", values.astype(f"{kind}8[ns]").astype("int64"), since
     texts = [str(value) for value in values.ravel()]
     if texts != list(values.ravel()):

@@ -71,6 +71,11 @@ class GrowingArrays:
         grown = [members[name]["shape"][0] for name, array in arrays.items() if array.grows]
         self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
 
+    @property
+    def sessions(self) -> list[dict[str, Any]]:
+        """What is known of each program that has written runs."""
+        return self.attrs.setdefault("sessions", [])
+
     def add(self, name: str, array: Array, values: np.ndarray | None = None) -> None:
         """Add an array: with the values of one that does not grow, else with fill values."""
         file, folder = self._file(name, 0, array), self.folder / name

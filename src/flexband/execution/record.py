@@ -71,7 +71,7 @@ class RunRecorder:
             self.status = self.arrays.read("status")
             self._index(self.arrays.read("setting"), self.arrays.read("inputs"), 0)
         self.arrays.attrs["owner"] = self.owner._asdict()
-        sessions = self.arrays.attrs.setdefault("sessions", [])
+        sessions = self.arrays.sessions
         records = self.journal.read(self.arrays.runs)
         records = [record for record in records if record.values is None or self.labels is not None]
         if records:  # of a session that was killed
@@ -157,7 +157,7 @@ class RunRecorder:
 
     def of_other_intervals(self, setting: str, intervals: str, random: str) -> np.ndarray:
         """Return the numbers of runs made for other intervals, but the same random inputs."""
-        sessions = self.arrays.attrs["sessions"]
+        sessions = self.arrays.sessions
         other = [
             session.get("random") == random and session.get("intervals") not in (None, intervals)
             for session in sessions
@@ -247,7 +247,7 @@ class RunRecorder:
         if batch and error is None:
             try:
                 self._begin_outputs()
-                session = len(self.arrays.attrs["sessions"]) - 1
+                session = len(self.arrays.sessions) - 1
                 self.arrays.append(columns(batch, session, self._shape))
                 _remove(older)
             except Exception as raised:  # it is told by `add` and `close`

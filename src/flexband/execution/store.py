@@ -136,7 +136,9 @@ class Owner(NamedTuple):
                 if name in differ
             )
             remedy = f". If its runs are valid still, {ALLOW_MISMATCH}"
-            changed = " and ".join(WORDS[name] for name in differ) + f" ({details})" * bool(details)
+            changed = " and ".join(WORDS[name] for name in differ) + (
+                f" ({details})" if details else ""
+            )
             raise StoreError(
                 f"{store.folder} has runs of another response: {changed} changed. "
                 f"{OTHER_FOLDER}{remedy * ('inputs' not in differ)}"

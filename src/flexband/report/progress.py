@@ -91,7 +91,7 @@ def _told(done: int, total: int, *, most: bool = False) -> str:
     if budget.each:
         limit = f", at most {budget.each} with the same step and elements"
         return f"{number_of(done, 'run')} so far{limit * most}"
-    return f"{done} of {'at most ' * (not budget.exact)}{number_of(total, 'run')}"
+    return f"{done} of {('at most ' if not budget.exact else '')}{number_of(total, 'run')}"
 
 
 class _Bar(ProgressListener):

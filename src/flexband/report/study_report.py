@@ -21,6 +21,7 @@ from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.result import StudyResult
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.fields.field import Field
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -89,7 +90,7 @@ def _write_path(result: StudyResult) -> None:
     before = read_answer(result.folder, "path")
     if before is not None and automatic not in before.attrs:
         return
-    path = widest_path(result.surrogate, result.bands, result.bands.attrs["sigmas"])
+    path = widest_path(result.surrogate, result.bands, BandRecord.read(result.bands).sigmas)
     if path is not None:
         path.attrs[automatic] = "the most uncertain point"
         try_write(lambda: write_netcdf(path, answer_file(result.folder, "path")))

@@ -128,7 +128,7 @@ class Requirement:
         """
         if self.name == (self.output or "response"):
             return f"{self.name} {self.bounds}"
-        identifier = f"{self.identifier} " * bool(self.identifier)
+        identifier = f"{self.identifier} " if self.identifier else ""
         return f"{identifier}{self.name} ({self.bounds})"
 
     @property
@@ -281,7 +281,7 @@ class Requirement:
         if bound is None or isinstance(bound, str):
             return ""
         if not isinstance(bound, float):
-            return "a curve" + f" [{self.unit}]" * bool(self.unit and not bare)
+            return "a curve" + (f" [{self.unit}]" if self.unit and not bare else "")
         return f"{bound:g}" if bare else with_unit(f"{bound:g}", self.unit)
 
 

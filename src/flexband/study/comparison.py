@@ -35,6 +35,7 @@ from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
 from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
+from flexband.uncertainty.surrogates.records import BandRecord
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,8 @@ class Comparison:
     @property
     def runs(self) -> int:
         """Number of evaluations of the response, without the one that is made again."""
-        return self.bands.attrs["runs"] - self.bands.attrs["runs_repeated"]
+        record = BandRecord.read(self.bands)
+        return record.runs - record.runs_repeated
 
 
 def relative_error(

@@ -13,6 +13,7 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.propagate import expand
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -58,6 +59,6 @@ def discretized(study: Study) -> Study:
     surrogate = expand(study.response, inputs, method)
     assert isinstance(surrogate, Surrogate)
     response, _ = as_expanded(surrogate, response)
-    chosen = surrogate.diagnostics.attrs["discretization"]
+    chosen = BandRecord.read(surrogate.diagnostics).discretization
     warn(f"left out: {' and '.join(missing)}; {method.label} chooses {chosen}")
     return replace(study, response=Discretized(response.original))

@@ -25,6 +25,7 @@ from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.runs.between import parts_between
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:
@@ -68,8 +69,8 @@ def bands_with_nominal(
     listener().stage("the bands of the expansion")
     bands = surrogate.bands(study.sigmas)
     if nominal:
-        bands.attrs["runs"] += nominal
-        bands.attrs["runs_nominal"] = nominal
+        runs = BandRecord.read(bands).runs + nominal
+        bands = bands.assign_attrs(runs=runs, runs_nominal=nominal)
     if not study.runs_elsewhere:
         bands.attrs |= attributes(start_vibrations(study, surrogate, bands))
     return bands

@@ -45,7 +45,7 @@ class StudyProgress(ProgressListener):
         about: Mapping[str, Any],
         begin_task: Callable[[str], Progress],
     ) -> None:
-        sessions = GrowingArrays(folder.runs).attrs.get("sessions", [])
+        sessions = GrowingArrays(folder.runs).sessions
         self.study, self.folder, self.store, self.begin_task = study, folder, store, begin_task
         self.about: dict[str, Any] = {
             **about,

@@ -34,6 +34,7 @@ from flexband.study.requirements import checked_requirements, sampled_parts
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
+from flexband.uncertainty.surrogates.records import BandRecord
 
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
@@ -160,7 +161,7 @@ def run_study(
             surrogate, bands = _bands(progress, options, files)
             verification = _verification(progress, options, surrogate, files)
             verifying = options.verifying(study)
-            seconds = progress.elapsed / (int(bands.attrs["runs"]) + verifying)
+            seconds = progress.elapsed / (BandRecord.read(bands).runs + verifying)
             listener().stage("the answers")
             shares = _contributions(progress, surrogate, files)
             doubts = doubts_about(bands, verification, requested=bool(verifying))

@@ -18,6 +18,7 @@ from flexband.analysis.allocation.search import cheapest
 from flexband.analysis.allocation.stated_probability import allocated_by_chance, checked_probability
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBounds
+from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import runs_as_expanded
 from flexband.errors import check_instance
 from flexband.requirements.corridors import (
@@ -155,4 +156,4 @@ def allocate(
             confirmation = confirmed(surrogate, worst, first, runs_of, search)
     result = result_of(surrogate, limit_corridors, worst, confirmation)
     words = offsets_in_words(limit_corridors, surrogate.diagnostics.attrs)
-    return result.assign_attrs(verdict=". ".join([result.attrs["verdict"], *words]))
+    return result.assign_attrs(verdict=". ".join([AnswerRecord.read(result).verdict, *words]))

@@ -13,6 +13,7 @@ from flexband.analysis.allocation.worst_case import WorstCaseBounds
 from flexband.analysis.sensitivity.contributions import groups
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor, joint
+from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -124,6 +125,6 @@ def moment(labels: xr.DataArray, number: int) -> str:
         coordinate = labels[dim] if dim in labels.coords else None
         value = k if coordinate is None else coordinate.values[k]
         number_text = f"{value:.6g}" if np.asarray(value).dtype.kind in "iuf" else str(value)
-        unit = "" if coordinate is None else coordinate.attrs.get("units", "")
+        unit = "" if coordinate is None else unit_of_variable(coordinate)
         words.append(f"{dim} {number_text} {unit}".rstrip())
     return f" at {', '.join(words)}" if words else ""

@@ -36,6 +36,7 @@ from flexband.analysis.results import (
 )
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 
@@ -201,7 +202,7 @@ def _chance_in_words(stated: xr.Dataset, chance: Chance, correction: Correction 
         return text + rare * bool(alone)
     text += f"{value:.3g} ({low:.3g} to {high:.3g}) at most"
     beyond = bool(by_runs) and high > chance.probability
-    return text + f"{by_runs}tell whether it is above {chance.probability:g}" * beyond
+    return text + (f"{by_runs}tell whether it is above {chance.probability:g}" if beyond else "")
 
 
 def _in_words(tolerances: Tolerances, x: np.ndarray, cost: np.ndarray) -> str:
@@ -219,7 +220,7 @@ def _margins(
     confirmation: Confirmed,
 ) -> Variables:
     labels, steps = narrow.labels, spacing(narrow.labels)
-    impacts = bool(narrow.diagnostics.attrs.get("impacts"))
+    impacts = bool(BandRecord.read(narrow.diagnostics).impacts)
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
     each: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}

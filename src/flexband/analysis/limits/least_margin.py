@@ -9,6 +9,36 @@ from enum import StrEnum
 import xarray as xr
 
 from flexband.requirements.corridors import FOR_CONSTANT_OFFSETS
+from flexband.rounding import unit_of_variable
+from flexband.uncertainty.surrogates.records import Record
+
+NOT_ESTIMATED = "not estimated"
+"""Value of `MarginRecord.error` of methods that estimate none."""
+
+
+@dataclass(frozen=True)
+class MarginRecord(Record):
+    """What a result of `check_limits` says beside its numbers.
+
+    Attributes
+    ----------
+    error : the variable of the bands that tells the error, or `NOT_ESTIMATED`.
+    sigmas : k of the error bar, if it is that of all requirements.
+    random : whether inputs are random.
+    runs, runs_recorded : numbers of runs at worst tolerances, and of those that were looked at.
+    of : whose requirements these are, in limits.nc: "the study" or "a question".
+    kept : the worst verdict.
+    verdict : all verdicts in words.
+    """
+
+    error: str = ""
+    sigmas: float = 3.0
+    random: int = 1
+    runs: int = 0
+    runs_recorded: int = 0
+    of: str = ""
+    kept: str = ""
+    verdict: str = ""
 
 
 class LimitVerdict(StrEnum):
@@ -60,7 +90,7 @@ class LeastMargin:
             float(result["least_margin_error"]),
             unit,
             dim,
-            result[dim].attrs.get("units", "") if dim in result.coords else "",
+            unit_of_variable(result[dim]) if dim in result.coords else "",
             places[0],
             float(result["margin_between"]),
             places[1],
@@ -105,8 +135,8 @@ def margins_in_words(result: xr.Dataset) -> str:
     verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(result.sizes["limit"])]
     words = [
         f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
-        + f", with {', '.join(verdict.inputs)}" * bool(verdict.inputs)
+        + (f", with {', '.join(verdict.inputs)}" if verdict.inputs else "")
         for verdict in verdicts
     ]
-    unknown = result.attrs.get("error") == "not estimated"
-    return ". ".join(words) + ". The error of this is not estimated" * unknown
+    unknown = MarginRecord.read(result).error == NOT_ESTIMATED
+    return ". ".join(words) + (". The error of this is not estimated" if unknown else "")

@@ -9,7 +9,12 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
-from flexband.analysis.limits.least_margin import WORST_FIRST, LimitVerdict, margins_in_words
+from flexband.analysis.limits.least_margin import (
+    NOT_ESTIMATED,
+    WORST_FIRST,
+    LimitVerdict,
+    margins_in_words,
+)
 from flexband.analysis.peaks import drops, spacing
 from flexband.analysis.results import (
     Variables,
@@ -34,6 +39,7 @@ from flexband.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.requirements.requirement import Requirement, Requirements, by_name
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
 
 
@@ -111,14 +117,15 @@ def check_limits(
         source, inputs = checked.source, checked.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
-    attrs: dict[str, Any] = {"error": source or "not estimated"}
+    attrs: dict[str, Any] = {"error": source or NOT_ESTIMATED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
-    if len(set(deviations.values())) == 1:
-        attrs["sigmas"] = next(iter(deviations.values()))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
     remarks = [r for case in surrogates_of(surrogate).values() for r in remarks_on(case)]
     attrs |= {"kept": worst.value, "inputs": inputs, **as_attribute(remarks)}
-    k = {None: "k", 1.0: ""}.get(attrs.get("sigmas"), f"{attrs.get('sigmas', 0.0):g}")
+    k = "k"
+    if len(set(deviations.values())) == 1:
+        attrs["sigmas"] = sigmas = next(iter(deviations.values()))
+        k = "" if sigmas == 1.0 else f"{sigmas:g}"
     long_names = {name: words.format(k=k) for name, words in LONG_NAMES.items()}
     return described(result.assign_attrs(attrs), long_names, UNITLESS)
 
@@ -189,13 +196,14 @@ class _Checked:
             )
         bands = self.bands[label]
         self.source, error = error_of(bands, self.labels)
-        self.inputs = str(bands.attrs.get("inputs", ""))
+        self.inputs = BandRecord.read(bands).inputs
         corridor = requirement.corridor(self.labels, label)
         check_instantaneous({str(requirement): corridor}, bands.attrs)
         relative = _relative_errors(bands, self.labels)
         of_output = float(np.max(_of_output(relative, self.labels, corridor)))
-        tolerance = bands.attrs.get("tolerance", np.inf)
-        impacts = bool(bands.attrs.get("impacts"))
+        record = BandRecord.read(bands)
+        tolerance = np.inf if record.tolerance is None else record.tolerance
+        impacts = bool(record.impacts)
         result = _checked(
             corridor, bands, self.labels, error, trusted=not impacts or of_output < rough
         )
@@ -257,7 +265,7 @@ def _checked(
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
     after, surely = _between(margins, bands, labels, corridor)
-    drop = drops(margin, spacing(labels), impacts=bool(bands.attrs.get("impacts")))
+    drop = drops(margin, spacing(labels), impacts=bool(BandRecord.read(bands).impacts))
     between = np.minimum(np.where(limited, margin - drop, np.inf), after)
     lowest = np.unravel_index(int(np.argmin(between)), between.shape)
     if "trusted" in bands:

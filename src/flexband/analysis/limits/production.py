@@ -6,6 +6,7 @@ import xarray as xr
 
 from flexband.analysis.probability.failure import RUNS, failure_probability
 from flexband.analysis.probability.texts import share_in_words
+from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
@@ -94,7 +95,7 @@ def production_yield(
     production = with_yield(production)
     attrs = {k: v for k, v in result.attrs.items() if k not in ("verdict", "doubts")}
     attrs["scatter"] = ", ".join(f"{name}: {one!r}" for name, one in scatter.items())
-    verdict = ". ".join([production.attrs["verdict"], *result.attrs["doubts"]])
+    verdict = ". ".join([AnswerRecord.read(production).verdict, *AnswerRecord.read(result).doubts])
     return production.assign_attrs(attrs | {"verdict": verdict})
 
 

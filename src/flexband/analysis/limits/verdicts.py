@@ -7,12 +7,18 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
+from flexband.analysis.limits.least_margin import (
+    NOT_ESTIMATED,
+    LeastMargin,
+    LimitVerdict,
+    MarginRecord,
+)
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.scatter import OF_SAMPLES
 from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
+from flexband.uncertainty.surrogates.records import VerificationRecord
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
 
 
@@ -130,9 +136,10 @@ def _remarks(
 
 def _sigmas(limit: xr.Dataset, margins: xr.Dataset) -> float:
     """Return k of the error bar of a requirement; 0 where no input is random."""
-    if not margins.attrs.get("random", 1):
+    record = MarginRecord.read(margins)
+    if not record.random:
         return 0.0
-    return float(limit["deviations"] if "deviations" in limit else margins.attrs.get("sigmas", 3.0))
+    return float(limit.get("deviations", record.sigmas))
 
 
 def _by_margin(
@@ -141,12 +148,15 @@ def _by_margin(
     """Return the verdict of the worst case, what it rests on, and the error of the margin."""
     if float(limit.get("run_margin", np.nan)) < 0:
         return Verdict.FAIL, Reason.RUN, least.error
-    stated, error = margins.attrs.get("error") == "error_bar_expected_error", least.error
+    source = MarginRecord.read(margins).error
+    stated, error = source == "error_bar_expected_error", least.error
     if verification is not None and not stated:
         implied = float(_of_output(verification["implied_error"], limit)) * AT_ONE_TIME
         k = _sigmas(limit, margins)
-        error = max(error, implied * growth(k) / growth(verification.attrs["sigmas"]))
-    elif margins.attrs.get("error") == "not estimated":
+        error = max(
+            error, implied * growth(k) / growth(VerificationRecord.read(verification).sigmas)
+        )
+    elif source == NOT_ESTIMATED:
         return Verdict.UNDECIDED, Reason.NO_ERROR, np.nan
     elif (
         verification is not None
@@ -185,7 +195,7 @@ def _by_share(share: tuple[float, float, float], at_most: float) -> tuple[Verdic
 
 def _of_worst(check: LimitCheck, criterion: str) -> bool:
     """Return whether worst tolerances count, but samples are of parts whose tolerances scatter."""
-    sampled = None if check.production is None else check.production.attrs.get(OF_SAMPLES)
+    sampled = check.production is not None and check.production.attrs.get(OF_SAMPLES)
     return criterion == Probability.__name__ and bool(sampled)
 
 

@@ -14,6 +14,7 @@ from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
 from flexband.analysis.peaks import lowest_between, spacing
 from flexband.analysis.probability.failure import ANY
+from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import Runs
 from flexband.errors import InputError, check_finite, check_fraction, check_integer, shown
 from flexband.requirements.corridors import at_more_times
@@ -186,4 +187,4 @@ def yield_of(parts: xr.Dataset) -> xr.Dataset:
         failing = of_limits["failing"]
         ends = [of_limits.isel(choice=k("choice")) for k in (failing.argmin, failing.argmax)]
         of_limits = with_yield(xr.concat(ends, xr.Variable("bound", ["lower", "upper"])))
-    return of_limits.assign_attrs({OF_SAMPLES: int(bool(parts.attrs["scatter"]))})
+    return of_limits.assign_attrs({OF_SAMPLES: int(bool(AnswerRecord.read(parts).scatter))})

@@ -25,6 +25,7 @@ from flexband.execution.store import StoreLike
 from flexband.progress import Progress, counted
 from flexband.requirements.units import unit_of
 from flexband.response import ResponseFunction
+from flexband.rounding import unit_of_variable
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals
 from flexband.uncertainty.inputs.space import Space
@@ -204,7 +205,7 @@ def horizon_of(
     variables["quantity_predictable"] = ("quantity",), most < options.limit
     coords["quantity"] = numbers["quantity"].drop_vars("unit")
     result = xr.Dataset(variables, coords, attrs).drop_vars("unit", errors="ignore")
-    unit = str(runs[axes.time].attrs.get("units", "")) if labelled else ""
+    unit = str(unit_of_variable(runs[axes.time])) if labelled else ""
     for name, words in LONG_NAMES.items():
         of_time = name.startswith("horizon") and unit
         result[name].attrs = {"long_name": words} | ({"units": unit} if of_time else {})

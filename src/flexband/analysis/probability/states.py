@@ -16,6 +16,7 @@ from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Reduced = TypeVar("Reduced")
@@ -135,7 +136,7 @@ class LimitState:
             scale = np.broadcast_to(scale, part_error.shape)
             bounds = lower[index], upper[index], part_error, scale, number[index]
             parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
-        impacts = bool(surrogate.diagnostics.attrs.get("impacts"))
+        impacts = bool(BandRecord.read(surrogate.diagnostics).impacts)
         return LimitState(space.families, tuple(parts), spacing(labels), impacts)
 
     @property

@@ -7,6 +7,7 @@ import xarray as xr
 
 from flexband.analysis.limits.least_margin import inputs_in_words
 from flexband.analysis.probability.statements import BETWEEN
+from flexband.analysis.results import AnswerRecord
 from flexband.words import number_of
 
 NOT_GIVEN = "not given"
@@ -21,7 +22,7 @@ def in_words(result: xr.Dataset) -> str:
     text = f"{result['limit'].values}: left with probability {chance(result, places=True)}"
     if "runs" in result:
         text += f", corrected with {number_of(int(result['runs'][1]), 'run')} of the model"
-        text += " each" * _differs(result)
+        text += " each" if _differs(result) else ""
     elif alone and not result["probability"][1]:
         text += (
             f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs of the "
@@ -37,7 +38,9 @@ def in_words(result: xr.Dataset) -> str:
 def verdict_on(result: xr.Dataset) -> str:
     """Return the probabilities of leaving all limits, and doubts about them, as sentences."""
     words = [in_words(result.isel(limit=k)) for k in range(result.sizes["limit"])]
-    return ". ".join([*words, *np.atleast_1d(result.attrs["doubts"]).astype(str).tolist()])
+    return ". ".join(
+        [*words, *np.atleast_1d(AnswerRecord.read(result).doubts).astype(str).tolist()]
+    )
 
 
 def chance(result: xr.Dataset, *, places: bool = False) -> str:
@@ -127,9 +130,9 @@ def described(result: xr.Dataset) -> xr.Dataset:
     """Give every variable a `long_name`, and probabilities the unit 1."""
     for name, words in LONG_NAMES.items():
         if name in result.variables:
-            result[name].attrs["long_name"] = words
+            result[name].attrs.update(long_name=words)
             if name not in ("bound", "probability_choice") and not name.endswith("_at"):
-                result[name].attrs["units"] = "1"
+                result[name].attrs.update(units="1")
     return result
 
 

@@ -148,7 +148,7 @@ def _indices(surrogate: Surrogate, seed: int) -> xr.Dataset:
         attrs["sampling"] = _sampling(each, std)
     result = answer(surrogate, data, {"name": list(random_groups)}, attrs, LONG_NAMES)
     for name in {"first_order", "total", "defined", "sampling_error", "expected_error"} & {*data}:
-        result[name].attrs["units"] = "1"
+        result[name].attrs.update(units="1")
     return result
 
 

@@ -15,6 +15,7 @@ from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Points = tuple[np.ndarray, np.ndarray]
@@ -71,7 +72,7 @@ def runs_as_expanded(
 
 def as_expanded(surrogate: Surrogate, function: ResponseFunction) -> tuple[Response, list[str]]:
     """Return the response on the discretization that the method chose, and what is finer in it."""
-    halved = list(surrogate.diagnostics.attrs.get("halved", []))
+    halved = list(BandRecord.read(surrogate.diagnostics).halved or [])
     space = surrogate.space
     response = space.on_branch(as_response(function))
     values = space.arguments_at(*space.nominal())

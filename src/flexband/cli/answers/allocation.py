@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import (
     CommandOutput,
     SavedResult,
@@ -92,7 +93,7 @@ def allocate(
     return CommandOutput(
         {str(k): v for k, v in (plain | allocation.attrs).items()},
         [("Tolerances", allocation_table(shown))],
-        ". ".join([", ".join([cost_in_words, *sizes]), allocation.attrs["outcome"]]),
+        ". ".join([", ".join([cost_in_words, *sizes]), AnswerRecord.read(allocation).outcome]),
         name="allocation",
         data=allocation,
         figure=lambda: allocation_figure(shown),

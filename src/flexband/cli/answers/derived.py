@@ -18,6 +18,7 @@ from flexband.cli.answers.frame import (
     answer_command,
 )
 from flexband.cli.messages import UsageError, usage
+from flexband.rounding import unit_of_variable
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
@@ -84,7 +85,7 @@ def derived(
     errors = {k: float(bounds[k].max()) for k in map(str, bounds) if k.endswith("_error")}
     bounds = _with_output(bounds, output or [], labels_of(surrogate), result.display)
     shown = result.display.data(bounds)
-    unit = shown["mean"].attrs.get("units")
+    unit = unit_of_variable(shown["mean"])
     name = " and ".join(output or ["the response"])
     title = f"{quantity.value} of {name}" + (f" [{unit}]" if unit else "")
     turns = [shown.isel(turn=k) for k in range(shown.sizes.get("turn", 0))]
@@ -121,6 +122,7 @@ def _with_output(
     outputs = [name or ONLY_OUTPUT for name in names or [""]]
     computed_units = {units.get(output) for output in outputs}
     display_units = {display.chosen.get(output) for output in outputs}
-    if computed_units != {bounds["mean"].attrs.get("units")} or len(display_units) > 1:
+    unit = unit_of_variable(bounds["mean"])
+    if not unit or computed_units != {unit} or len(display_units) > 1:
         return bounds
-    return bounds.assign_coords(output=outputs[0], unit=computed_units.pop())
+    return bounds.assign_coords(output=outputs[0], unit=unit)

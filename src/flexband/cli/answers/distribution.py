@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.messages import Table, UsageError, usage
+from flexband.rounding import unit_of_variable
 from flexband.words import number_of
 
 if TYPE_CHECKING:  # imported when a command is called
@@ -118,7 +120,7 @@ def answer_with(data: xr.Dataset, kind: Kind, title: str, display: Display) -> C
         variable.isel(probability=0) if "probability" in variable.dims else variable
     )
     header, rows = value_table(bounds) if "value" in variable.dims else bounds_table(bounds, name)
-    remark = bounds.attrs.get("surrogate_not_reliable")
+    remark = AnswerRecord.read(bounds).surrogate_not_reliable
     return CommandOutput(
         {
             "title": title,
@@ -159,7 +161,7 @@ def bounds_table(bounds: xr.Dataset, name: str) -> Table:
 def value_table(bounds: xr.Dataset) -> Table:
     """Return about 20 values, and the bounds of the probability of values up to these."""
     some = bounds.isel(value=slice(None, None, max(1, bounds.sizes["value"] // 20)))
-    unit = bounds["value"].attrs.get("units")
+    unit = unit_of_variable(bounds["value"])
     header = [f"value [{unit}]" if unit else "value", "lowest", "highest", "sampling error"]
     errors = some["sampling_error"].max("bound").values
     columns = zip(some["value"].values, *some["distribution"].values, errors, strict=True)

@@ -204,8 +204,10 @@ def saved_result(folder: Path) -> SavedResult:
                 f"'{folder}' has no surrogate.npz to answer from: its method does not expand the "
                 "response. Run the study with one that does, such as AdaptivePCCI"
             )
-        running = ": its study is running" * (
-            folder.is_dir() and is_locked(folder / FileName.STUDY_LOCK)
+        running = (
+            ": its study is running"
+            if folder.is_dir() and is_locked(folder / FileName.STUDY_LOCK)
+            else ""
         )
         raise InputError(
             "the argument must be a folder with the surrogate.npz of a finished study; "

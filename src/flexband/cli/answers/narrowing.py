@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import flexband as fb
+from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.options import Trust
 from flexband.errors import InputError
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.words import with_article
 
 if TYPE_CHECKING:  # imported when a command is called
@@ -77,8 +79,8 @@ def narrow(
     changed = "; ".join(f"{k}: {text} {units.get(k, '')}".rstrip() for k, text in words.items())
     after = after.assign_attrs(changes=changed)
     earlier = read_answer(place, "narrowed")
-    if earlier is not None and earlier.attrs.get("changes") != changed:
-        others = earlier.attrs.get("changes", "other inputs")
+    if earlier is not None and AnswerRecord.read(earlier).changes != changed:
+        others = AnswerRecord.read(earlier).changes or "other inputs"
         print_text(f"The earlier narrowed.nc is replaced ({others})", error=True)
     widths = [_widths(before), _widths(after)]
     error = after.attrs.get("expected_error", "not estimated")
@@ -100,7 +102,12 @@ def narrow(
         printed.append(("Limits, margins of μ ± 3σ", limits_table(limits)))
     sentence = error_in_words(after) if isinstance(error, float) else f"Estimated error: {error}."
     mean_widths = dict(zip(("mean_width_before", "mean_width"), widths, strict=True))
-    content = {"sigmas": sigmas, "changes": changed, "inputs": after.attrs["inputs"], **mean_widths}
+    content = {
+        "sigmas": sigmas,
+        "changes": changed,
+        "inputs": BandRecord.read(after).inputs,
+        **mean_widths,
+    }
     by_limit = {row["limit"]: {k: v for k, v in row.items() if k != "limit"} for row in limits}
     return CommandOutput(
         {**content, "expected_error": error, "limits": by_limit},
@@ -250,7 +257,7 @@ def out_of_reach(name: str, share: float, table: dict[str, list[float]]) -> str:
         which = f"the error bar of {', '.join(lost)} does not become"
         if len(lost) > 1:
             which = f"the error bars of {', '.join(lost)} do not become"
-    least = percent_to_tenth(lost[narrowest]) + f", of {narrowest}" * bool(narrowest)
+    least = percent_to_tenth(lost[narrowest]) + (f", of {narrowest}" if narrowest else "")
     return (
         f"However small the tolerance of {name}, {which} as narrow as {percent_to_tenth(share)} of "
         f"the present width. What can be reached is {least}; for less, narrow other inputs, too."

@@ -8,6 +8,7 @@ import typer
 
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
+from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
 from flexband.cli.messages import Table, UsageError, usage
@@ -75,7 +76,7 @@ def production_yield(
         production = fb.production_yield(surrogate, requirements, spread, **options)
     of_study = not (below or above or only or scatter)
     remarks = [f"Scatter: {production.attrs['scatter']}", RANDOM_SAMPLES]
-    if doubt := production.attrs.get("surrogate_not_reliable"):
+    if doubt := AnswerRecord.read(production).surrogate_not_reliable:
         remarks.append(str(doubt))
     return CommandOutput(
         {"yield": as_rows(production)},

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
+from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, usage
 
@@ -123,13 +124,13 @@ def sobol(result: SavedResult) -> CommandOutput:
     where = ", where it is largest" if indices["defined"].ndim else ""
     spaces = [case_surrogate.space for case_surrogate in surrogates_of(result.surrogate).values()]
     intervals = any(space.interval_dimension for space in spaces)
-    span = "; lowest to highest for any values of the interval inputs" * intervals
+    span = "; lowest to highest for any values of the interval inputs" if intervals else ""
     title = f"Part of the variance due to each random input{where}{span}"
     parts = {"alone": ends["first_order"], "with interactions": ends["total"]}
     remarks = [indices.attrs[k] for k in ("sampling", "undefined") if k in indices.attrs]
     alone = len(names) == 1
     return CommandOutput(
-        {"inputs": names, **ends, "undefined": indices.attrs["undefined"]},
+        {"inputs": names, **ends, "undefined": AnswerRecord.read(indices).undefined},
         [] if alone else _tables(title, names, parts, _from_to),
         only_one(indices) if alone else "\n".join(remarks),
         name="sobol",

@@ -38,7 +38,7 @@ def owned_parts(kinds: str, kind: str, base: type, parts: Mapping[str, Part]) ->
     copies = {}
     for name, part in parts.items():
         if not isinstance(name, str) or not name or (kind == "body" and "." in name):
-            allowed = "non-empty text" + " without a dot" * (kind == "body")
+            allowed = "non-empty text" + (" without a dot" if kind == "body" else "")
             raise InputError(f"the name of a {kind} must be {allowed}; got {shown(name)}")
         check_implements(f"{kinds}[{name!r}]", part, base, f"a {kind}")
         copies[name] = _owned(part)

@@ -11,11 +11,13 @@ import xarray as xr
 
 from flexband.analysis.limits.verdicts import LimitCheck
 from flexband.analysis.probability.texts import share_in_words, told, verdict_on
+from flexband.analysis.results import AnswerRecord
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
 from flexband.report.text.numbers import number
 from flexband.report.text.parts import parts_table, sampling_line
 from flexband.report.text.tables import Table, deviations, summary_table
+from flexband.rounding import unit_of_variable
 from flexband.study.presentation.display import Display
 from flexband.study.results.answers import Unusable, read_answers
 
@@ -92,7 +94,7 @@ def _part(folder: Path, name: str, title: str, answer: xr.Dataset) -> Answer:
     if name == "sobol" and answer.sizes["name"] == 1:
         return Answer(title, None, [only_one(answer), *remarks], [])
     if name == "derived":
-        unit = answer["mean"].attrs.get("units")
+        unit = unit_of_variable(answer["mean"])
         title = f"{title}: {answer.attrs['quantity']}" + (f" [{unit}]" if unit else "")
     return Answer(title, table, remarks, _pictures(folder, name, _caption(name, answer)))
 
@@ -123,7 +125,7 @@ def _caption(name: str, answer: xr.Dataset) -> str:
         )
         output = f" of {answer['output'].values}" if "output" in answer.coords else ""
         caption = caption.format(f" of values{output}{where},")
-    made = answer.attrs.get("made")
+    made = AnswerRecord.read(answer).made
     return f"{caption}. From {made}." if made else f"{caption}."
 
 

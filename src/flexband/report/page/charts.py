@@ -13,6 +13,8 @@ from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
+from flexband.rounding import unit_of_variable
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIGITS = 2e-6
@@ -46,13 +48,13 @@ def chart_data(
     return {
         "x": {
             "name": free[0],
-            "unit": str(x.attrs.get("units", "s" if free[0] == "time" else "")),
+            "unit": unit_of_variable(x, "s" if free[0] == "time" else ""),
             "values": packed(x.values),
         },
         "bar": f"μ ± {deviations(bands)}",
         "inputs": inputs,
         "input_units": [(units or {}).get(k, "") for k in inputs],
-        "carriers": np.atleast_1d(bands.attrs.get("carrier_frequencies", [])).tolist(),
+        "carriers": np.atleast_1d(BandRecord.read(bands).carrier_frequencies).tolist(),
         "limits": _margins(limits),
         "outputs": [
             _output(bands, name, nominal, contributions, limits)
@@ -116,7 +118,7 @@ def _margins(limits: xr.Dataset | None) -> JsonRecord | None:
         return {str(name): float(value) for name, value in pairs if np.isfinite(value)}
 
     least = {"least": of_limits("least_margin"), "at": of_limits("least_margin_at")}
-    return {"sigmas": float(limits.attrs["sigmas"]), **least}
+    return {"sigmas": float(BandRecord.read(limits).sigmas), **least}
 
 
 def _limits(limits: xr.Dataset, output_bands: xr.Dataset, name: str) -> list[JsonRecord]:

@@ -143,7 +143,7 @@ def _of_distribution(distribution: Input, scale: float) -> tuple[str, str]:
     kind = type(distribution).__name__
     numbers = statistics(distribution)
     if numbers is None:
-        return kind, repr(distribution) + " before conversion" * (scale != 1)
+        return kind, repr(distribution) + (" before conversion" if scale != 1 else "")
     low, high, mean, std = (value * scale for value in numbers)
     ends = f"{number(low)} … {number(high)}"
     summary = f"mean {number(mean)}, standard deviation {number(std, 3)}, 90 % in {ends}"

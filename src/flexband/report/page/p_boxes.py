@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.p_boxes import VALUES, p_box
+from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import outputs_of
@@ -55,7 +56,7 @@ def p_box_data(boxes: xr.Dataset | None, bands: xr.Dataset, display: Display) ->
         boxes = boxes.assign(value=display.data(values)["value"].variable)
     return {
         "places": boxes["place"].values.tolist(),
-        "samples": int(boxes.attrs["samples"]),
+        "samples": int(AnswerRecord.read(boxes).samples),
         "values": [packed(output.values) for output in boxes["value"]],
         "distribution": [packed(output.values, 1e-6) for output in boxes["distribution"]],
         "error": boxes["sampling_error"].values.tolist(),

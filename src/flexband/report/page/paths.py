@@ -9,6 +9,7 @@ from flexband.analysis.paths import path
 from flexband.analysis.selection import AnySurrogate
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.text.tables import deviations, outputs_of
+from flexband.rounding import unit_of_variable
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import axes_of
 
@@ -53,7 +54,7 @@ def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     )
     return {
         "names": [str(tube[name].attrs["output"]) for name in "xy"],
-        "unit": str(tube["x"].attrs.get("units", "")),
+        "unit": str(unit_of_variable(tube["x"])),
         "bar": f"μ ± {deviations(tube)}" if "sigmas" in tube.attrs else "a part of the samples",
         "places": packed(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
         "nominal": packed([tube[f"{name}_nominal"].values for name in "xy"], quantum),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from flexband.analysis.limits.verdicts import requirement_verdicts
+from flexband.analysis.results import AnswerRecord
 from flexband.execution.names import FileName
 from flexband.remarks.collection import remarks_of
 from flexband.report.page.answers import answers_in, limit_remarks, limits_table
@@ -27,6 +28,7 @@ from flexband.requirements.verdict import Verdict, worst_of
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.words import number_of
 
 if TYPE_CHECKING:
@@ -86,8 +88,8 @@ def write_report(
     verdicts = requirement_verdicts(check, uncertain, checked) if check else given["unchecked"]
     every = remarks_of(bands.attrs if checked is None else checked.attrs)
     untouched = untouched_by(verdicts, every)
-    attrs = {str(k): v for k, v in bands.attrs.items()}
-    heading = [given["label"], number_of(attrs["runs"], "run"), given["computed"].get("date", "")]
+    record = BandRecord.read(bands)
+    heading = [given["label"], number_of(record.runs, "run"), given["computed"].get("date", "")]
     page = folder / FileName.REPORT
     write_page(
         page,
@@ -118,7 +120,7 @@ def write_report(
         if limits is not None and "sigmas" in limits.attrs
         else "",
         limit_remarks=limit_remarks(probability),
-        yield_of="" if production is None else str(production.attrs["scatter"]),
+        yield_of="" if production is None else AnswerRecord.read(production).scatter,
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(held) if charts else [],
         answers=answers,
@@ -127,9 +129,13 @@ def write_report(
         definitions=definitions(bands, given["inputs"], limits, probability),
         computed=[
             *given["computed"].items(),
-            ("method", str(attrs.get("method", given["label"]))),
-            ("runs", runs_in_words(attrs, 0 if limits is None else limits.attrs.get("runs", 0))),
-            *((k, str(attrs[k])) for k in ("discretization", "versions") if attrs.get(k)),
+            ("method", record.method or given["label"]),
+            ("runs", runs_in_words(record, 0 if limits is None else BandRecord.read(limits).runs)),
+            *(
+                (k, getattr(record, k))
+                for k in ("discretization", "versions")
+                if getattr(record, k)
+            ),
         ],
         data={
             "charts": charts,
@@ -142,7 +148,7 @@ def write_report(
     return page
 
 
-def runs_in_words(attrs: Mapping[str, Any], worst: int = 0) -> str:
+def runs_in_words(record: BandRecord, worst: int = 0) -> str:
     """Return how many runs were made, and what for; `worst` more at the worst tolerances."""
     kinds = {
         "runs_fitted": "fitted",
@@ -153,11 +159,12 @@ def runs_in_words(attrs: Mapping[str, Any], worst: int = 0) -> str:
         "runs_nominal": "at the nominal values, for requirements",
         "runs_failed": "failed",
     }
-    parts = [f"{int(attrs[k])} {words}" for k, words in kinds.items() if attrs.get(k)]
-    text = f"{attrs['runs']}" + (f": {', '.join(parts)}" if parts else "")
+    counts = [(getattr(record, name), words) for name, words in kinds.items()]
+    parts = [f"{int(count)} {words}" for count, words in counts if count]
+    text = f"{record.runs}" + (f": {', '.join(parts)}" if parts else "")
     if worst:
         text += f"; {worst} more at the worst tolerances, for requirements"
-    if attrs.get("runs_coarser") or attrs.get("runs_refined"):
+    if record.runs_coarser or record.runs_refined:
         text += (
             ". The budget, max_runs, is for those that are fitted or held out on one discretization"
         )

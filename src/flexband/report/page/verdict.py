@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.verdicts import LimitCheck, largest_around
 from flexband.analysis.probability.texts import chance, share_in_words
 from flexband.report.page.inputs import averaging
@@ -17,6 +18,7 @@ from flexband.report.text.numbers import number
 from flexband.report.text.parts import horizon_line
 from flexband.report.text.verdicts import RANDOM_SAMPLES
 from flexband.requirements.requirement import with_unit
+from flexband.rounding import unit_of_variable
 from flexband.study.results.reliability import Doubt
 from flexband.study.results.result import StudyResult
 from flexband.words import number_of
@@ -90,7 +92,7 @@ def _extremes(margins: xr.Dataset) -> list[str]:
         sizes = (float(limit[name] / limit["stated_scale"]) for name in ("run_value", "run_bound"))
         value, bound = (with_unit(number(size), unit) for size in sizes)
         output = f" of {limit['output'].values}" if "output" in limit.coords else ""
-        runs = number_of(margins.attrs["runs_recorded"], "run")
+        runs = number_of(MarginRecord.read(margins).runs_recorded, "run")
         extreme = f"The {limit['run_extreme'].values} value{output}"
         sentences.append(f"{extreme} in {runs} is {value} (limit {bound}).")
     return sentences
@@ -166,7 +168,7 @@ def _around(contributions: xr.Dataset, limit: xr.Dataset, name: str) -> tuple[st
     if at is None:
         return input_, share, averaging(contributions)
     last = contributions["width"][contributions["width"].dims[-1]]
-    unit = last.attrs.get("units", "s" * (last.name == "time"))
+    unit = unit_of_variable(last, ("s" if last.name == "time" else ""))
     where = f" around {f'{last.name} {number(at)} {unit}'.rstrip()}, where its margin is least"
     return input_, share, where
 

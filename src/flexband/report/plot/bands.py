@@ -22,6 +22,7 @@ from flexband.report.plot.series import (
 from flexband.report.plot.style import DARK, LIGHT, LINES, MIDDLE, axes_of
 from flexband.report.text.drawable import series
 from flexband.report.text.numbers import percent
+from flexband.rounding import unit_of_variable
 
 
 def bands(bands: xr.Dataset, output: str | None = None, *, ax: Axes | None = None) -> Axes:
@@ -101,7 +102,7 @@ def response(response: xr.DataArray, output: str | None = None, *, ax: Axes | No
     output = output_of(response, output)
     x, values = series(response, output)
     ax = axes_of(ax)
-    ax.plot(x, values, **LINES[0], marker="." * (len(x) == 1))
+    ax.plot(x, values, **LINES[0], marker=("." if len(x) == 1 else ""))
     label(ax, response, output)
     return ax
 
@@ -141,7 +142,7 @@ def bounds(
     for (name, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         fill(ax, x, values, to_rgba(look["color"], 0.2), "none")
         for bound, text in zip(values, (name, None), strict=True):
-            ax.plot(x, bound, **look, label=text, marker="." * (len(x) == 1))
+            ax.plot(x, bound, **look, label=text, marker=("." if len(x) == 1 else ""))
     label(ax, next(iter(parts.values())), output)
     if len(parts) > 1:
         ax.legend()
@@ -163,7 +164,7 @@ def p_box(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     """
     bounds = bounded("found", found, "distribution", "p_box")
     output = str(found["output"].values) if "output" in found.coords else ""
-    unit = found["unit"].values if "unit" in found.coords else found["value"].attrs.get("units")
+    unit = found["unit"].values if "unit" in found.coords else unit_of_variable(found["value"])
     ax = axes_of(ax)
     fill(ax, found["value"].values, bounds.values, LIGHT, "none")
     for bound in bounds.values:

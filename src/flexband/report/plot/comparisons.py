@@ -53,7 +53,7 @@ def comparison(
     ax = axes_of(ax)
     for (name, (x, values)), look in zip(drawn.items(), cycle(LINES), strict=False):
         for bound, text in zip(values, (literal(name), None), strict=True):
-            ax.plot(x, bound, **look, label=text, marker="." * (len(x) == 1))
+            ax.plot(x, bound, **look, label=text, marker=("." if len(x) == 1 else ""))
     label(ax, first, output_of(first, output), NAMES.get(variable, "") + " of {}")
     ax.legend()
     return ax

@@ -22,6 +22,7 @@ from flexband.report.plot.series import (
 )
 from flexband.report.plot.style import LINES, axes_of
 from flexband.report.text.numbers import number
+from flexband.rounding import unit_of_variable
 
 
 def margins(found: xr.Dataset, *, closest: bool = False, ax: Axes | None = None) -> Axes:
@@ -76,7 +77,7 @@ def least_in_words(limits: xr.Dataset, unit: str = "") -> str:
     last: Any = margin.dims[-1]
     scale = float(np.nanmax(abs(margin.values)))
     least = _with_unit(number(margin.values[limit, place], scale=scale), unit)
-    at = _with_unit(number(margin[last].values[place]), margin[last].attrs.get("units"))
+    at = _with_unit(number(margin[last].values[place]), unit_of_variable(margin[last]))
     return f"{margin['limit'].values[limit]}: {least} at {last} {at}"
 
 
@@ -93,9 +94,9 @@ def each_limit(ax: Axes, data: xr.DataArray, values: np.ndarray) -> None:
     x = data[last].values if last in data.coords and last != "limit" else np.arange(values.shape[1])
     names = [literal(textwrap.fill(str(name), TITLE)) for name in data["limit"].values]
     for curve, name, look in zip(values, names, cycle(LINES), strict=False):
-        ax.plot(x, curve, **look, label=name, marker="." * (len(x) == 1))
+        ax.plot(x, curve, **look, label=name, marker=("." if len(x) == 1 else ""))
     if last != "limit":
-        ax.set(xlabel=with_unit(SYMBOLS.get(last, literal(last)), data[last].attrs.get("units")))
+        ax.set(xlabel=with_unit(SYMBOLS.get(last, literal(last)), unit_of_variable(data[last])))
         ax.margins(x=0)
     legend_above(ax)
 

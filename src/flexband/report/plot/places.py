@@ -12,6 +12,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
 from flexband.report.plot.series import literal, with_unit
 from flexband.report.plot.style import LIGHT, LINES, MIDDLE, axes_of
+from flexband.rounding import unit_of_variable
 
 
 def mechanism(
@@ -74,6 +75,6 @@ def path(found: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     ax.plot(found["x_nominal"], found["y_nominal"], **LINES[0])
     ax.autoscale_view()
     ax.set_aspect("equal", adjustable="datalim")
-    names, unit = [found[axis].attrs["output"] for axis in "xy"], found["x"].attrs.get("units")
+    names, unit = [found[axis].attrs["output"] for axis in "xy"], unit_of_variable(found["x"])
     ax.set(xlabel=with_unit(literal(names[0]), unit), ylabel=with_unit(literal(names[1]), unit))
     return ax

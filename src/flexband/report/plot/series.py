@@ -12,6 +12,7 @@ from matplotlib.typing import ColorType
 
 from flexband.errors import InputError, check_instance, shown
 from flexband.report.text.tables import deviations, outputs_of, select
+from flexband.rounding import unit_of_variable
 
 SYMBOLS = {"time": "$t$"}
 """Of dimensions."""
@@ -57,7 +58,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
     """Name the axes after an output, {} in the quantity that is drawn, and what it depends on."""
     output_data = select(data, output)
     last = str(output_data.dims[-1]) if output_data.dims else "bound"
-    unit = output_data.attrs.get("units", "")
+    unit = unit_of_variable(output_data)
     if "unit" in output_data.coords:
         unit = str(output_data["unit"].values)
     named = quantity.format(literal(output)) if output else quantity.removesuffix(" of {}")
@@ -66,7 +67,7 @@ def label(axes: Axes, data: xr.DataArray, output: str, quantity: str = "{}") -> 
         axes.set(xticks=[])
     else:
         axes.set(
-            xlabel=with_unit(SYMBOLS.get(last, literal(last)), output_data[last].attrs.get("units"))
+            xlabel=with_unit(SYMBOLS.get(last, literal(last)), unit_of_variable(output_data[last]))
         )
         axes.margins(x=0)
 

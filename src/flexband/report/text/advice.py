@@ -10,6 +10,7 @@ import xarray as xr
 from flexband.report.text.numbers import number, percent
 from flexband.study.results.shortfall import Shortfall, shortfalls
 from flexband.study.start_vibrations import of_attributes
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.unconverged import why_not_finer
 from flexband.words import number_of
 
@@ -32,7 +33,7 @@ Attributes = Mapping[str, Any]
 
 def _of_expansion(attrs: Attributes) -> str:
     more = "allow more runs (--max-runs)"
-    return f"{_unmet(attrs)} NOT met: {attrs.get('advice', more)}"
+    return f"{_unmet(attrs)} NOT met: {BandRecord.read(attrs).advice or more}"
 
 
 def _of_discretization(attrs: Attributes, finer: str) -> str:
@@ -61,7 +62,7 @@ def _of_start(attrs: Attributes) -> str:
 
 
 def _of_failures(attrs: Attributes) -> str:
-    failed = attrs.get("runs_failed", 0)
+    failed = BandRecord.read(attrs).runs_failed
     lost = f"{number_of(failed, 'run')} failed" if failed else "Finer runs fail"
     return f"{lost}: mend the model there, or narrow the ranges; `flexband status` lists why"
 

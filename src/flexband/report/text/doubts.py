@@ -20,7 +20,7 @@ def doubt_text(doubt: Doubt) -> str:
     if doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
         target = "" if doubt.target is None else f" instead of {percent(doubt.target)}"
         return f"{sentences[doubt.kind]} ({percent(doubt.error)}{target})"
-    more = "more than " * (doubt.error > largest_error)
+    more = "more than " if doubt.error > largest_error else ""
     error = percent(min(doubt.error, largest_error))
     return f"verification runs find an error of {more}{error} of the band's width"
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.results import AnswerRecord
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table
-from flexband.rounding import Units
+from flexband.rounding import Units, unit_of_variable
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.words import number_of
 
@@ -17,11 +18,11 @@ def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
     low = parts["horizon_low"]
     low = low.min("choice") if "choice" in low.dims else low
     names = names_of_outputs(low.expand_dims("sample").expand_dims("time", -1))
-    unit = parts["horizon"].attrs.get("units", "")
+    unit = unit_of_variable(parts["horizon"])
     ends = sorted((end, name) for end, name in zip(low.values.ravel(), names, strict=True))
     ends = [f"{name} after {number(end, 3)} {unit}".rstrip() for end, name in ends if end < np.inf]
-    more = f" and {len(ends) - most} more" * (len(ends) > most)
-    samples = number_of(parts.attrs["samples"], "sampled part")
+    more = f" and {len(ends) - most} more" if len(ends) > most else ""
+    samples = number_of(AnswerRecord.read(parts).samples, "sampled part")
     return (
         f"Impacts make the motion of a single part unpredictable: {', '.join(ends[:most])}{more}. "
         f"Bands hold until then at most; {samples} tell how peaks and counts are distributed."
@@ -30,8 +31,8 @@ def horizon_line(parts: xr.Dataset, most: int = 3) -> str:
 
 def sampling_line(parts: xr.Dataset) -> str:
     """Return which parts were sampled, as a sentence without its full stop."""
-    scatter = parts.attrs["scatter"]
-    tolerances = f" with {scatter}" * bool(scatter)
+    scatter = AnswerRecord.read(parts).scatter
+    tolerances = f" with {scatter}" if scatter else ""
     return f"{number_of(parts.attrs['samples'], 'sampled part')}{tolerances}"
 
 

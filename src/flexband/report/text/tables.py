@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
 from flexband.report.text.advice import advice_on
 from flexband.report.text.numbers import digits_for, number, percent
-from flexband.rounding import ROUNDING, rounding_levels
+from flexband.rounding import ROUNDING, rounding_levels, unit_of_variable
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
 from flexband.uncertainty.surrogates.verdicts import Confirmation
 from flexband.words import number_of
@@ -43,7 +44,7 @@ def deviations(bands: xr.Dataset) -> str:
     """Return the error bar's multiple of σ as text: σ, 2σ, 2.5σ."""
     if "deviations" in bands and "sigmas" not in bands.attrs:
         return "kσ"  # requirements have different ones
-    sigmas = bands.attrs.get("sigmas", 1.0)
+    sigmas = BandRecord.read(bands).sigmas
     return "σ" if sigmas == 1 else f"{sigmas:g}σ"
 
 
@@ -80,7 +81,7 @@ def summary_table(bands: xr.Dataset, checked: xr.Dataset | None = None) -> Table
             rows[-1] += [CONSTANT, at, error, *new]
             continue
         if (last := axes_of(bands["mean"]).time) in width.coords:
-            unit_of_last = width[last].attrs.get("units", "s" * (last == "time"))
+            unit_of_last = unit_of_variable(width[last], ("s" if last == "time" else ""))
             at = f"{float(width[last][int(width.values.argmax())]):.4g} {unit_of_last}".rstrip()
         if shares:
             error = percent(shares[name])
@@ -168,7 +169,9 @@ def error_in_words(bands: xr.Dataset) -> str:
     small = {name: errors[name] for name in shares if errors[name] > shares[name]}
     text = f"Estimated accuracy: ± {percent(shares[worst])} of the band's width"
     if len(shares) > 1:
-        text += f" for {worst}" + ", better for the other outputs" * (len(shares) > 1 + len(small))
+        text += f" for {worst}" + (
+            ", better for the other outputs" if len(shares) > 1 + len(small) else ""
+        )
     if small:
         up_to, whose = ("up to ", "their") if len(small) > 1 else ("", "its")
         text += f"; ± {up_to}{percent(max(small.values()))} of {whose} own, much smaller width"
@@ -193,10 +196,10 @@ def worst_time(bands: xr.Dataset) -> str:
         parts[name] = errors.max([dim for dim in errors.dims if dim != time])
     worst = max(parts, key=lambda name: float(parts[name].max()))
     at = int(np.argmax(parts[worst].values))
-    unit = "" if time not in bands.coords else bands[time].attrs.get("units", "")
+    unit = "" if time not in bands.coords else unit_of_variable(bands[time])
     value = bands[time].values[at] if time in bands.coords else at
     stamp = number(value) if np.issubdtype(np.asarray(value).dtype, np.number) else value
-    of_output = f"{worst} at " * (len(shares) > 1)
+    of_output = f"{worst} at " if len(shares) > 1 else ""
     return f"{percent(float(parts[worst].max()))} ({of_output}{time} {stamp} {unit}".rstrip() + ")"
 
 
@@ -213,12 +216,13 @@ def time_of(bands: xr.Dataset) -> str | None:
 
 def checked_in_words(checked: xr.Dataset) -> str:
     """Return what verification runs say of the estimated accuracy, as a short sentence."""
-    if checked.attrs["confirmed"] != Confirmation.CONFIRMED:
+    record = VerificationRecord.read(checked)
+    if record.confirmed != Confirmation.CONFIRMED:
         return f"{checked.attrs['verdict']}."
-    runs = checked.attrs["runs"] - checked.attrs.get("runs_failed", 0)
+    runs = record.runs - record.runs_failed
     agree = "agrees" if runs == 1 else "agree"
     more = (checked["implied_error"] > checked["expected_error"]).values.any()
-    few = ", as far as so few can tell" * bool(more)
+    few = ", as far as so few can tell" if more else ""
     return f"{number_of(runs, 'verification run')} {agree} with this estimate{few}."
 
 
@@ -247,7 +251,8 @@ def before_horizon(data: Data, time: str | None, parts: xr.Dataset | None) -> Da
 
 def failures(bands: xr.Dataset) -> list[str]:
     """Return how many runs failed, as a sentence; none if none did."""
-    failed, runs = bands.attrs.get("runs_failed", 0), bands.attrs.get("runs", 0)
+    record = BandRecord.read(bands)
+    failed, runs = record.runs_failed, record.runs
     if not failed:
         return []
     return [
@@ -258,58 +263,58 @@ def failures(bands: xr.Dataset) -> list[str]:
 
 def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     """Return what diagnostics and the result of `verify` mean, as sentences."""
-    lines = [] if checked is None else [str(checked.attrs["verdict"])]
+    lines = [] if checked is None else [VerificationRecord.read(checked).verdict]
+    record = BandRecord.read(bands)
     lines += failures(bands)
     if "orders" in bands:
         orders = zip(bands["variable"].values, bands["orders"].values, strict=True)
         lines.append("Orders: " + ", ".join(f"{name} {order}" for name, order in orders))
-    if "expected_error" in bands.attrs:
-        attrs = bands.attrs
-        sampled = attrs.get("runs_generic", attrs["runs_checked"])
+    if record.expected_error is not None:
+        generic, checks = record.runs_generic, record.runs_checked
+        sampled = checks if generic is None else generic
         lines.append(
-            f"Expected error{averaged(bands)}: {percent(attrs['expected_error'])} of the error "
-            f"bar's width ({number_of(attrs['runs_checked'], 'held-out run')}, which "
+            f"Expected error{averaged(bands)}: {percent(record.expected_error)} of the error "
+            f"bar's width ({number_of(checks, 'held-out run')}, which "
             f"can miss what happens in {percent(unseen(sampled))} of the space)"
         )
         lines += [
             f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst
         ]
-        if attrs.get("refined"):
-            errors = ", ".join(f"{k} {percent(attrs[f'{k}_error'])}" for k in attrs["refined"])
+        if len(record.refined):
+            parts = {name: bands.attrs[f"{name}_error"] for name in record.refined}
+            errors = ", ".join(f"{name} {percent(error)}" for name, error in parts.items())
             lines.append(
-                f"Of this, the expansion {percent(attrs['expansion_error'])}, {errors} "
-                f"({number_of(attrs['runs_refined'], 'run')} on finer discretizations)"
+                f"Of this, the expansion {percent(record.expansion_error)}, {errors} "
+                f"({number_of(record.runs_refined, 'run')} on finer discretizations)"
             )
-            remaining = (
-                f"Corrected by these runs: {attrs.get('corrected')}; the errors are what remains"
-            )
+            remaining = f"Corrected by these runs: {record.corrected}; the errors are what remains"
             uncorrected = "Not corrected: the runs have the error of their step and elements"
-            lines.append(remaining if attrs.get("corrected") else uncorrected)
+            lines.append(remaining if record.corrected else uncorrected)
         else:
             lines.append("The error of the discretization (step, elements) is not estimated")
-        if "runs_generic" in attrs:
+        if generic is not None:
             lines.append(
                 "A rare effect (a stop that few parts reach) may be missed: the checks find one "
                 f"reliably only if it covers {percent(unseen(sampled))} of the input range or more"
             )
-        if attrs.get("discretization"):
-            chosen = " (chosen by the method)" if "halved" in attrs else ""
-            lines.append(f"Discretization: {attrs['discretization']}{chosen}")
-        if attrs.get("small_components"):
+        if record.discretization:
+            chosen = " (chosen by the method)" if record.halved is not None else ""
+            lines.append(f"Discretization: {record.discretization}{chosen}")
+        if record.small_components:
             lines.append(
-                f"{attrs['small_components']}: the tolerance is judged in parts of the error bar "
+                f"{record.small_components}: the tolerance is judged in parts of the error bar "
                 "of another component of the same tensor or vector, which is wider; the table "
                 "has errors in parts of its own width"
             )
-        if attrs.get("same_counts"):
-            of_all = percent(unseen(attrs["runs_fitted"] + attrs["runs_checked"]))
+        if record.same_counts:
+            of_all = percent(unseen(record.runs_fitted + checks))
             lines.append(
-                f"{attrs['same_counts']}: all runs count the same at all times, but up to {of_all} "
+                f"{record.same_counts}: all runs count the same at all times, but up to {of_all} "
                 "of all parts may count a change earlier or later"
             )
         carriers = (  # NetCDF has a number in place of one that is alone
-            np.atleast_1d(attrs.get(name, ()))
-            for name in ("carrier_frequencies", "steps_per_period")
+            np.atleast_1d(values)
+            for values in (record.carrier_frequencies, record.steps_per_period)
         )
         lines += [
             f"A vibration of {frequency:.4g} Hz has {steps:.3g} steps per period"
@@ -324,16 +329,16 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
                 f"Choices: the error bar of {name or 'the response'} is lowest with {lower}, and "
                 f"highest with {upper}"
             )
-    return [*lines, *between_remarks(bands), *_restrictions(bands.attrs)]
+    return [*lines, *between_remarks(bands), *_restrictions(record)]
 
 
-def _restrictions(attrs: Mapping[Hashable, Any]) -> list[str]:
+def _restrictions(record: BandRecord) -> list[str]:
     """Return for what bands hold, and which are not reliable."""
-    names = ", ".join(np.atleast_1d(attrs.get("constant_offsets", [])).tolist())
+    names = ", ".join(np.atleast_1d(record.constant_offsets).tolist())
     texts = {
         "For constant offsets of pins and guides:": names,
-        "The bands are": attrs.get("remark"),
-        "Not reliable:": attrs.get("not_trusted"),
+        "The bands are": record.remark,
+        "Not reliable:": record.not_trusted,
     }
     return [f"{begin} {text}" for begin, text in texts.items() if text]
 

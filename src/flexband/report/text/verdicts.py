@@ -24,8 +24,10 @@ def verdict_line(verdict: RequirementVerdict) -> str:
 
 def verdict_text(verdict: RequirementVerdict) -> str:
     """Return the line of a verdict without its first word."""
-    blame = f"; mostly due to {verdict.input}" * bool(
-        verdict.input and verdict.verdict is not Verdict.PASS
+    blame = (
+        f"; mostly due to {verdict.input}"
+        if verdict.input and verdict.verdict is not Verdict.PASS
+        else ""
     )
     return f"{verdict.text}: {reason_text(verdict)}{blame}"
 
@@ -81,7 +83,7 @@ def _place(verdict: RequirementVerdict) -> str:
         return ""
     place = verdict.place if isinstance(verdict.place, str) else number(verdict.place)
     name = "" if verdict.dim == "time" else f"{verdict.dim} "
-    unit = verdict.dim_unit or "s" * (verdict.dim == "time")
+    unit = verdict.dim_unit or ("s" if verdict.dim == "time" else "")
     return f" at {name}{place} {unit}".rstrip()
 
 

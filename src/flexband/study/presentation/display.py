@@ -13,7 +13,7 @@ import xarray as xr
 from flexband.errors import InputError, check_instance, check_option, shown
 from flexband.requirements.requirement import Requirement
 from flexband.requirements.units import factor, unit_of
-from flexband.rounding import rounding_attributes, rounding_levels
+from flexband.rounding import rounding_attributes, rounding_levels, unit_of_variable
 from flexband.uncertainty.inputs.correlated import Correlated
 
 Data = TypeVar("Data", xr.DataArray, xr.Dataset)
@@ -134,12 +134,12 @@ class Display:
 
     def _path(self, data: xr.Dataset) -> xr.Dataset:
         """Return a path in the display unit of both coordinates; as it is if they differ."""
-        known, names = data["x"].attrs.get("units", ""), [data[k].attrs["output"] for k in "xy"]
+        known, names = unit_of_variable(data["x"]), [data[k].attrs["output"] for k in "xy"]
         unit, other = (self.chosen.get(str(name), known) for name in names)
         if not known or unit != other:
             return data
         scale = xr.DataArray(1 / factor(_label(str(names[0])), unit, known))
-        lengths = {k: v for k, v in data.data_vars.items() if v.attrs.get("units") == known}
+        lengths = {k: v for k, v in data.data_vars.items() if unit_of_variable(v) == known}
         lengths |= {k: data[k] for k in ("expected_error",) if k in data}
         new = {k: _scaled(v, scale).assign_attrs(units=unit) for k, v in lengths.items()}
         return data.assign(new)
@@ -189,7 +189,7 @@ def _is_of_outputs(name: str, variable: xr.DataArray) -> bool:
     return (
         variable.dtype.kind == "f"
         and "input" not in variable.dims
-        and variable.attrs.get("units") != "1"
+        and unit_of_variable(variable) != "1"
         and name not in UNCHANGED | {"stated_scale", *OF_INPUTS}
         and not name.endswith("_at")
     )

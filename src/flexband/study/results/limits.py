@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 from flexband.analysis.allocation.adjustment import compensators
+from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.margins import check_limits
 from flexband.analysis.limits.production import production_yield
 from flexband.analysis.limits.verdicts import LimitCheck
@@ -27,7 +28,7 @@ def has_limits_of_study(folder: Path) -> bool:
     Raise `InputError` if the file is not as written.
     """
     try:
-        return read_netcdf(answer_file(folder, "limits")).attrs.get("of") == OF_STUDY
+        return MarginRecord.read(read_netcdf(answer_file(folder, "limits"))).of == OF_STUDY
     except FileNotFoundError:
         return False
 
@@ -64,10 +65,12 @@ def check_limits_in(
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
     probability = None
     spaces = [case.space for case in surrogates_of(surrogate).values()]
-    margins.attrs["random"] = int(any(space.random_dimension for space in spaces))
     written = of_study or not has_limits_of_study(folder)
+    margins = margins.assign_attrs(
+        random=int(any(space.random_dimension for space in spaces)),
+        of=OF_STUDY if of_study else OF_QUESTION,
+    )
     if written:
-        margins.attrs["of"] = OF_STUDY if of_study else OF_QUESTION
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if production is None and has_probability(surrogate):
         probability = failure_probability(surrogate, limits, **options)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.verdicts import LimitCheck, requirement_verdicts, uncertain_inputs
 from flexband.analysis.selection import AnySurrogate
 from flexband.errors import InputError, StoreError, warn
@@ -23,7 +24,8 @@ from flexband.study.results.files import stale_results
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
 from flexband.uncertainty.surrogates.files import load_surrogate
-from flexband.uncertainty.surrogates.verdicts import inferred_share
+from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
+from flexband.uncertainty.surrogates.verdicts import Confirmation, inferred_share
 
 if TYPE_CHECKING:
     from flexband.requirements.requirement import Requirements
@@ -91,7 +93,7 @@ class StudyResult:
     @property
     def runs(self) -> int:
         """Number of runs of the method."""
-        return int(self.bands.attrs["runs"])
+        return int(BandRecord.read(self.bands).runs)
 
     @property
     def result_files(self) -> list[str]:
@@ -204,7 +206,7 @@ def _read(folder: Path, record: Mapping[str, Any]) -> StudyResult:
         probability = answers.usable["probability"] if likely else None
         production = answers.usable["yield"] if "yield" in record["answers"] else None
         limits = LimitCheck(answers.usable["limits"], probability, True, production)
-        if limits.margins.attrs["of"] != OF_STUDY:
+        if MarginRecord.read(limits.margins).of != OF_STUDY:
             raise InputError("the limits are not those of the study")
     saved = FileName.SURROGATE in files
     return StudyResult(
@@ -238,17 +240,16 @@ def doubts_about(
     If verification runs imply an error above `inaccurate_share` of the error bar's width, the
     result is doubtful, unless its tolerance is larger.
     """
-    attrs, doubts = bands.attrs, []
-    tolerance = attrs.get("tolerance")
-    expected = float(attrs.get("expected_error", 0.0))
-    if tolerance is not None and expected > tolerance:
-        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET, expected, float(tolerance)))
-    if "not_trusted" in attrs:
+    record, doubts = BandRecord.read(bands), []
+    if record.tolerance_missed:
+        error, target = (float(x or 0.0) for x in (record.expected_error, record.tolerance))
+        doubts.append(Doubt(DoubtKind.TOLERANCE_NOT_MET, error, target))
+    if record.not_trusted:
         doubts.append(Doubt(DoubtKind.NOT_TRUSTED))
     if verification is None:
         return (*doubts, *[Doubt(DoubtKind.NOT_VERIFIED)] * requested)
-    if verification.attrs["confirmed"] == "no":
+    if VerificationRecord.read(verification).confirmed == Confirmation.REFUTED:
         doubts.append(Doubt(DoubtKind.NOT_CONFIRMED))
-    elif (error := inferred_share(verification)) > max(inaccurate_share, tolerance or 0.0):
+    elif (error := inferred_share(verification)) > max(inaccurate_share, record.tolerance or 0.0):
         doubts.append(Doubt(DoubtKind.INACCURATE, error))
     return tuple(doubts)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from flexband.study.start_vibrations import of_attributes as start_vibrations_of
 from flexband.uncertainty.adaptive.adaptation import StopReason
+from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
 from flexband.uncertainty.surrogates.unconverged import of_attributes as unconverged_of
 from flexband.uncertainty.surrogates.verdicts import Confirmation
 
@@ -34,32 +35,35 @@ def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Sho
 
     `verify` returns `checked`.
     """
-    attrs, reasons = bands.attrs, list[Shortfall]()
-    failed = attrs.get("runs_failed", 0) or "not_refined" in attrs
-    refuted = checked is not None and checked.attrs.get("confirmed") == Confirmation.REFUTED
+    record, reasons = BandRecord.read(bands), list[Shortfall]()
+    failed = record.runs_failed or record.not_refined
+    refuted = (
+        checked is not None and VerificationRecord.read(checked).confirmed == Confirmation.REFUTED
+    )
     of_expansion = of_discretization = False
-    if "tolerance" in attrs and "expansion_error" in attrs:
-        error, finer, tolerance = (
-            attrs[k] for k in ("expansion_error", "discretization_error", "tolerance")
-        )
-        chosen, met = "halved" in attrs, attrs.get("stop_reason") == StopReason.TOLERANCE_MET
+    tolerance = record.tolerance
+    if tolerance is not None and record.expansion_error is not None:
+        error, finer = record.expansion_error, record.discretization_error
+        chosen, met = record.halved is not None, record.stop_reason == StopReason.TOLERANCE_MET
         share = tolerance / 2 if chosen else tolerance
-        exceeded = attrs["expected_error"] > tolerance if chosen else error > tolerance
-        if exceeded and met and attrs.get("sigmas", 1) != 1:
+        exceeded = record.tolerance_missed if chosen else error > tolerance
+        if exceeded and met and record.sigmas != 1:
             return [Shortfall.SIGMAS]
-        of_expansion = exceeded and error > share and not (met and bool(unconverged_of(attrs)))
-        of_discretization = bool(attrs["refined"]) and finer > (
+        of_expansion = (
+            exceeded and error > share and not (met and bool(unconverged_of(bands.attrs)))
+        )
+        of_discretization = bool(len(record.refined)) and finer > (
             share if chosen else max(tolerance, error)
         )
     if failed and (of_expansion or of_discretization or refuted):
         reasons.append(Shortfall.FAILED_RUNS)
-    if start_vibrations_of(attrs) and (of_expansion or of_discretization):
+    if start_vibrations_of(bands.attrs) and (of_expansion or of_discretization):
         reasons.append(Shortfall.RINGING)
     elif of_expansion:
-        kinks = attrs.get("stop_reason") == StopReason.ORDERS_USED or "orders_used" in attrs
+        kinks = record.stop_reason == StopReason.ORDERS_USED or record.orders_used is not None
         reasons.append(Shortfall.KINKS if kinks else Shortfall.BUDGET)
     if of_discretization:
-        worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
+        worst = max(record.refined, key=lambda name: bands.attrs[f"{name}_error"])
         reasons.append(Shortfall.ELEMENTS if worst == "elements" else Shortfall.STEP)
     if refuted and not of_expansion:
         reasons.append(Shortfall.RARE_EFFECTS)

@@ -22,6 +22,7 @@ from flexband.uncertainty.adaptive.results import advice, orders_used, surrogate
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
@@ -176,7 +177,7 @@ class AdaptivePCCI(ExpansionMethod):
         if used := orders_used(course):
             attrs["orders_used"] = used
         surrogate = surrogate_of(course).with_attrs(tolerance=self.tolerance, **attrs)
-        error = surrogate.diagnostics.attrs["expected_error"]
+        error = BandRecord.read(surrogate.diagnostics).expected_error or 0.0
         if error > self.tolerance:
             warn(
                 f"the error expected of the bands is {in_percent(error)} of the error bar's width, "

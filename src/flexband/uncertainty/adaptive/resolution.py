@@ -112,7 +112,7 @@ def solved(
         halved += max(halvings.values())
         finer, details = f"finer {' and '.join(halvings)}", evaluate.discretization_in_words()
         listener().stage(finer)
-        listener().warn(f"{finer}{f' ({details})' * bool(details)}, since {levels.why}")
+        listener().warn(f"{finer}{(f' ({details})' if details else '')}, since {levels.why}")
 
 
 def _percent(part: float) -> str:

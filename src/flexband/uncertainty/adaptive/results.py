@@ -131,7 +131,7 @@ def judged(
     for name, where in of_names.items():
         if where.any():
             chosen = names[where]
-            dataset.attrs[name] = ", ".join(chosen[:3]) + ", …" * (len(chosen) > 3)
+            dataset.attrs[name] = ", ".join(chosen[:3]) + (", …" if len(chosen) > 3 else "")
     return dataset
 
 
@@ -167,7 +167,7 @@ def what_helps(attrs: Mapping[str, Any]) -> str:
         return f"{attrs['advice']}. The largest prediction error is {attrs['largest_miss']}"
     worst = max(attrs["refined"], key=lambda name: attrs[f"{name}_error"])
     helps = f"give a finer {worst}"
-    helps += ", or leave it out to have it chosen" * ("step" in attrs["refined"])
+    helps += ", or leave it out to have it chosen" if "step" in attrs["refined"] else ""
     if "halved" in attrs:
         helps = why_not_finer(attrs)
     return f"most of it is due to {worst}; {helps}"
@@ -178,9 +178,10 @@ def _warn_of_unexplained(course: Adaptation) -> None:
     names = names_of_outputs(course.labels)
     lost = [names[k] for k in np.flatnonzero(course.error.unexplained)]
     if lost:
+        more = ", …" if len(lost) > 3 else ""
         warn(
-            f"{', '.join(lost[:3])}{', …' * (len(lost) > 3)}: the bands have no width although the "
-            f"runs differ, since {number_of(len(course.fitted.values), 'run')} show no terms of "
+            f"{', '.join(lost[:3])}{more}: the bands have no width although the runs differ, "
+            f"since {number_of(len(course.fitted.values), 'run')} show no terms of "
             "an expansion; LHSScanning, SobolScanning and MonteCarlo need no terms"
         )
 
@@ -207,7 +208,7 @@ def _largest_miss(course: Adaptation) -> str:
     orders = course.choice.orders
     hardest = _variables(course.space)[int(np.argmax(orders))]
     return (
-        f"{place}{' at ' * bool(inputs)}{inputs}: {in_percent(part[output, time])} of the "
+        f"{place}{(' at ' if inputs else '')}{inputs}: {in_percent(part[output, time])} of the "
         f"error bar's width; the highest order is {orders.max()}, in {hardest}"
     )
 

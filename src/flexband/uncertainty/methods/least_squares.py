@@ -92,7 +92,7 @@ class RegressionPCCI(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        return f"{self.name} ({self.order}{f', q = {self.q_norm:g}' * (self.q_norm < 1)})"
+        return f"{self.name} ({self.order}{(f', q = {self.q_norm:g}' if self.q_norm < 1 else '')})"
 
     def index(self, space: Space) -> np.ndarray:
         """Return the orders of the terms in every variable, η first, shape (terms, m + n)."""

@@ -87,7 +87,9 @@ class PerturbationChebyshev(ExpansionMethod):
 
     @property
     def label(self) -> str:
-        return f"{self.name} ({shown(self.interval_order)}{', improved' * self.improved})"
+        return (
+            f"{self.name} ({shown(self.interval_order)}{(', improved' if self.improved else '')})"
+        )
 
     def runs(self, space: Space) -> int:
         """Return (1 + 2n) Π (q+1), and 4 with `correct`."""

@@ -66,8 +66,7 @@ class Scanning(Method):
         return (
             f"{' and '.join(f'{k}={v}' for k, v in options)} would take {chosen.runs(space)} "
             f"({' '.join(f'--{k} {v}' for k, v in options)} on the command line)"
-            + ", at the ends of the intervals alone"
-            * (points == 2)
+            + (", at the ends of the intervals alone" if points == 2 else "")
         )
 
     def solve(self, space: Space, evaluate: Evaluate, sigmas: float = 1.0) -> xr.Dataset:

@@ -14,6 +14,7 @@ from flexband.errors import InputError, RunError, warn
 from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.words import number_of
 
 
@@ -39,7 +40,7 @@ def between_times(
     space, labels = runs.space, runs.labels
     assert labels is not None
     level = runs.start
-    for name in diagnostics.attrs.get("halved", []):
+    for name in BandRecord.read(diagnostics).halved or []:
         level = level.refinements()[name]
     response = level.of_nominal(level.response.at_more_times)
     if response is None:

@@ -11,6 +11,7 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.records import BandRecord
 
 BOUNDS = ["lower", "upper"]
 
@@ -104,7 +105,8 @@ def described(result: xr.Dataset) -> xr.Dataset:
     }
     result, time = result.copy(), axes_of(result["mean"].transpose("bound", ...)).time
     averaged = "" if time is None else f", mean over {time}"
-    k = "" if result.attrs["sigmas"] == 1 else f"{result.attrs['sigmas']:g}"
+    sigmas = BandRecord.read(result).sigmas
+    k = "" if sigmas == 1 else f"{sigmas:g}"
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
     for name, words in long_names.items():
         if name in result.variables:

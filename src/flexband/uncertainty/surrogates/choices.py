@@ -15,6 +15,7 @@ from flexband.remarks.collection import carried
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
 from flexband.uncertainty.surrogates.bands import VARIABLES, described
+from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
@@ -29,7 +30,7 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
     Other attributes are those of the combination with the largest expected error.
     """
     names, bands = list(bands_by_label), list(bands_by_label.values())
-    worst = max(bands, key=lambda case_bands: case_bands.attrs.get("expected_error", 0.0))
+    worst = max(bands, key=lambda each: BandRecord.read(each).expected_error or 0.0)
     result = worst.copy()
     for name in sorted(VARIABLES - set(PLACES.values())):
         values = np.stack([case_bands[name].values for case_bands in bands])
@@ -49,7 +50,9 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
             values = np.stack([case_bands[name].values for case_bands in bands])
             least = values.dtype == bool or str(name).endswith("_least")
             result[name] = worst[name].dims, values.min(0) if least else values.max(0)
-    attrs: dict[str, Any] = {"choice_runs": [case_bands.attrs["runs"] for case_bands in bands]}
+    attrs: dict[str, Any] = {
+        "choice_runs": [BandRecord.read(case_bands).runs for case_bands in bands]
+    }
     attrs["inputs"] = in_words(given)
     for name, value in worst.attrs.items():
         case_values = [case_bands.attrs.get(name, 0) for case_bands in bands]
@@ -63,7 +66,8 @@ def over_choices(given: GivenInputs, bands_by_label: Mapping[str, xr.Dataset]) -
         if name in worst.attrs:
             attrs[name] = [v for case_bands in bands for v in case_bands.attrs.get(name, [])]
     doubts = {
-        label: case_bands.attrs.get("not_trusted") for label, case_bands in bands_by_label.items()
+        label: BandRecord.read(case_bands).not_trusted
+        for label, case_bands in bands_by_label.items()
     }
     if any(doubts.values()):
         texts = (f"{doubt} with {label}" for label, doubt in doubts.items() if doubt)
@@ -76,7 +80,9 @@ def verified_choices(verifications: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return the results of `verify` of every combination of options, along the dim "choice"."""
     joint = xr.concat(list(verifications.values()), "choice", combine_attrs="drop", join="exact")
     first = next(iter(verifications.values())).attrs
-    confirmed = [verification.attrs["confirmed"] for verification in verifications.values()]
+    confirmed = [
+        VerificationRecord.read(verification).confirmed for verification in verifications.values()
+    ]
     counts = {
         name: [v.attrs[name] for v in verifications.values() if name in v.attrs]
         for name in ("runs", "runs_failed")

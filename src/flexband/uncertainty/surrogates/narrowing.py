@@ -13,6 +13,7 @@ from flexband.uncertainty.surrogates.axes import units_of
 from flexband.uncertainty.surrogates.diagnostics import trust
 from flexband.uncertainty.surrogates.extrapolation import NAMES
 from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.sigmas import growth
 
 
@@ -42,14 +43,14 @@ def narrowed_diagnostics(
         ["orders", "relative_expected_error"], errors="ignore"
     ).drop_dims("variable", errors="ignore")
     diagnostics.attrs.pop("largest_miss", None)
-    diagnostics.attrs.setdefault("inputs_of_runs", diagnostics.attrs.get("inputs", ""))
+    diagnostics.attrs.setdefault("inputs_of_runs", BandRecord.read(diagnostics).inputs)
     if "expected_error" in diagnostics.attrs:
-        diagnostics.attrs["expected_error_of_runs"] = diagnostics.attrs["expected_error"]
+        diagnostics.attrs["expected_error_of_runs"] = BandRecord.read(diagnostics).expected_error
     diagnostics.attrs["inputs"] = in_words(part.space.given)
     for name in relative:
         if isinstance(diagnostics.attrs.get(name), float):
             del diagnostics.attrs[name]
-    for name in diagnostics.attrs.get("refined", []):
+    for name in BandRecord.read(diagnostics).refined:
         diagnostics.attrs.pop(f"{name}_error", None)
     diagnostics = diagnostics.assign_attrs(_reached(diagnostics, part))
     if held is None:

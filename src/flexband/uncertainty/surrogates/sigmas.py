@@ -15,6 +15,7 @@ import xarray as xr
 from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
+from flexband.uncertainty.surrogates.records import BandRecord
 
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.
@@ -69,9 +70,9 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
         and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }
     if "discretization_error" in relative and not narrowed:
-        before_ratio = bar_diagnostics.attrs["discretization_error"] or 1.0
+        before_ratio = BandRecord.read(bar_diagnostics).discretization_error or 1.0
         ratio = relative["discretization_error"] / before_ratio
-        for name in (f"{part}_error" for part in bar_diagnostics.attrs["refined"]):
+        for name in (f"{part}_error" for part in BandRecord.read(bar_diagnostics).refined):
             if name not in relative:
                 relative[name] = bar_diagnostics.attrs[name] * ratio
     return bar_diagnostics.assign_attrs(relative)

@@ -95,7 +95,7 @@ def in_words(attrs: Mapping[str, Any]) -> str:
         groups.setdefault((verdict.part, verdict.cause), []).append(verdict)
     lines = []
     for (part, cause), some in groups.items():
-        shown = ", ".join(verdict.output for verdict in some[:3]) + ", …" * (len(some) > 3)
+        shown = ", ".join(verdict.output for verdict in some[:3]) + (", …" if len(some) > 3 else "")
         worst = max(some, key=lambda verdict: verdict.error)
         text = (
             f"the error of {shown} that is due to the {part} no longer falls: it oscillates about "
@@ -104,7 +104,7 @@ def in_words(attrs: Mapping[str, Any]) -> str:
         *others, last = (remedy.text for remedy in REMEDIES[cause])
         if cause is Cause.WAVES:
             text += f", as waves that the mesh carries, with {worst.steps:.2g} steps per period"
-        lines.append(f"{text}; {', '.join(others)}{', or ' * bool(others)}{last}")
+        lines.append(f"{text}; {', '.join(others)}{(', or ' if others else '')}{last}")
     return "; ".join(lines)
 
 

@@ -8,9 +8,11 @@ from enum import StrEnum
 import numpy as np
 import xarray as xr
 
+from flexband.rounding import unit_of_variable
 from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.diagnostics import unseen
+from flexband.uncertainty.surrogates.records import VerificationRecord
 from flexband.words import number_of
 
 
@@ -77,7 +79,7 @@ class VerificationVerdict:
             claimed=float(claims.max()),
             ratio=float(ratio[output]),
             refuted=refuted.size,
-            confidence=checked.attrs["confidence"],
+            confidence=VerificationRecord.read(checked).confidence,
         )
 
     def in_words(self, checked: xr.Dataset, labels: xr.DataArray) -> str:
@@ -163,7 +165,7 @@ def _where(checked: xr.Dataset, labels: xr.DataArray, output: int) -> str:
         at = int(output_results["missed_most_at"])
         stamp = labels[last].values[at] if last in labels.coords else at
         number = f"{stamp:.4g}" if isinstance(stamp, int | float | np.number) else str(stamp)
-        unit = labels[last].attrs.get("units", "") if last in labels.coords else ""
+        unit = unit_of_variable(labels[last]) if last in labels.coords else ""
         words.append(f"at {last} {number} {unit}".rstrip())
     if "run_values" in checked:
         values = zip(checked["input"].values, checked["run_values"].values, strict=True)

@@ -11,6 +11,7 @@ from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, sizes_of
 from flexband.report.page.what_if.models import model
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
+from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 SCRIPTS = (
@@ -94,7 +95,7 @@ def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:
         largest = np.reshape(expected, (len(width), -1)).max(axis=1)
         error = [float(value) if np.isfinite(value) else None for value in largest]
     return {
-        "sigmas": float(bands.attrs["sigmas"]),
+        "sigmas": float(BandRecord.read(bands).sigmas),
         "outputs": [{"name": n, "unit": u} for n, u in zip(names, units, strict=True)],
         "width": width.tolist(),
         "scale": scale.tolist(),

@@ -95,9 +95,8 @@ def check_limits(
     ['kept']
     """
     labels = labels_of(surrogate)
-    names = "limit", "side", "verdict", "worst_inputs", "worst_choice", "above", "below"
-    check_free(labels, *names)
     requirements = by_name(limits)
+    check_free(labels, "limit", *LONG_NAMES)
     deviations = {
         name: checked_sigmas(sigmas) if sigmas is not None else _sigmas_of(requirement)
         for name, requirement in requirements.items()
@@ -354,6 +353,12 @@ LONG_NAMES = {
     "grid_error": "by how much the margin may be less between the times",
     "constant_offsets": "whether the margin is for constant offsets of pins and guides",
     "run_required": "whether runs must agree with the verdict",
+    "run_margin": "margin of a run that leaves the limit by more than its error",
+    "recorded_margin": "least margin of the runs that were looked at",
+    "run_value": "value of a run that is nearest to the limit, or farthest beyond it",
+    "run_bound": "the limit there",
+    "run_extreme": "whether this value is the largest or the smallest of the runs",
+    "extent": "range of the output over all its bands",
     "side": "which side of the limit is nearest",
     "verdict": "whether the limit is kept for all values of the interval inputs",
     "requirement": "name of the requirement",

@@ -18,7 +18,7 @@ from flexband.analysis.probability.statements import (
     error_of_runs,
     withheld,
 )
-from flexband.analysis.probability.texts import described, verdict_on
+from flexband.analysis.probability.texts import LONG_NAMES, described, verdict_on
 from flexband.analysis.results import check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
@@ -134,7 +134,7 @@ def failure_probability(
         )
     seed = check_integer("seed", seed, 0)
     labels = labels_of(surrogate)
-    check_free(labels, "limit", "probability", "probability_at", "samples")
+    check_free(labels, "limit", *LONG_NAMES)
     corridors_of = {label: corridors(limits, labels, label) for label in surrogates}
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)

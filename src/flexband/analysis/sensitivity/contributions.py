@@ -104,7 +104,7 @@ def groups(surrogate: Surrogate) -> dict[str, list[str]]:
 def _contributions(surrogate: Surrogate, sigmas: float, *, shapley: bool) -> xr.Dataset:
     """Return what `contributions` does, for one combination of options."""
     labels, members = surrogate.labels, groups(surrogate)
-    check_free(labels, "name", "bound", "input")
+    check_free(labels, "name", "bound", "input", *LONG_NAMES)
     names, dims, shape = list(members), labels.dims[1:], labels.shape[1:]
     if shapley and len(names) > 8:  # 2⁸ bands are to be found
         raise InputError(f"shapley takes at most 8 inputs; got {len(names)}: {', '.join(names)}")

@@ -17,8 +17,10 @@ RESERVED = ("bound", "choice", "input", "variable")
 """Dims of results, which a response cannot have."""
 
 OF_BANDS = frozenset((
-    "allowed", "bar_width", "carriers", "confirmed", "error_bar", "error_bar_at",
-    "error_bar_by_choice", "error_bar_choice", "error_bar_expansion_error",
+    "above_between", "above_between_least", "allowed", "bar_width", "below_between",
+    "below_between_least", "carriers", "confirmed", "error_bar", "error_bar_at",
+    "error_bar_by_choice", "error_bar_choice", "error_bar_discretization_error",
+    "error_bar_expansion_error", "mean_discretization_error",
     "error_bar_expected_error", "error_bar_lower", "error_bar_upper", "expected_error",
     "implied_error", "least_error", "mean", "mean_at", "mean_by_choice", "mean_choice",
     "mean_expansion_error", "mean_expected_error", "missed", "missed_in_run", "missed_most_at",

@@ -76,39 +76,42 @@ def remark(space: Space) -> dict[str, str]:
     return {"remark": text} if names else {}
 
 
+LONG_NAMES = {
+    "mean": "interval mean: bounds of μ",
+    "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",
+    "error_bar_lower": "bounds of μ − {k}σ",
+    "error_bar_upper": "bounds of μ + {k}σ",
+    "mean_at": "values of the interval inputs at the bounds of the interval mean",
+    "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
+    "mean_expected_error": "estimated error of the interval mean",
+    "error_bar_expected_error": "estimated error of the interval error bar",
+    "pointwise_error": "estimated error of μ ± {k}σ at one time, any values of the intervals",
+    "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
+    "mean_expansion_error": "error that is due to the expansion",
+    "error_bar_expansion_error": "error that is due to the expansion",
+    "mean_discretization_error": "error that is due to step and elements",
+    "error_bar_discretization_error": "error that is due to step and elements",
+    "carriers": "number of carriers",
+    "trusted": "whether most of the variation in held-out runs is predicted",
+    "orders": "highest order of the expansion",
+    "above_between": "largest rise above this value and the next one, between them",
+    "above_between_least": "least such rise of some runs",
+    "below_between": "largest fall below this value and the next one, between them",
+    "below_between_least": "least such fall of some runs",
+    "truncation": "indicator of the truncation error",
+    "bound": "bound over all values of the interval inputs",
+}
+"""What the variables of bands are; no dimension or coordinate of a response has such a name."""
+
+
 def described(result: xr.Dataset) -> xr.Dataset:
     """Give variables a `long_name` and `units`, or the coordinate "unit" where they differ."""
-    long_names = {
-        "mean": "interval mean: bounds of μ",
-        "error_bar": "interval error bar: lowest μ − {k}σ and highest μ + {k}σ",
-        "error_bar_lower": "bounds of μ − {k}σ",
-        "error_bar_upper": "bounds of μ + {k}σ",
-        "mean_at": "values of the interval inputs at the bounds of the interval mean",
-        "error_bar_at": "values of the interval inputs at the bounds of the interval error bar",
-        "mean_expected_error": "estimated error of the interval mean",
-        "error_bar_expected_error": "estimated error of the interval error bar",
-        "pointwise_error": "estimated error of μ ± {k}σ at one time, any values of the intervals",
-        "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
-        "mean_expansion_error": "error that is due to the expansion",
-        "error_bar_expansion_error": "error that is due to the expansion",
-        "mean_discretization_error": "error that is due to step and elements",
-        "error_bar_discretization_error": "error that is due to step and elements",
-        "carriers": "number of carriers",
-        "trusted": "whether most of the variation in held-out runs is predicted",
-        "orders": "highest order of the expansion",
-        "above_between": "largest rise above this value and the next one, between them",
-        "above_between_least": "least such rise of some runs",
-        "below_between": "largest fall below this value and the next one, between them",
-        "below_between_least": "least such fall of some runs",
-        "truncation": "indicator of the truncation error",
-        "bound": "bound over all values of the interval inputs",
-    }
     result, time = result.copy(), axes_of(result["mean"].transpose("bound", ...)).time
     averaged = "" if time is None else f", mean over {time}"
     sigmas = BandRecord.read(result).sigmas
     k = "" if sigmas == 1 else f"{sigmas:g}"
     units = set(np.ravel(result.coords["unit"].values)) if "unit" in result.coords else set()
-    for name, words in long_names.items():
+    for name, words in LONG_NAMES.items():
         if name in result.variables:
             attrs = {"long_name": words.format(k=k, averaged=averaged)}
             if len(units) == 1 and name not in WITHOUT_UNITS:

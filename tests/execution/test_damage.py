@@ -16,7 +16,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.execution import growing
-from flexband.execution.journal import Journal
+from flexband.execution.journal import Finished, Journal
 from tests.execution.responses import good, wrong
 
 INPUTS = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 1.0)}
@@ -346,3 +346,37 @@ def test_a_disk_that_is_full_at_times_loses_nothing(seed, tmp_path, monkeypatch)
 def delayed(a, b):
     time.sleep(0.005)
     return good(a, b)
+
+
+def test_a_record_of_which_a_part_was_written_is_cut(tmp_path, monkeypatch):
+    """What follows a record that a full disk has cut short could not be read."""
+    journal, folder = Journal(tmp_path), tmp_path
+
+    def of(k):
+        return Finished(f"s{k}", np.full((2, 1), k), np.full((2, 3), k), "", 0.1, 1e9)
+
+    journal.append(0, of(0.0), sync=False)
+    opened = journal._file
+
+    class Full:
+        """A file on a disk that has room for some bytes only."""
+
+        room = 40
+
+        def write(self, data):
+            part = bytes(data)[: self.room]
+            if not part:
+                raise OSError(28, "No space left on device")
+            self.room -= len(part)
+            return opened.write(part)
+
+        def __getattr__(self, name):
+            return getattr(opened, name)
+
+    monkeypatch.setattr(journal, "_file", Full())
+    with pytest.raises(OSError, match="No space left"):
+        journal.append(2, of(1.0), sync=False)
+    monkeypatch.setattr(journal, "_file", opened)
+    journal.append(2, of(2.0), sync=False)
+    assert [record.setting for record in Journal(folder).read(0)] == ["s0.0", "s2.0"]
+    journal.rotate()

@@ -109,6 +109,43 @@ def test_shared_reactions_put_only_themselves_in_doubt(tmp_path):
     assert "but what sensor 'top' measures is one choice of many" in said
 
 
+JUMP = """
+import flexband as fb
+
+def crank(speed):
+    points = {"p": (-0.5, 0.0), "tip": (0.5, 0.0)}
+    arm = fb.RigidBody(mass=1.0, inertia=0.1, points=points, position=(0.5, 0.0))
+    motor = fb.PrescribedRotation("arm", lambda t: speed * (t - 0.05) * (t > 0.05))
+    return fb.Mechanism(
+        bodies={"arm": arm},
+        joints={"pin": fb.Revolute("arm.p", (0.0, 0.0)), "motor": motor},
+        sensors={"tip": fb.Position("arm.tip"), "pin": fb.Reaction("pin")},
+    )
+
+study = fb.Study(
+    fb.dynamic_response(crank, duration=0.1, output_step=1e-3, step=1e-3),
+    {"speed": fb.Interval(1.0, 2.0)},
+    fb.PCCI(0, 2),
+    requirements=[
+        fb.Requirement("reach", "tip_Y", below=2.0), fb.Requirement("pull", "pin_X", above=-20.0),
+        fb.Requirement("lift", "pin_Y", below=90.0),
+    ],
+)
+"""
+
+
+def test_an_impulse_undecides_the_forces_that_it_is_in(tmp_path):
+    """The centre of the arm moves upwards at once, which takes an impulse of pin_Y alone."""
+    file, out = tmp_path / "crank.py", tmp_path / "out"
+    file.write_text(JUMP, encoding="utf-8")
+    said = run("run", file, "-o", out, status=3)
+    assert "PASS reach (below 2): kept" in said
+    assert "PASS pull (above -20): kept" in said
+    assert "UNDECIDED lift (below 90): probably kept" in said
+    assert "the speed of a prescribed motion jumps at t = 0.05 s" in said
+    assert "the worst with speed = 2)" in said
+
+
 def response_with(remark):
     def response(a):
         fb.errors.warn("what is remarked", remarks=[remark])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import norm
+from scipy.stats import beta, norm
 
 import flexband as fb
 from flexband.analysis import Final, Peak, ShareOfParts, sample_parts
@@ -251,3 +251,11 @@ def test_the_error_of_runs_moves_limits_for_both_ends_of_a_share():
     limits = [fb.Limit("y", below=1.0), fb.Limit("largest y", below=1.0)]
     margins = margins_of(limits, response, numbers, "", np.full((1, 4), 0.15))
     np.testing.assert_array_equal((margins < 0).sum(axis=-1), [[1, 2], [2, 2], [3, 2]])
+
+
+def test_lost_samples_count_for_both_ends_of_a_share():
+    """Of 20 samples and 2 lost ones, 3 surely fail, and 5 + 2 possibly: 3 and 7 of 22."""
+    share, low, high = share_of((3, 4, 5), 20, 0.95, 2)
+    assert share == 0.2
+    assert low == pytest.approx(beta.ppf(0.025, 3, 22 - 3 + 1))
+    assert high == pytest.approx(beta.ppf(0.975, 7 + 1, 22 - 7))

@@ -115,14 +115,19 @@ def warn_of_large_strains(
         where = "" if np.isnan(time) else f" at about t = {time:.3g} s"
         text = f"{names[m]!r} is {way} by {100 * abs(strain):.2g} %{where}"
         return Remark(
-            RemarkKind.LARGE_STRAIN, text, abs(strain), part=names[m], time=time, sample=sample
+            RemarkKind.LARGE_STRAIN,
+            f"{text}, beyond linear elasticity",
+            size=abs(strain),
+            part=names[m],
+            time=time,
+            sample=sample,
         )
 
     remarks = [remark(int(k)) for k in np.flatnonzero(size.max(axis=(0, 1)) > max_strain)]
     worst = max(remarks, key=lambda each: each.size)
     where = f" in sample {worst.sample}" if len(failed) > 1 else ""
     warn(
-        f"{worst.text}{where}: the strains of linear elasticity are small, below 1 % in metals. "
+        f"{worst.text}{where}, whose strains are small: below 1 % in metals. "
         "Unless it is as soft as rubber, check the lengths of all parts, and whether they let the "
         "mechanism move without stretching it",
         StrainWarning,

@@ -10,7 +10,7 @@ import pytest
 
 import flexband as fb
 from flexband.models import umbridge_server
-from flexband.models.limited_server import Budget, ServerLimits
+from flexband.models.limited_server import MemoryBudget, ServerLimits
 
 LIMITS = ServerLimits(body=1000, request=0.3, idle=0.5, connections=4)
 
@@ -91,7 +91,7 @@ def test_bodies_share_their_memory(server):
     assert answer(slow) == b""  # after its time
     assert b"200 OK" in answer(request(server, evaluation().ljust(900)))
     assert b"413" in answer(request(server, "", size=1001))
-    budget = Budget(10)
+    budget = MemoryBudget(10)
     with budget.taken(6) as first, budget.taken(5) as second:
         assert (first, second) == (True, False)
     assert budget.remaining == 10

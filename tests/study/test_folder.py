@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.cli import app
 from flexband.cli.status import lines, state_of
-from flexband.study import run
+from flexband.study import steps
 from flexband.study.folder import StudyFolder
 from flexband.study.study import load_study
 
@@ -93,8 +93,8 @@ def test_status_tells_what_is_done_and_how_long_all_runs_take(file, tmp_path, mo
 
         return call
 
-    monkeypatch.setattr(run, "contributions", seen("answers", fb.analysis.contributions))
-    monkeypatch.setattr(run, "verify", seen("verification", fb.verify))
+    monkeypatch.setattr(steps, "contributions", seen("answers", fb.analysis.contributions))
+    monkeypatch.setattr(steps, "verify", seen("verification", fb.verify))
     call("run", file, "-o", out, "--verify", 4)
     first, last = found["verification"], found["answers"]
     assert (first["now"], last["now"]) == ("verification runs", "the answers")

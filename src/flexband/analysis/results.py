@@ -16,8 +16,7 @@ from flexband.remarks.collection import carried as remarks_carried
 from flexband.remarks.remark import RemarkKind
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
-from flexband.uncertainty.surrogates.bands import BOUNDS, remark
-from flexband.uncertainty.surrogates.records import BandRecord, Record
+from flexband.uncertainty.surrogates.bands import BOUNDS, AttributeRecord, BandRecord, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
@@ -41,7 +40,7 @@ WITHOUT_UNITS = ("_at", "_choice")
 
 
 @dataclass(frozen=True)
-class AnswerRecord(Record):
+class AnswerRecord(AttributeRecord):
     """What answers say beside their numbers, each some of it.
 
     Attributes
@@ -60,7 +59,7 @@ class AnswerRecord(Record):
     scatter: str = ""
     verdict: str = ""
     outcome: str = ""
-    doubts: Any = ()
+    doubts: Sequence[str] = ()
     changes: str = ""
     surrogate_not_reliable: str = ""
     undefined: int = 0

@@ -53,7 +53,11 @@ def draw(figure: Callable[[], Figure], file: Path, *, drawable: bool = True) -> 
 
 
 def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
-    """Draw limits.png in a folder, unless it keeps the limits of its study: a remark says so."""
+    """Draw limits.png in a folder, unless it keeps the limits of its study: a remark says so.
+
+    A page that shows it shows the new one.
+    """
+    from flexband.report.page.page_file import list_shown  # noqa: PLC0415
     from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
 
     if not check.written:
@@ -62,3 +66,6 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     drawable = check.margins["margin"].ndim <= 2
     figure, margins = folder / "limits.png", display.data(check.margins)
     draw(lambda: limits_figure(margins, check.probability), figure, drawable=drawable)
+    names = ("limits", "probability", "yield")
+    files = [folder / f"{name}.{kind}" for name in names for kind in ("nc", "png")]
+    try_write(lambda: list_shown(folder, files))

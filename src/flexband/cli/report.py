@@ -14,7 +14,6 @@ from flexband.cli.messages import UsageError, print_remark, print_text, reported
 from flexband.errors import InputError, check_integer
 from flexband.execution.names import FileName
 from flexband.files import try_write
-from flexband.uncertainty.surrogates.records import BandRecord
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
@@ -28,6 +27,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.report.text.remarks import remark_line
     from flexband.study.results.answers import Unusable, answer_file, read_answers
     from flexband.study.results.netcdf import RESTORED, read_netcdf, write_netcdf
+    from flexband.uncertainty.surrogates.bands import BandRecord
 
 
 @app.command("report")

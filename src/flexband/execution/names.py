@@ -58,15 +58,5 @@ ANSWERS = (
 )  # fmt: skip
 """Answers, which commands write as NAME.nc and NAME.png."""
 
-COMMAND_OF_ANSWER = {
-    "allocation": "allocate",
-    "narrowed": "narrow",
-    "p_box": "distribution",
-    "p_boxes": "report --p-boxes",
-    "quantiles": "distribution",
-    "range": "distribution",
-}
-"""Commands that write an answer of another name."""
-
 WRITTEN_BY_RUN = ("limits", "parts", "path", "probability", "yield")
 """Answers that ``flexband run`` writes, too."""

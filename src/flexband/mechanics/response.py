@@ -272,10 +272,12 @@ class DynamicResponse(SensorResponse):
                 f"diverged with steps of {self.step:g} s and had to be completed with half of it; "
                 "estimates of the step's error do not see their error: take a shorter step"
             )
-            one = f"a run {text}"
             warn(
                 f"{len(halved)} of {number_of(samples, 'run')} {text}",
-                remarks=[Remark(RemarkKind.HALVED_STEP, one, size=1.0, sample=k) for k in halved],
+                remarks=[
+                    Remark(RemarkKind.HALVED_STEP, f"a run {text}", size=1.0, sample=k)
+                    for k in halved
+                ],
             )
         if self.slow:
             later = motion.isel(time=slice(round(self.slow / 2 / self.output_step), None))

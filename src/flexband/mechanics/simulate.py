@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter, defaultdict
 from contextlib import nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -27,7 +26,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.continued_start import end_state
-from flexband.mechanics.engine.batch import Batch, Impulse, run_samples
+from flexband.mechanics.engine.batch import Batch, run_samples
 from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.reachability import find_out_of_reach
@@ -43,12 +42,11 @@ from flexband.mechanics.engine.step_check import (
 )
 from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import interruptible, thread_count
+from flexband.mechanics.impulses import impulses_text, keep_impulses
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import check_multiple, started
 from flexband.progress import Progress, ProgressListener, listener, listening
-from flexband.remarks.collection import catch
-from flexband.remarks.remark import Remark, RemarkKind
 
 if TYPE_CHECKING:
     from flexband.mechanics.assembly.system import System
@@ -247,9 +245,8 @@ def simulated(
     warn_of_unresolved(system, batch.unresolved, times)
     warn_of_large_strains(system, batch.strains, batch.failures[:, 0] > 0, batch.kept)
     if batch.impulses:
-        result.attrs["impulses"] = _impulses_text(system, batch.impulses)
-        for impulse in batch.impulses:
-            catch(_remark_on_impulse(system, impulse))
+        result.attrs["impulses"] = impulses_text(system, batch.impulses)
+        keep_impulses(system, batch.impulses)
     result.attrs |= begins.attributes(system, batch.corrections)
     if keep_state:
         end = float(times[-1])
@@ -290,48 +287,6 @@ def check_sensors(mechanism: Mechanism, grid: TimeGrid) -> None:
     """Raise `InputError` if there are no sensors, or averages are over other times."""
     mechanism.check_sensors()
     refuse_windows(mechanism.sensors, grid.begin, grid.begin + grid.duration, grid.step)
-
-
-def _impulses_text(system: System, impulses: list[Impulse]) -> str:
-    """Return the impulses of joints that have sensors, in the order of time."""
-    chosen = [k for k, name in enumerate(system.outputs) if name in system.impulsive]
-    order: dict[int, list[Impulse]] = defaultdict(list)
-    count: Counter[int] = Counter()
-    for impulse in impulses:
-        count[impulse.sample] += 1
-        order[count[impulse.sample]].append(impulse)
-    lines = []
-    for group in order.values():
-        when = _range([impulse.time for impulse in group], "s")
-        sizes = (
-            f"{system.outputs[k]} {_range([i.outputs[k] for i in group], system.units[k] + ' s')}"
-            for k in chosen
-        )
-        lines.append(f"at t = {when}: {', '.join(sizes) or 'no joint has a sensor of its force'}")
-    return "; ".join(lines)
-
-
-def _remark_on_impulse(system: System, impulse: Impulse) -> Remark:
-    """Return that outputs do not show an impulse, with those of which there is one."""
-    names = [name for name in system.outputs if name in system.impulsive]
-    sizes = {name: float(impulse.outputs[system.outputs.index(name)]) for name in names}
-    largest = max(map(abs, sizes.values()), default=0.0)
-    least = 1e-9 * largest  # below it is rounding
-    outputs = tuple(name for name, size in sizes.items() if abs(size) > least)
-    text = (
-        f"the speed of a prescribed motion jumps at t = {impulse.time:.4g} s: the impulse that "
-        "this takes is in no force at an instant"
-    )
-    return Remark(
-        RemarkKind.IMPULSES, text, size=largest, outputs=outputs,
-        time=float(impulse.time), sample=impulse.sample,
-    )  # fmt: skip
-
-
-def _range(values: list[float], unit: str) -> str:
-    """Return equal values as one number, others as a range."""
-    low, high = f"{min(values):.6g}", f"{max(values):.6g}"
-    return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
 class _Printed(ProgressListener):

@@ -47,7 +47,7 @@ class TimedReader(io.RawIOBase):
         return count
 
 
-class Budget:
+class MemoryBudget:
     """Bytes that all requests may take together."""
 
     def __init__(self, size: int):
@@ -72,7 +72,7 @@ class LimitedServer(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, address: tuple[str, int], handler: Any, limits: ServerLimits):
-        self.limits, self.bodies = limits, Budget(limits.body)
+        self.limits, self.bodies = limits, MemoryBudget(limits.body)
         self.free = threading.BoundedSemaphore(limits.connections)
         super().__init__(address, handler)
 
@@ -101,7 +101,7 @@ class LimitedHandler(BaseHTTPRequestHandler):
     """Requests, each of which has its own time limit."""
 
     limits: ServerLimits
-    bodies: Budget
+    bodies: MemoryBudget
 
     def setup(self) -> None:
         super().setup()

@@ -12,9 +12,6 @@ from typing import Any
 
 from flexband.remarks.remark import Remark
 
-ATTRIBUTE = "remarks"
-"""Of results: a list of texts, each a `CollectedRemark` as JSON."""
-
 _caught: ContextVar[list[Remark] | None] = ContextVar("caught", default=None)
 
 
@@ -91,15 +88,18 @@ def collected(remarks: Iterable[CollectedRemark]) -> tuple[CollectedRemark, ...]
 
 
 def remarks_of(*attributes: Mapping[Any, Any]) -> tuple[CollectedRemark, ...]:
-    """Return the remarks in the attributes of results, the worst of each topic."""
-    texts = (text for each in attributes for text in each.get(ATTRIBUTE, ()))
+    """Return the remarks in the attributes of results, the worst of each topic.
+
+    The attribute is a list of texts, each a `CollectedRemark` as JSON.
+    """
+    texts = (text for each in attributes for text in each.get("remarks", ()))
     return collected(CollectedRemark.from_json(json.loads(text)) for text in texts)
 
 
 def as_attribute(remarks: Iterable[CollectedRemark]) -> dict[str, list[str]]:
     """Return remarks as an attribute of a result; none without remarks."""
     texts = [json.dumps(remark.as_json()) for remark in collected(remarks)]
-    return {ATTRIBUTE: texts} if texts else {}
+    return {"remarks": texts} if texts else {}
 
 
 def carried(*attributes: Mapping[Any, Any]) -> dict[str, list[str]]:

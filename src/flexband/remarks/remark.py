@@ -51,22 +51,26 @@ class RemarkKind(StrEnum):
     @property
     def doubted(self) -> Doubted:
         """Which outputs it puts in doubt."""
-        return DOUBTED.get(self, Doubted.NONE)
-
-
-DOUBTED = {
-    RemarkKind.LARGE_STRAIN: Doubted.ALL,
-    RemarkKind.COARSE_STEP: Doubted.ALL,
-    RemarkKind.HALVED_STEP: Doubted.ALL,
-    RemarkKind.SHARED_REACTIONS: Doubted.NAMED,
-    RemarkKind.UNRESOLVED_REACTIONS: Doubted.NAMED,
-    RemarkKind.ALMOST_DEPENDENT: Doubted.ALL,
-    RemarkKind.IMPULSES: Doubted.NAMED,
-    RemarkKind.COARSE_MESH: Doubted.NAMED,
-    RemarkKind.OTHER_BRANCH: Doubted.ALL,
-    RemarkKind.NOISE: Doubted.NAMED,
-}
-"""Kinds that put outputs in doubt. Their `error` is compared with the margin of a requirement."""
+        kinds = RemarkKind
+        match self:
+            case (
+                kinds.LARGE_STRAIN
+                | kinds.COARSE_STEP
+                | kinds.HALVED_STEP
+                | kinds.ALMOST_DEPENDENT
+                | kinds.OTHER_BRANCH
+            ):
+                return Doubted.ALL
+            case (
+                kinds.COARSE_MESH
+                | kinds.SHARED_REACTIONS
+                | kinds.UNRESOLVED_REACTIONS
+                | kinds.IMPULSES
+                | kinds.NOISE
+            ):
+                return Doubted.NAMED
+            case _:
+                return Doubted.NONE
 
 
 @dataclass(frozen=True)

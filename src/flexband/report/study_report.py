@@ -21,7 +21,7 @@ from flexband.study.results.netcdf import write_netcdf
 from flexband.study.results.result import StudyResult
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.fields.field import Field
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

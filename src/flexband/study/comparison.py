@@ -35,7 +35,7 @@ from flexband.uncertainty.methods.pcci import PCCI, ImprovedPCCI
 from flexband.uncertainty.methods.perturbation import PerturbationChebyshev
 from flexband.uncertainty.methods.scanning import LHSScanning, MonteCarlo, Scanning, SobolScanning
 from flexband.uncertainty.phase_resolved.method import PhaseResolvedPCCI
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 
 
 @dataclass(frozen=True)

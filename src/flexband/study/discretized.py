@@ -13,7 +13,7 @@ from flexband.uncertainty.adaptive.method import AdaptivePCCI
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
 from flexband.uncertainty.propagate import expand
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 

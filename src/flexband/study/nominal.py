@@ -25,7 +25,7 @@ from flexband.study.start_vibrations import attributes, start_vibrations
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.runs.between import parts_between
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 if TYPE_CHECKING:

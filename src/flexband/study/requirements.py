@@ -16,6 +16,7 @@ from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.progress import counted, listener
+from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.nominal import around_nominal, discretization_error, with_recorded, with_runs
 from flexband.study.progress import StudyProgress
 from flexband.study.results.answers import answer_file
@@ -107,8 +108,8 @@ def checked_requirements(
     doubts: Sequence[Doubt],
     parts: xr.Dataset | None,
     **execution: Any,
-) -> tuple[LimitCheck | None, str]:
-    """Return whether the requirements of a study are kept, or why that is not known.
+) -> tuple[LimitCheck | None, tuple[RequirementVerdict, ...]]:
+    """Return whether the requirements of a study are kept, or the verdicts if that is not known.
 
     Parameters
     ----------
@@ -116,10 +117,14 @@ def checked_requirements(
     execution : of the runs: batch, executor, failed.
     """
     study, folder = progress.study, progress.folder.path
+
+    def unchecked(why: str) -> tuple[None, tuple[RequirementVerdict, ...]]:
+        return None, tuple(RequirementVerdict.not_checked(each, why) for each in study.limits)
+
     if not study.requirements:
-        return None, ""
+        return None, ()
     if surrogate is None:
-        return None, "the method expands no response"
+        return unchecked("the method expands no response")
     from flexband.analysis.parts.distribution import yield_of  # noqa: PLC0415
     from flexband.study.results.limits import check_limits_in  # noqa: PLC0415
 
@@ -145,8 +150,8 @@ def checked_requirements(
             production=production,
         )
     except InputError as error:  # the bands are there
-        return None, str(error)
+        return unchecked(str(error))
     except Exception as error:  # whatever a response raises, or a disk that is full
         progress.failures.append("requirements")
-        return None, error_text(error)
-    return check, ""
+        return unchecked(error_text(error))
+    return check, ()

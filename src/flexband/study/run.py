@@ -6,42 +6,29 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
-from flexband.analysis.sensitivity.contributions import contributions
-from flexband.analysis.verification.verify import MAX_RUNS, RUNS, verify
+from flexband.analysis.verification.verify import MAX_RUNS, RUNS
 from flexband.arguments import frozen
-from flexband.error_text import error_text
 from flexband.errors import (
     InputError,
-    RunsNeeded,
-    ToleranceWarning,
     check_flag,
     check_instance,
     check_integer,
-    without_warnings,
 )
 from flexband.execution.store import Store
 from flexband.progress import Progress, listener
-from flexband.requirements.requirement import several
-from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.compiling import compile_ahead
 from flexband.study.folder import StudyFolder
 from flexband.study.identity import identity
-from flexband.study.nominal import bands_with_nominal
 from flexband.study.progress import StudyProgress
 from flexband.study.requirements import checked_requirements, sampled_parts
 from flexband.study.results.files import ResultFiles
 from flexband.study.results.result import StudyResult, doubts_about, finished_result
+from flexband.study.steps import runs_of, write_bands, write_contributions, write_verification
 from flexband.uncertainty.runs.evaluations import BATCH, checked_policy, forget_failed
-from flexband.uncertainty.surrogates.records import BandRecord
 
 if TYPE_CHECKING:
-    from flexband.analysis.selection import AnySurrogate
     from flexband.execution.executors import ExecutorLike
     from flexband.study.definition import StudyDefinition
-
-    StudySurrogate = AnySurrogate | None
 
 
 @frozen()
@@ -157,16 +144,22 @@ def run_study(
         progress = StudyProgress(study, home, store, about, task)
         with progress.recorded(claim):
             compile_ahead(study)
-            files = ResultFiles(home)
-            surrogate, bands = _bands(progress, options, files)
-            verification = _verification(progress, options, surrogate, files)
-            verifying = options.verifying(study)
-            seconds = progress.elapsed / (BandRecord.read(bands).runs + verifying)
+            files, verifying = ResultFiles(home), options.verifying(study)
+            surrogate, bands = write_bands(progress, files, **options.execution)
+            verification = write_verification(
+                progress,
+                surrogate,
+                files,
+                verifying,
+                executor=options.executor,
+                failed=options.failed,
+            )
+            seconds = progress.elapsed / (runs_of(bands) + verifying)
             listener().stage("the answers")
-            shares = _contributions(progress, surrogate, files)
+            shares = write_contributions(progress, surrogate, files)
             doubts = doubts_about(bands, verification, requested=bool(verifying))
             parts = sampled_parts(progress, surrogate, doubts, **options.execution)
-            limits, why = checked_requirements(
+            limits, unchecked = checked_requirements(
                 progress, surrogate, doubts, parts, **options.execution
             )
             result = StudyResult(
@@ -177,11 +170,7 @@ def run_study(
                 verification=verification,
                 contributions=shares,
                 limits=limits,
-                unchecked=tuple(
-                    RequirementVerdict.not_checked(requirement, why)
-                    for requirement in several(study.requirements)
-                    if limits is None
-                ),
+                unchecked=unchecked,
                 doubts=doubts,
                 parts=parts,
                 seconds_per_run=seconds,
@@ -193,66 +182,3 @@ def run_study(
             if store is not None:
                 progress.write("finished", result=result.record())
     return result
-
-
-def _bands(
-    progress: StudyProgress, options: RunOptions, files: ResultFiles
-) -> tuple[StudySurrogate, xr.Dataset]:
-    """Make the runs; write the surrogate, if the method makes one, and the bands."""
-    study = progress.study
-    listener().stage("runs")
-    how = {"store": progress.store, **options.execution}
-    task = progress.task(study.method.label)
-    if study.expands:
-        with without_warnings(ToleranceWarning):  # which is one of the doubts
-            surrogate = study.expand(progress=task, **how)
-        files.write_surrogate(surrogate)
-        bands = bands_with_nominal(study, surrogate, progress.folder.path, **how)
-    else:
-        surrogate, bands = None, study.run(progress=task, **how)
-        files.write_surrogate(None)
-    files.write_bands(bands)
-    return surrogate, bands
-
-
-def _contributions(
-    progress: StudyProgress, surrogate: StudySurrogate, files: ResultFiles
-) -> xr.Dataset | None:
-    """Write how much each input widens the error bars; warn and return None if that fails."""
-    if surrogate is None:
-        return None
-    try:
-        shares = contributions(surrogate, sigmas=progress.study.sigmas)
-    except Exception as error:  # the bands are there
-        progress.fail("contributions", f"which input matters is not known: {error_text(error)}")
-        return None
-    files.write_contributions(shares)
-    return shares
-
-
-def _verification(
-    progress: StudyProgress, options: RunOptions, surrogate: StudySurrogate, files: ResultFiles
-) -> xr.Dataset | None:
-    """Write how verification runs judge a surrogate; warn and return None if they fail."""
-    study, runs = progress.study, options.verifying(progress.study)
-    if not runs or surrogate is None:
-        return None
-    listener().stage("verification runs")
-    try:
-        verification = verify(
-            surrogate,
-            study.response,
-            sigmas=study.sigmas,
-            runs=runs,
-            store=progress.store,
-            executor=options.executor,
-            failed=options.failed,
-            progress=progress.task("verification runs"),
-        )
-    except RunsNeeded:
-        raise
-    except Exception as error:  # whatever a response raises; the bands are there
-        progress.fail("verification", f"the result is not verified: {error_text(error)}")
-        return None
-    files.write_verification(verification)
-    return verification

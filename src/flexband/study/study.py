@@ -7,10 +7,9 @@ import sys
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from flexband.arguments import arguments_checked
+from flexband.arguments import Fixed, arguments_checked
 from flexband.errors import InputError
 from flexband.progress import Progress
 from flexband.requirements.requirement import Requirements, several
@@ -22,8 +21,6 @@ from flexband.uncertainty.methods.method import Method
 if TYPE_CHECKING:
     from flexband.study.results.result import StudyResult
     from flexband.study.run import RunOptions
-
-NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @arguments_checked
@@ -67,11 +64,11 @@ class Study(StudyDefinition):
         method: Method,
         sigmas: float = 1.0,
         limits: Requirements = (),
-        units: Mapping[str, str] = NOTHING,
+        units: Mapping[str, str] = Fixed({}),
         requirements: Requirements = (),
-        scatter: Scatter = NOTHING,
-        display_units: Mapping[str, str] = NOTHING,
-        title_block: Mapping[str, str] = NOTHING,
+        scatter: Scatter = Fixed({}),
+        display_units: Mapping[str, str] = Fixed({}),
+        title_block: Mapping[str, str] = Fixed({}),
     ) -> None:
         super().__init__(
             response=response,

@@ -36,7 +36,7 @@ from flexband.analysis.results import (
 )
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.words import number_of
 

@@ -5,24 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
 
 import xarray as xr
 
 from flexband.requirements.corridors import FOR_CONSTANT_OFFSETS
 from flexband.rounding import unit_of_variable
-from flexband.uncertainty.surrogates.records import Record
-
-NOT_ESTIMATED = "not estimated"
-"""Value of `MarginRecord.error` of methods that estimate none."""
+from flexband.uncertainty.surrogates.bands import AttributeRecord
 
 
 @dataclass(frozen=True)
-class MarginRecord(Record):
+class MarginRecord(AttributeRecord):
     """What a result of `check_limits` says beside its numbers.
 
     Attributes
     ----------
-    error : the variable of the bands that tells the error, or `NOT_ESTIMATED`.
+    error : the variable of the bands that tells the error, or `NOT_ESTIMATED` if none does.
     sigmas : k of the error bar, if it is that of all requirements.
     random : whether inputs are random.
     runs, runs_recorded : numbers of runs at worst tolerances, and of those that were looked at.
@@ -31,6 +29,7 @@ class MarginRecord(Record):
     verdict : all verdicts in words.
     """
 
+    NOT_ESTIMATED: ClassVar[str] = "not estimated"
     error: str = ""
     sigmas: float = 3.0
     random: int = 1
@@ -138,5 +137,5 @@ def margins_in_words(result: xr.Dataset) -> str:
         + (f", with {', '.join(verdict.inputs)}" if verdict.inputs else "")
         for verdict in verdicts
     ]
-    unknown = MarginRecord.read(result).error == NOT_ESTIMATED
+    unknown = MarginRecord.read(result).error == MarginRecord.NOT_ESTIMATED
     return ". ".join(words) + (". The error of this is not estimated" if unknown else "")

@@ -10,9 +10,9 @@ import xarray as xr
 
 from flexband.analysis.allocation.adjustment import Adjusted, compensators, limited
 from flexband.analysis.limits.least_margin import (
-    NOT_ESTIMATED,
     WORST_FIRST,
     LimitVerdict,
+    MarginRecord,
     margins_in_words,
 )
 from flexband.analysis.peaks import drops, spacing
@@ -39,7 +39,7 @@ from flexband.requirements.criteria import Probability, ShareOfParts, WorstCase
 from flexband.requirements.requirement import Requirement, Requirements, by_name
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
 
 
@@ -116,7 +116,7 @@ def check_limits(
         source, inputs = checked.source, checked.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
-    attrs: dict[str, Any] = {"error": source or NOT_ESTIMATED}
+    attrs: dict[str, Any] = {"error": source or MarginRecord.NOT_ESTIMATED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
     remarks = [r for case in surrogates_of(surrogate).values() for r in remarks_on(case)]

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.least_margin import (
-    NOT_ESTIMATED,
     LeastMargin,
     LimitVerdict,
     MarginRecord,
@@ -18,8 +17,8 @@ from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.scatter import OF_SAMPLES
 from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
-from flexband.uncertainty.surrogates.records import VerificationRecord
 from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
+from flexband.uncertainty.surrogates.verdicts import VerificationRecord
 
 
 class LimitCheck(NamedTuple):
@@ -156,7 +155,7 @@ def _by_margin(
         error = max(
             error, implied * growth(k) / growth(VerificationRecord.read(verification).sigmas)
         )
-    elif source == NOT_ESTIMATED:
+    elif source == MarginRecord.NOT_ESTIMATED:
         return Verdict.UNDECIDED, Reason.NO_ERROR, np.nan
     elif (
         verification is not None

@@ -15,7 +15,7 @@ from flexband.uncertainty.inputs.space import check_names
 from flexband.uncertainty.inputs.unfolding import GivenInputs
 from flexband.uncertainty.runs.evaluated import Evaluated
 from flexband.uncertainty.runs.evaluations import EvaluationOptions, evaluations, setting
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 Points = tuple[np.ndarray, np.ndarray]

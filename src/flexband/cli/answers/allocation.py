@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
-from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import (
     CommandOutput,
     SavedResult,
@@ -23,6 +22,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.allocation.costs import checked_costs
     from flexband.analysis.allocation.stated_probability import checked_probability
     from flexband.analysis.allocation.tolerances import Tolerances
+    from flexband.analysis.results import AnswerRecord
     from flexband.report.page.answers import allocation_table
     from flexband.report.plot.figures import allocation_figure
     from flexband.report.text.numbers import number

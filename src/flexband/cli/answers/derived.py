@@ -18,7 +18,6 @@ from flexband.cli.answers.frame import (
     answer_command,
 )
 from flexband.cli.messages import UsageError, usage
-from flexband.rounding import unit_of_variable
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
@@ -26,6 +25,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.selection import labels_of
     from flexband.report.page.answers import derived_table
     from flexband.report.plot.figures import derived_figure
+    from flexband.rounding import unit_of_variable
     from flexband.study.presentation.display import ONLY_OUTPUT, Display, names_and_units
     from flexband.uncertainty.surrogates.axes import axes_of, names_of_outputs
 

@@ -15,7 +15,6 @@ from flexband.cli.messages import UsageError, usage
 from flexband.cli.options import Trust
 from flexband.errors import InputError, check_integer
 from flexband.execution.names import FileName
-from flexband.files import try_write
 
 if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
@@ -26,7 +25,6 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.analysis.probability.texts import verdict_on
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import limits_table
-    from flexband.report.page.page_file import list_shown
     from flexband.report.progress import progress_bars
     from flexband.requirements.requirement import corridors, several
     from flexband.requirements.verdict import RequirementVerdict
@@ -104,9 +102,6 @@ def limits(
             verdicts = [RequirementVerdict.not_checked(each, why) for each in requested_limits]
             return CommandOutput({}, verdicts=verdicts)
     draw_limits(check, place, result.display)
-    names = "limits.nc", "limits.png", "probability.nc", "yield.nc"
-    if check.written:
-        try_write(lambda: list_shown(place, [place / name for name in names]))
     margins, probability = check.margins, check.probability
     checked = result.display.data(margins)
     likely = None if probability is None else result.display.data(probability)

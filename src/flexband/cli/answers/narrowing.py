@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import flexband as fb
-from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, UsageError, print_text, usage
 from flexband.cli.options import Trust
 from flexband.errors import InputError
-from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.words import with_article
 
 if TYPE_CHECKING:  # imported when a command is called
@@ -23,6 +21,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.probability.texts import NOT_GIVEN
+    from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import labels_of
     from flexband.report.page.inputs import known_of
     from flexband.report.text.numbers import number, percent_to_tenth
@@ -41,6 +40,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.study.results.limits import has_probability
     from flexband.uncertainty.inputs.pbox import PBox, Score
     from flexband.uncertainty.surrogates.axes import axes_of
+    from flexband.uncertainty.surrogates.bands import BandRecord
 
 
 @answer_command("narrow")

@@ -8,7 +8,6 @@ import typer
 
 import flexband as fb
 from flexband.analysis.probability import COARSEST, FINEST
-from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, answer_command
 from flexband.cli.answers.limits import During, Only, Side, as_rows, limits_of
 from flexband.cli.messages import Table, UsageError, usage
@@ -19,6 +18,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import xarray as xr
 
     from flexband.analysis.probability.model import MAX_RUNS, MIN_RUNS
+    from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import yield_cell
     from flexband.report.progress import progress_bars

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import flexband as fb
-from flexband.analysis.results import AnswerRecord
 from flexband.cli.answers.frame import CommandOutput, SavedResult, Sigmas, answer_command
 from flexband.cli.messages import Table, usage
 
@@ -17,6 +16,7 @@ if TYPE_CHECKING:  # imported when a command is called
     import numpy as np
     import xarray as xr
 
+    from flexband.analysis.results import AnswerRecord
     from flexband.analysis.selection import surrogates_of
     from flexband.report.page.answers import only_one
     from flexband.report.page.inputs import averaging

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.errors import ResolutionWarning, warn
+from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Continua, ContinuumValues, Elements, ElementValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
@@ -18,6 +20,9 @@ from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.mechanics.loads.load import FreeStrainEntry
+from flexband.mechanics.sensors.sections import LocalSensor
+from flexband.remarks.remark import Remark, RemarkKind
+from flexband.words import number_of
 
 
 class FreeTerm(NamedTuple):
@@ -156,3 +161,27 @@ def rigidity(
         inverse_length = stack(cables.inverse_length)
         squares.append((axial * inverse_length**2 / inertia).max(axis=0))
     return 1e10 / np.maximum.reduce(np.broadcast_arrays(*squares)) if squares else np.ones(1)
+
+
+def warn_of_elements(mechanism: Mechanism) -> None:
+    """Warn of members whose number of elements was left out, or is too small."""
+    for name in mechanism.without_elements:
+        warn(
+            f"the number of elements of {name!r} is left out: {mechanism.elements[name]} are used",
+            ResolutionWarning,
+        )
+    for name, body in mechanism.members.items():
+        if body.mesh.parts > body.elements:
+            text = (
+                f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "
+                "parts between the points where joints and loads act: its section forces are "
+                f"wrong near these points. Give elements={body.mesh.parts} or more"
+            )
+            outputs = tuple(
+                sensor_name + suffix
+                for sensor_name, sensor in mechanism.sensors.items()
+                if isinstance(sensor, LocalSensor) and sensor.body == name
+                for suffix, _ in sensor.outputs()
+            )
+            remark = Remark(RemarkKind.COARSE_MESH, text, part=name, outputs=outputs)
+            warn(text, ResolutionWarning, [remark])

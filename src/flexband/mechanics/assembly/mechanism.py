@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from flexband.arguments import Fixed, frozen
 from flexband.errors import (
     InputError,
-    ResolutionWarning,
     check_finite,
     check_instance,
     check_integer,
@@ -69,9 +68,7 @@ from flexband.mechanics.loads.load import (
 )
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import ContactRows, FrictionRows, Sensor
-from flexband.mechanics.sensors.sections import LocalSensor
-from flexband.remarks.remark import Remark, RemarkKind
-from flexband.words import number_of, with_article
+from flexband.words import with_article
 
 
 class Watched(NamedTuple):
@@ -200,29 +197,6 @@ class Mechanism:
     def without_elements(self) -> list[str]:
         """The flexible members whose number of elements was left out."""
         return [name for name, body in self.bodies.items() if body.elements_left_out]
-
-    def warn_of_elements(self) -> None:
-        """Warn of members whose number of elements was left out, or is too small."""
-        for name in self.without_elements:
-            warn(
-                f"the number of elements of {name!r} is left out: {self.elements[name]} are used",
-                ResolutionWarning,
-            )
-        for name, body in self.members.items():
-            if body.mesh.parts > body.elements:
-                text = (
-                    f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "
-                    "parts between the points where joints and loads act: its section forces are "
-                    f"wrong near these points. Give elements={body.mesh.parts} or more"
-                )
-                outputs = tuple(
-                    sensor_name + suffix
-                    for sensor_name, sensor in self.sensors.items()
-                    if isinstance(sensor, LocalSensor) and sensor.body == name
-                    for suffix, _ in sensor.outputs()
-                )
-                remark = Remark(RemarkKind.COARSE_MESH, text, part=name, outputs=outputs)
-                warn(text, ResolutionWarning, [remark])
 
     def warn_of_windings(self) -> None:
         """Warn of springs that begin wound up since their bodies are given angles turns apart."""

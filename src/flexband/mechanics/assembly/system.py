@@ -12,7 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import InputError, named, returned
-from flexband.mechanics.assembly.elements import ContinuumTable, ElementTable, rigidity
+from flexband.mechanics.assembly.elements import (
+    ContinuumTable,
+    ElementTable,
+    rigidity,
+    warn_of_elements,
+)
 from flexband.mechanics.assembly.friction import FrictionTable
 from flexband.mechanics.assembly.inertia import Inertia
 from flexband.mechanics.assembly.mechanism import Mechanism
@@ -85,7 +90,7 @@ class System:
 
 def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism."""
-    mechanism.warn_of_elements()
+    warn_of_elements(mechanism)
     state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
     velocity: list[ArrayLike] = [0.0]
     free = [strain for entries in mechanism.entries.values() for strain in entries.strains]

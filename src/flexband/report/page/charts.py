@@ -14,7 +14,7 @@ from flexband.report.text.drawable import drawable_outputs, series
 from flexband.report.text.numbers import number
 from flexband.report.text.tables import Table, deviations, outputs_of, select, unit_of
 from flexband.rounding import unit_of_variable
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 DIGITS = 2e-6

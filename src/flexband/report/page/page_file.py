@@ -7,7 +7,7 @@ from pathlib import Path
 
 from flexband.computation import NUMBERING, check_numbering
 from flexband.errors import InputError
-from flexband.execution.names import COMMAND_OF_ANSWER, WRITTEN_BY_RUN, FileName
+from flexband.execution.names import WRITTEN_BY_RUN, FileName
 from flexband.files import read_json, write_json
 from flexband.report.page.arrays import JsonRecord
 from flexband.requirements.verdict import RequirementVerdict
@@ -68,7 +68,15 @@ def restored(name: str) -> str:
     answer = name.rpartition(".")[0]
     if answer in WRITTEN_BY_RUN:
         return RESTORED
-    command = COMMAND_OF_ANSWER.get(answer, answer)
+    others = {
+        "allocation": "allocate",
+        "narrowed": "narrow",
+        "p_box": "distribution",
+        "p_boxes": "report --p-boxes",
+        "quantiles": "distribution",
+        "range": "distribution",
+    }
+    command = others.get(answer, answer)
     return f"`flexband {command}` restores it, and `flexband run` leaves it out"
 
 

@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from flexband.analysis.limits.verdicts import requirement_verdicts
-from flexband.analysis.results import AnswerRecord
 from flexband.execution.names import FileName
-from flexband.remarks.collection import remarks_of
 from flexband.report.page.answers import answers_in, limit_remarks, limits_table
+from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.charts import chart_data, nominal_of, numbers
+from flexband.report.page.computed import computed_rows, heading, scatter_of
 from flexband.report.page.definitions import definitions
 from flexband.report.page.inputs import with_shares
 from flexband.report.page.p_boxes import p_box_data
 from flexband.report.page.paths import path_data
+from flexband.report.page.requirements import judged_requirements
 from flexband.report.page.template import write_page
 from flexband.report.page.verdict import uncertain_ones, verdict, why_unreliable
 from flexband.report.page.what_if import panel as what_if
 from flexband.report.text import tables
-from flexband.report.text.remarks import remark_line, standing, untouched_by
-from flexband.report.text.verdicts import verdict_text
-from flexband.requirements.verdict import Verdict, worst_of
 from flexband.study.presentation.display import Display
 from flexband.study.presentation.title_block import FIELDS
 from flexband.study.results.answers import read_answer
-from flexband.uncertainty.surrogates.records import BandRecord
-from flexband.words import number_of
 
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
@@ -42,7 +36,7 @@ HELD = (
 
 def write_report(
     folder: Path,
-    given: Mapping[str, Any],
+    given: JsonRecord,
     bands: xr.Dataset,
     checked: xr.Dataset | None = None,
     contributions: xr.Dataset | None = None,
@@ -85,30 +79,23 @@ def write_report(
     charts = chart_data(held, nominal, contributions, limits, display.input_units())
     if charts and any(row[1] == "compensator" for row in given["inputs"][1]):
         charts["limits"] = None  # margins are those after it is adjusted
-    verdicts = requirement_verdicts(check, uncertain, checked) if check else given["unchecked"]
-    every = remarks_of(bands.attrs if checked is None else checked.attrs)
-    untouched = untouched_by(verdicts, every)
-    record = BandRecord.read(bands)
-    heading = [given["label"], number_of(record.runs, "run"), given["computed"].get("date", "")]
+    judged = judged_requirements(check, given["unchecked"], bands, uncertain, checked)
     page = folder / FileName.REPORT
     write_page(
         page,
         "study.html.j2",
         scripts,
         title=given["title"],
-        about=" · ".join(filter(None, heading)),
+        about=heading(given, bands),
         title_block=[
             (name, given["title_block"][field])
             for field, name in FIELDS.items()
             if field != "title" and given.get("title_block", {}).get(field)
         ],
         unreliable=why_unreliable(given["doubts"]),
-        doubts=given["doubts"] or worst_of(verdicts) is not Verdict.PASS,
-        requirements=[
-            (str(each.verdict), verdict_text(each), [remark_line(r) for r in standing(each)])
-            for each in verdicts
-        ],
-        run_remarks=[remark_line(remark) for remark in untouched],
+        doubts=given["doubts"] or not judged.met,
+        requirements=judged.lines,
+        run_remarks=judged.other_remarks,
         verdict=verdict(given, bands, checked, uncertain, check),
         drawing=given.get("drawing"),
         description=given.get("description", ""),
@@ -120,23 +107,14 @@ def write_report(
         if limits is not None and "sigmas" in limits.attrs
         else "",
         limit_remarks=limit_remarks(probability),
-        yield_of="" if production is None else AnswerRecord.read(production).scatter,
+        yield_of=scatter_of(production),
         charts=charts["x"]["name"] if charts else None,
         numbers=numbers(held) if charts else [],
         answers=answers,
         fields=given.get("fields"),
         remarks=[*given["remarks"], *given["hidden"], *fixed],
         definitions=definitions(bands, given["inputs"], limits, probability),
-        computed=[
-            *given["computed"].items(),
-            ("method", record.method or given["label"]),
-            ("runs", runs_in_words(record, 0 if limits is None else BandRecord.read(limits).runs)),
-            *(
-                (k, getattr(record, k))
-                for k in ("discretization", "versions")
-                if getattr(record, k)
-            ),
-        ],
+        computed=computed_rows(given, bands, limits),
         data={
             "charts": charts,
             "motion": given.get("motion"),
@@ -146,26 +124,3 @@ def write_report(
         },
     )
     return page
-
-
-def runs_in_words(record: BandRecord, worst: int = 0) -> str:
-    """Return how many runs were made, and what for; `worst` more at the worst tolerances."""
-    kinds = {
-        "runs_fitted": "fitted",
-        "runs_checked": "held out",
-        "runs_refined": "with half the step or twice the elements",
-        "runs_coarser": "with other steps or elements",
-        "runs_repeated": "made again, to see if it repeats",
-        "runs_nominal": "at the nominal values, for requirements",
-        "runs_failed": "failed",
-    }
-    counts = [(getattr(record, name), words) for name, words in kinds.items()]
-    parts = [f"{int(count)} {words}" for count, words in counts if count]
-    text = f"{record.runs}" + (f": {', '.join(parts)}" if parts else "")
-    if worst:
-        text += f"; {worst} more at the worst tolerances, for requirements"
-    if record.runs_coarser or record.runs_refined:
-        text += (
-            ". The budget, max_runs, is for those that are fitted or held out on one discretization"
-        )
-    return text

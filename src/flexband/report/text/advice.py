@@ -10,7 +10,7 @@ import xarray as xr
 from flexband.report.text.numbers import number, percent
 from flexband.study.results.shortfall import Shortfall, shortfalls
 from flexband.study.start_vibrations import of_attributes
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.unconverged import why_not_finer
 from flexband.words import number_of
 

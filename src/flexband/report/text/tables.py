@@ -14,10 +14,10 @@ from flexband.rounding import ROUNDING, rounding_levels, unit_of_variable
 from flexband.study.comparison import Comparison
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import unseen
-from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
 from flexband.uncertainty.surrogates.sigmas import bars_vary, relative_errors, with_relative_errors
-from flexband.uncertainty.surrogates.verdicts import Confirmation
+from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
 from flexband.words import number_of
 
 Table = tuple[list[str], list[list[str]]]
@@ -284,7 +284,7 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
             parts = {name: bands.attrs[f"{name}_error"] for name in record.refined}
             errors = ", ".join(f"{name} {percent(error)}" for name, error in parts.items())
             lines.append(
-                f"Of this, the expansion {percent(record.expansion_error)}, {errors} "
+                f"Of this, the expansion {percent(record.expansion_error or 0.0)}, {errors} "
                 f"({number_of(record.runs_refined, 'run')} on finer discretizations)"
             )
             remaining = f"Corrected by these runs: {record.corrected}; the errors are what remains"

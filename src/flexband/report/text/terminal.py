@@ -8,9 +8,6 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-ALLOWED = "\n\t"
-"""Control characters that only place text."""
-
 
 def printable(text: str) -> str:
     r"""Return a text whose control characters are escapes: ESC is written as \x1b.
@@ -22,7 +19,7 @@ def printable(text: str) -> str:
         return text
     return "".join(
         character
-        if character in ALLOWED or unicodedata.category(character) not in ("Cc", "Cf", "Cs")
+        if character in "\n\t" or unicodedata.category(character) not in ("Cc", "Cf", "Cs")
         else character.encode("unicode_escape").decode("ascii")
         for character in text
     )

@@ -23,9 +23,13 @@ from flexband.study.results.answers import OF_STUDY, Unusable, read_answers
 from flexband.study.results.files import stale_results
 from flexband.study.results.netcdf import read_netcdf
 from flexband.study.results.reliability import Doubt, DoubtKind
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.files import load_surrogate
-from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
-from flexband.uncertainty.surrogates.verdicts import Confirmation, inferred_share
+from flexband.uncertainty.surrogates.verdicts import (
+    Confirmation,
+    VerificationRecord,
+    inferred_share,
+)
 
 if TYPE_CHECKING:
     from flexband.requirements.requirement import Requirements

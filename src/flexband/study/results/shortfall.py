@@ -8,9 +8,9 @@ import xarray as xr
 
 from flexband.study.start_vibrations import of_attributes as start_vibrations_of
 from flexband.uncertainty.adaptive.adaptation import StopReason
-from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.unconverged import of_attributes as unconverged_of
-from flexband.uncertainty.surrogates.verdicts import Confirmation
+from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord
 
 
 class Shortfall(StrEnum):

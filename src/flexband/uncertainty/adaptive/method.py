@@ -22,7 +22,7 @@ from flexband.uncertainty.adaptive.results import advice, orders_used, surrogate
 from flexband.uncertainty.adaptive.runs import MIN_HELD
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import Evaluate, ExpansionMethod
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of

@@ -14,7 +14,7 @@ from flexband.errors import InputError, RunError, warn
 from flexband.uncertainty.inputs.sampling import points_at_ends
 from flexband.uncertainty.runs.runs import CountedRuns
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.words import number_of
 
 

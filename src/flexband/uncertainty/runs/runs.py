@@ -23,7 +23,6 @@ from flexband.errors import (
 from flexband.execution.store import as_store, versions
 from flexband.progress import Budget, Progress
 from flexband.remarks.collection import CollectedRemark, as_attribute, catching
-from flexband.remarks.remark import RemarkKind
 from flexband.response import Description, Response, ResponseFunction, as_response
 from flexband.uncertainty.inputs.effects import all_have_effects, never_read, probes, without_effect
 from flexband.uncertainty.inputs.evaluation import inputs_in_words
@@ -221,8 +220,8 @@ class CountedRuns:
         if not self.levels:
             with catching() as remarks:
                 self._repeat(level.response, *call)
-            noise = [remark for remark in remarks if remark.kind is RemarkKind.NOISE]
-            self.remark(level.finer, [CollectedRemark(remark, 1) for remark in noise])
+            of_outputs = (remark for remark in remarks if remark.outputs)  # which are noisy
+            self.remark(level.finer, [CollectedRemark(remark, 1) for remark in of_outputs])
         good = _succeeded(call[2])
         if not good.all():
             call = call[0][good], call[1][good], call[2][good]

@@ -1,8 +1,13 @@
-"""The result: interval mean and interval error bar as a labelled dataset."""
+"""The result: interval mean and interval error bar as a labelled dataset, and what it says beside.
+
+Users read attributes of datasets. The house reads records, made of the attributes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -11,7 +16,6 @@ from flexband.uncertainty.expansions.expansion import Extremes
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.axes import axes_of
-from flexband.uncertainty.surrogates.records import BandRecord
 
 BOUNDS = ["lower", "upper"]
 
@@ -24,6 +28,87 @@ VARIABLES = frozenset(
 WITHOUT_UNITS = (
     "mean_at", "error_bar_at", "relative_expected_error", "carriers", "trusted", "orders", "bound",
 )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AttributeRecord:
+    """Fields that are attributes of a dataset; those that it does not have keep their default."""
+
+    @classmethod
+    def read(cls, source: xr.Dataset | Mapping[Any, Any]) -> Self:
+        """Return the record of a dataset, or of its attributes."""
+        attributes = source.attrs if isinstance(source, xr.Dataset) else source
+        known = (f.name for f in fields(cls) if f.name in attributes)
+        return cls(**{name: attributes[name] for name in known})
+
+
+@dataclass(frozen=True)
+class BandRecord(AttributeRecord):
+    """What bands, and the diagnostics of a surrogate, say beside their numbers.
+
+    Attributes
+    ----------
+    sigmas : k of the error bar.
+    runs, runs_failed, … : numbers of runs; None where the method counts none of a kind.
+    method, inputs, versions, discretization : texts.
+    tolerance, expected_error : in parts of the error bar's width; None without one.
+    expected_error_of_runs : that of the intervals that were run, where these are narrowed.
+    expansion_error, discretization_error : its parts; a text says if one is not estimated.
+    refined, halved : what was made finer: to estimate its error, and to reduce it.
+    corrected, not_trusted, not_refined, advice, largest_miss, remark : texts, "" without one.
+    impacts : whether bodies may hit each other.
+    constant_offsets : outputs whose bounds hold for plays that are constant in each run only.
+    offsets_stated : whether all plays are stated to be so.
+    """
+
+    sigmas: float = 1.0
+    runs: int = 0
+    runs_failed: int = 0
+    runs_repeated: int = 0
+    runs_fitted: int = 0
+    runs_checked: int = 0
+    runs_generic: int | None = None
+    runs_refined: int = 0
+    runs_coarser: int = 0
+    runs_nominal: int = 0
+    method: str = ""
+    inputs: str = ""
+    versions: str = ""
+    discretization: str = ""
+    tolerance: float | None = None
+    expected_error: float | None = None
+    expected_error_of_runs: float | None = None
+    expansion_error: float | None = None
+    discretization_error: float = 0.0
+    refined: Sequence[str] = ()
+    halved: Sequence[str] | None = None
+    corrected: str = ""
+    not_trusted: str = ""
+    not_refined: str = ""
+    advice: str = ""
+    largest_miss: str = ""
+    remark: str = ""
+    stop_reason: str = ""
+    orders_used: str | None = None
+    small_components: str = ""
+    same_counts: str = ""
+    carrier_frequencies: Sequence[float] = ()
+    steps_per_period: Sequence[float] = ()
+    impacts: int = 0
+    constant_offsets: Sequence[str] = ()
+    offsets_stated: int = 0
+
+    @property
+    def error_of_runs(self) -> float | None:
+        """The expected error of the intervals that were run; None without one."""
+        known = self.expected_error is None
+        return self.expected_error_of_runs if known else self.expected_error
+
+    @property
+    def tolerance_missed(self) -> bool:
+        """Whether the expected error of these bands is above the tolerance."""
+        tolerance, error = self.tolerance, self.expected_error
+        return tolerance is not None and error is not None and error > tolerance
 
 
 def bands(

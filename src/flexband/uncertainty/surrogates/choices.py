@@ -14,9 +14,9 @@ from flexband.errors import InputError, shown
 from flexband.remarks.collection import carried
 from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.unfolding import GivenInputs, choices_of, in_words
-from flexband.uncertainty.surrogates.bands import VARIABLES, described
-from flexband.uncertainty.surrogates.records import BandRecord, VerificationRecord
+from flexband.uncertainty.surrogates.bands import VARIABLES, BandRecord, described
 from flexband.uncertainty.surrogates.surrogate import Surrogate
+from flexband.uncertainty.surrogates.verdicts import VerificationRecord
 
 PLACES = {"mean": "mean_at", "error_bar": "error_bar_at"}
 

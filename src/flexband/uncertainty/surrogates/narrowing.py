@@ -10,10 +10,10 @@ import xarray as xr
 from flexband.uncertainty.inputs.narrowing import NarrowedInputs
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.surrogates.axes import units_of
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import trust
 from flexband.uncertainty.surrogates.extrapolation import NAMES
 from flexband.uncertainty.surrogates.held_out import HeldOut
-from flexband.uncertainty.surrogates.records import BandRecord
 from flexband.uncertainty.surrogates.sigmas import growth
 
 

@@ -15,7 +15,7 @@ import xarray as xr
 from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
-from flexband.uncertainty.surrogates.records import BandRecord
+from flexband.uncertainty.surrogates.bands import BandRecord
 
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.

@@ -11,8 +11,8 @@ import xarray as xr
 from flexband.rounding import unit_of_variable
 from flexband.uncertainty.inputs.evaluation import extremes_in_words
 from flexband.uncertainty.surrogates.axes import axes_of
+from flexband.uncertainty.surrogates.bands import AttributeRecord
 from flexband.uncertainty.surrogates.diagnostics import unseen
-from flexband.uncertainty.surrogates.records import VerificationRecord
 from flexband.words import number_of
 
 
@@ -22,6 +22,28 @@ class Confirmation(StrEnum):
     CONFIRMED = "yes"
     REFUTED = "no"
     NOT_ESTIMATED = "no error was expected"
+
+
+@dataclass(frozen=True)
+class VerificationRecord(AttributeRecord):
+    """What a result of `verify` says beside its numbers.
+
+    Attributes
+    ----------
+    runs, runs_failed : numbers of runs.
+    sigmas : k of the error bar that is verified.
+    confirmed : "yes", "no" or "no error was expected", see `Confirmation`.
+    inferred_share : error that the runs imply, in parts of the error bar's width.
+    verdict : the same in words.
+    """
+
+    runs: int = 0
+    runs_failed: int = 0
+    sigmas: float = 1.0
+    confidence: float = 0.95
+    confirmed: str = ""
+    inferred_share: float = 0.0
+    verdict: str = ""
 
 
 @dataclass(frozen=True)

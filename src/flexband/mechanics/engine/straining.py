@@ -125,9 +125,9 @@ def warn_of_large_strains(
 
     remarks = [remark(int(k)) for k in np.flatnonzero(size.max(axis=(0, 1)) > max_strain)]
     worst = max(remarks, key=lambda each: each.size)
-    where = f" in sample {worst.sample}" if len(failed) > 1 else ""
+    where = f"in sample {worst.sample}, " if len(failed) > 1 else ""
     warn(
-        f"{worst.text}{where}, whose strains are small: below 1 % in metals. "
+        f"{where}{worst.text}, whose strains are small: below 1 % in metals. "
         "Unless it is as soft as rubber, check the lengths of all parts, and whether they let the "
         "mechanism move without stretching it",
         StrainWarning,

@@ -144,8 +144,10 @@ class Requirement:
             middle = self.of if isinstance(self.of, str) else self._in_words(self.of, bare=True)
             text = f"{middle} ± {self._in_words(self.within)}"
         elif low and high:
-            text = f"between {self._in_words(self.above, bare=True)} and {high}"
-            text = text.replace("a curve and a curve", "two curves")
+            bounds = self._in_words(self.above, bare=True), self._in_words(self.below, bare=True)
+            text = f"between {bounds[0]} and {high}"
+            if bounds[0] == bounds[1] == "a curve":
+                text = "between two curves" + (f" [{self.unit}]" if self.unit else "")
         else:
             text = f"below {high}" if high else f"above {low}"
         if self.during is not None:

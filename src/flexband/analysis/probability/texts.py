@@ -136,16 +136,27 @@ def described(result: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def share_in_words(production: xr.Dataset) -> str:
-    """Return which share of the parts meets a requirement, with its interval."""
+def share_in_words(production: xr.Dataset, what: str = "it") -> str:
+    """Return which share of the parts meets `what`, with its interval."""
+    share, interval = share_and_interval(production)
+    if not share:
+        return "no yield, since the accuracy target was missed; runs of the model correct it"
+    confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
+    sure = f" ({confidence}: {interval})" if interval else ""
+    return f"{share} of the parts meet {what}{sure}"
+
+
+def share_and_interval(production: xr.Dataset) -> tuple[str, str]:
+    """Return which share of the parts meets a requirement, "" if withheld, and its interval.
+
+    There is no interval where no sample fails: the share is more than something then.
+    """
     value, low, high = (float(production[k]) for k in ("failing", "failing_low", "failing_high"))
     if np.isnan(value):
-        return "no yield, since the accuracy target was missed; runs of the model correct it"
+        return "", ""
     if not value:
-        return f"more than {_share(1 - high)} of the parts meet it"
-    between = f"{_share(1 - high)} to {_share(1 - low)}"
-    confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
-    return f"{_share(1 - value)} of the parts meet it ({confidence}: {between})"
+        return f"more than {_share(1 - high)}", ""
+    return _share(1 - value), f"{_share(1 - high)} to {_share(1 - low)}"
 
 
 def _share(part: float) -> str:

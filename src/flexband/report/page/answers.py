@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.verdicts import LimitCheck
-from flexband.analysis.probability.texts import share_in_words, told, verdict_on
+from flexband.analysis.probability.texts import share_and_interval, told, verdict_on
 from flexband.analysis.results import AnswerRecord
 from flexband.files import read_unlinked
 from flexband.report.text.drawable import is_likely
@@ -224,7 +224,7 @@ def limit_remarks(probability: xr.Dataset | None) -> list[str]:
 
 def yield_cell(part: xr.Dataset) -> str:
     """Return the share of the parts that meet a requirement, for a cell."""
-    text = (
-        share_in_words(part).replace(" of the parts meet it", "").replace("95 % confidence: ", "")
-    )
-    return "not given" if text.startswith("no yield") else text
+    share, interval = share_and_interval(part)
+    if not share:
+        return "not given"
+    return f"{share} ({interval})" if interval else share

@@ -75,7 +75,7 @@ def verdict(
     if check is not None and check.production is not None:
         every = check.production.isel(limit=-1)  # all requirements
         worst = every.isel(bound=-1) if "bound" in every.dims else every
-        share = share_in_words(worst).replace("meet it", "meet all requirements")
+        share = share_in_words(worst, "all requirements")
         lines.append(f"Yield: {share}. {RANDOM_SAMPLES}.")
     if contributions is not None and not unpredictable:
         lines.append(what_matters(contributions, limits))

@@ -18,16 +18,24 @@ def doubt_text(doubt: Doubt) -> str:
     if doubt.error is None:
         return sentences[doubt.kind]
     if doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
-        target = "" if doubt.target is None else f" instead of {percent(doubt.target)}"
-        return f"{sentences[doubt.kind]} ({percent(doubt.error)}{target})"
+        return f"{sentences[doubt.kind]}{_missed_by(doubt)}"
     more = "more than " if doubt.error > largest_error else ""
     error = percent(min(doubt.error, largest_error))
     return f"verification runs find an error of {more}{error} of the band's width"
 
 
+def _missed_by(doubt: Doubt) -> str:
+    """Return the error and the tolerance, in brackets; "" if they are not known."""
+    if doubt.error is None:
+        return ""
+    target = "" if doubt.target is None else f" instead of {percent(doubt.target)}"
+    return f" ({percent(doubt.error)}{target})"
+
+
 def doubt_line(doubt: Doubt) -> str:
     """Return a doubt as a line of its own."""
-    text = doubt_text(doubt)
     if doubt.unreliable:
-        return f"Not reliable: {text}."
-    return f"{text.replace('the accuracy target was', 'accuracy target').capitalize()}."
+        return f"Not reliable: {doubt_text(doubt)}."
+    if doubt.kind is DoubtKind.TOLERANCE_NOT_MET:
+        return f"Accuracy target missed{_missed_by(doubt)}."
+    return f"{doubt_text(doubt).capitalize()}."

@@ -69,7 +69,7 @@ def call(*arguments):
     return CliRunner().invoke(app, [*map(str, arguments)])
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed):
     """Every requirement has a line; a file that is lost is refused until it is restored."""
     rng = np.random.default_rng(seed)
@@ -90,7 +90,7 @@ def test_a_random_study_runs_reports_and_restores_what_is_deleted(tmp_path, seed
     ) == len(requirements)
     assert call("report", out).exit_code == 0
     shown = [p for p in out.iterdir() if p.suffix in (".nc", ".png") and p.stem != "contributions"]
-    for lost in rng.permutation(sorted(map(str, shown)))[:3]:
+    for lost in rng.permutation(sorted(map(str, shown)))[:2]:
         name = lost.rpartition("/")[2]
         if name == "nominal.nc":
             continue

@@ -59,6 +59,7 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     """
     from flexband.report.page.page_file import list_shown  # noqa: PLC0415
     from flexband.report.plot.figures import limits_figure  # noqa: PLC0415
+    from flexband.study.results.answers import answer_files  # noqa: PLC0415
 
     if not check.written:
         print_remark("the report keeps the limits of the study; others must be in its `limits`")
@@ -66,6 +67,5 @@ def draw_limits(check: LimitCheck, folder: Path, display: Display) -> None:
     drawable = check.margins["margin"].ndim <= 2
     figure, margins = folder / "limits.png", display.data(check.margins)
     draw(lambda: limits_figure(margins, check.probability), figure, drawable=drawable)
-    names = ("limits", "probability", "yield")
-    files = [folder / f"{name}.{kind}" for name in names for kind in ("nc", "png")]
+    files = answer_files(folder, ("limits", "probability", "yield"))
     try_write(lambda: list_shown(folder, files))

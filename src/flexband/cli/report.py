@@ -64,9 +64,8 @@ def report(
     saved = FileName.SURROGATE in given["files"]
     surrogate = fb.load_surrogate(folder / FileName.SURROGATE) if saved else None
     sigmas = float(BandRecord.read(data).sigmas)
-    if (
-        surrogate and shares is not None and BandRecord.read(shares).sigmas != sigmas
-    ):  # asked for since
+    of_others = shares is not None and BandRecord.read(shares).sigmas != sigmas  # asked for since
+    if surrogate and of_others:
         shares = fb.analysis.contributions(surrogate, sigmas=sigmas)
     if p_boxes is not None:
         add_p_boxes(surrogate, data, folder, p_boxes)

@@ -66,10 +66,8 @@ def _verdict(
     check: LimitCheck, k: int, contributions: xr.Dataset | None, verification: xr.Dataset | None
 ) -> RequirementVerdict:
     limit = check.margins.isel(limit=k)
-    least, margins_remarks = (
-        LeastMargin.of(limit),
-        remarks_of(check.margins.attrs if verification is None else verification.attrs),
-    )
+    least = LeastMargin.of(limit)
+    run_remarks = remarks_of(check.margins.attrs if verification is None else verification.attrs)
     criterion = str(limit["criterion"].values) if "criterion" in limit else "WorstCase"
     at_most = float(limit["at_most"]) if "at_most" in limit else np.nan
     share = _share(check, k, criterion)
@@ -85,7 +83,7 @@ def _verdict(
     worst = least.between if least.decided_between else least.margin
     if reason is Reason.RUN:
         worst = min(worst, float(limit["run_margin"]))
-    remarks, undecided = _remarks(limit, margins_remarks, abs(worst))
+    remarks, undecided = _remarks(limit, run_remarks, abs(worst))
     if undecided and verdict is not Verdict.UNDECIDED:
         verdict, reason = Verdict.UNDECIDED, Reason.REMARK
     most_important = "", np.nan

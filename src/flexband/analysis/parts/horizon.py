@@ -205,7 +205,7 @@ def horizon_of(
     variables["quantity_predictable"] = ("quantity",), most < options.limit
     coords["quantity"] = numbers["quantity"].drop_vars("unit")
     result = xr.Dataset(variables, coords, attrs).drop_vars("unit", errors="ignore")
-    unit = str(unit_of_variable(runs[axes.time])) if labelled else ""
+    unit = unit_of_variable(runs[axes.time]) if labelled else ""
     for name, words in LONG_NAMES.items():
         of_time = name.startswith("horizon") and unit
         result[name].attrs = {"long_name": words} | ({"units": unit} if of_time else {})

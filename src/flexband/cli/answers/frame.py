@@ -165,10 +165,8 @@ def answer_command(
             result = saved_result(folder)
             answer = question(result, **options)
             answer.print(answer.write(result.folder), as_json=as_json)
-            if answer.verdicts:
-                status = exit_status(answer.verdicts, result.doubts)
-                if status:
-                    raise typer.Exit(status)
+            if answer.verdicts and (status := exit_status(answer.verdicts, result.doubts)):
+                raise typer.Exit(status)
 
         of_frame = inspect.signature(folder_and_json, eval_str=True).parameters
         asked = list(inspect.signature(question, eval_str=True).parameters.values())[1:]

@@ -12,7 +12,7 @@ from flexband.files import read_json, write_json
 from flexband.report.page.arrays import JsonRecord
 from flexband.requirements.verdict import RequirementVerdict
 from flexband.study.folder import StudyFolder
-from flexband.study.results.answers import read_answers
+from flexband.study.results.answers import answer_files, read_answers
 from flexband.study.results.netcdf import RESTORED
 from flexband.study.results.reliability import Doubt
 
@@ -35,23 +35,16 @@ def list_shown(folder: Path, files: Iterable[Path] | None = None) -> None:
         content = read_json(file)
     except (OSError, ValueError):  # there is no page, or `read_given` tells
         return
-    before = content.get("shown", {})
     if files is None:
-        shown = answer_files(folder)
-        before = {}
+        shown, unchanged = answer_files(folder, read_answers(folder).usable), {}
     else:
+        before = content.get("shown", {})
         shown = [each for each in files if each.name in before]
-    kept = {name: v for name, v in before.items() if name not in {each.name for each in shown}}
+        names = {each.name for each in shown}
+        unchanged = {name: signed for name, signed in before.items() if name not in names}
     there = [each for each in shown if each.is_file()]
-    content["shown"] = {**kept, **StudyFolder(folder).signed(there)}
+    content["shown"] = {**unchanged, **StudyFolder(folder).signed(there)}
     write_json(file, content)
-
-
-def answer_files(folder: Path) -> list[Path]:
-    """Return the files of all usable answers in a folder, and their pictures."""
-    usable = read_answers(folder).usable
-    files = (folder / f"{name}.{kind}" for name in usable for kind in ("nc", "png"))
-    return [file for file in files if file.is_file()]
 
 
 def check_shown(folder: Path, given: JsonRecord) -> None:

@@ -54,7 +54,7 @@ def path_data(tube: xr.Dataset | None, display: Display) -> JsonRecord | None:
     )
     return {
         "names": [str(tube[name].attrs["output"]) for name in "xy"],
-        "unit": str(unit_of_variable(tube["x"])),
+        "unit": unit_of_variable(tube["x"]),
         "bar": f"μ ± {deviations(tube)}" if "sigmas" in tube.attrs else "a part of the samples",
         "places": packed(tube[free].isel(some).values if free in tube.coords else np.arange(0)),
         "nominal": packed([tube[f"{name}_nominal"].values for name in "xy"], quantum),

@@ -37,6 +37,11 @@ def answer_file(folder: Path, name: str) -> Path:
     return folder / f"{name}.nc"
 
 
+def answer_files(folder: Path, names: Iterable[str]) -> list[Path]:
+    """Return where answers and their pictures are, or would be."""
+    return [folder / f"{name}.{kind}" for name in names for kind in ("nc", "png")]
+
+
 class Answers(NamedTuple):
     """Answers by name: usable ones, of the surrogate and as written; why others are unusable."""
 
@@ -82,5 +87,4 @@ def mark_stale(folder: Path) -> None:
 def stale_files(folder: Path) -> list[Path]:
     """Return the files of answers of an earlier surrogate, and their pictures."""
     stale = [k for k, why in read_answers(folder).unusable.items() if why is Unusable.STALE]
-    files = (folder / f"{name}.{kind}" for name in stale for kind in ("nc", "png"))
-    return [file for file in files if file.is_file()]
+    return [file for file in answer_files(folder, stale) if file.is_file()]

@@ -16,9 +16,17 @@ from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.nominal import with_runs
 
 
-def verdict_of(margin, between, error=0.1, run=np.nan, estimate="error_bar_expected_error"):
+def least_of(verdict, margin, between, error, at_most=None):
+    at_most = margin if at_most is None else at_most
+    fields = {"margin": margin, "between": between, "at_most": at_most, "error": error}
+    return SimpleNamespace(**fields, verdict=verdict)
+
+
+def verdict_of(
+    margin, between, error=0.1, run=np.nan, estimate="error_bar_expected_error", at_most=None
+):
     kept = LimitVerdict.KEPT if min(margin, between) > 0 else LimitVerdict.NOT_KEPT
-    least = SimpleNamespace(margin=margin, between=between, error=error, verdict=kept)
+    least = least_of(kept, margin, between, error, at_most)
     limit = xr.Dataset({"run_margin": run})
     margins = xr.Dataset(attrs={"error": estimate})
     return _by_margin(limit, least, margins, None)[:2]
@@ -41,9 +49,14 @@ def test_a_margin_decides_where_it_exceeds_its_error(margin, between, verdict, r
 
 @pytest.mark.parametrize("kept", [LimitVerdict.NOT_KEPT, LimitVerdict.UNDECIDED])
 def test_bounds_left_only_between_times_say_so(kept):
-    least = SimpleNamespace(margin=0.0, between=-4e-7, error=2e-15, verdict=kept)
+    least = least_of(kept, 0.0, -4e-7, 2e-15)
     verdict = _by_margin(xr.Dataset(), least, xr.Dataset(attrs={"error": "truncation"}), None)
     assert verdict[:2] == (Verdict.UNDECIDED, Reason.BETWEEN)
+
+
+def test_bounds_surely_left_between_times_fail():
+    assert verdict_of(0.2, -0.5, at_most=-0.3) == (Verdict.FAIL, Reason.MARGIN)
+    assert verdict_of(0.2, -0.5, at_most=-0.05) == (Verdict.UNDECIDED, Reason.BETWEEN)
 
 
 def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
@@ -63,9 +76,9 @@ def test_a_run_beyond_the_bounds_decides_whatever_the_surrogate_says():
 def test_runs_must_agree_with_an_expansion_that_misses_its_tolerance(
     missed, recorded, verdict, reason, kept
 ):
-    least = SimpleNamespace(margin=-0.5, between=-0.5, error=0.1, verdict=LimitVerdict.NOT_KEPT)
+    least = least_of(LimitVerdict.NOT_KEPT, -0.5, -0.5, 0.1)
     if kept:
-        least = SimpleNamespace(margin=0.5, between=0.5, error=0.1, verdict=LimitVerdict.KEPT)
+        least = least_of(LimitVerdict.KEPT, 0.5, 0.5, 0.1)
         recorded, verdict = -recorded, Verdict.PASS if verdict is Verdict.FAIL else verdict
     limit = xr.Dataset({"run_required": missed, "recorded_margin": recorded})
     margins = xr.Dataset(attrs={"error": "error_bar_expected_error"})

@@ -13,8 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import xarray as xr
 
+from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_numbers, check_positive, shown
+from flexband.requirements.corridors import ALWAYS, Window
 from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.axes import axes_of
 
@@ -80,19 +82,27 @@ class _OverTime(ABC):
         output, times = self.series(response)
         if self.period is None:
             return self.of_series(output, times)
-        turns = (times - times[0]) / self.period + 1e-9
-        inside = [(turns >= k) & (turns <= k + 1 + 2e-9) for k in range(int(turns[-1]))]
+        turns = int((times[-1] - times[0]) / self.period + 1e-9)
+        windows = [(times[0] + k * self.period, self.period) for k in range(turns)]
+        slack = 1e-9 * self.period
+        windows = [(first - slack, first + length + slack) for first, length in windows]
+        inside = [(times >= first) & (times <= last) for first, last in windows]
         if not inside or min(map(np.count_nonzero, inside)) < 3:
             raise InputError(
                 f"period must be at most {np.ptp(times):g}, the length of {output.dims[-1]}, and "
                 f"have three times or more; got {self.period:g}"
             )
-        parts = [self.of_series(output[..., some], times[some]) for some in inside]
+        parts = [self.of_window(output, times, window) for window in windows]
         if len({part.shape for part in parts}) > 1:  # of spectra
             raise InputError(f"period must be a whole number of steps; got {self.period:g}")
         turn = xr.DataArray(np.arange(1.0, len(parts) + 1), dims="turn", name="turn")
         numbers = xr.concat(parts, turn, coords="minimal", compat="override", join="override")
         return numbers.transpose(..., "turn")
+
+    def of_window(self, output: xr.DataArray, times: np.ndarray, window: Window) -> xr.DataArray:
+        """Return it of an output between two times."""
+        some = (times >= window[0]) & (times <= window[1])
+        return self.of_series(output[..., some], times[some])
 
     @abstractmethod
     def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
@@ -115,9 +125,16 @@ class _OverTime(ABC):
         return output, times.astype(float)
 
 
+class _Extreme(_OverTime):
+    """A quantity of the largest value in a window."""
+
+    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
+        return self.of_window(output, times, ALWAYS)
+
+
 @frozen()
-class Peak(_OverTime):
-    """The largest value over time; between times, that of a parabola through three of them.
+class Peak(_Extreme):
+    """The largest value over time; between times, that of a cubic through the nearest four.
 
     Examples
     --------
@@ -127,24 +144,24 @@ class Peak(_OverTime):
     (array([4.]), array([2.]))
     """
 
-    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
-        return _peak(output, times)[0]
+    def of_window(self, output: xr.DataArray, times: np.ndarray, window: Window) -> xr.DataArray:
+        return _peak(output, times, window)[0]
 
 
 @frozen()
-class Trough(_OverTime):
-    """The smallest value over time; between times, that of a parabola through three of them."""
+class Trough(_Extreme):
+    """The smallest value over time; between times, that of a cubic through the nearest four."""
 
-    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
-        return -_peak(-output, times)[0]
+    def of_window(self, output: xr.DataArray, times: np.ndarray, window: Window) -> xr.DataArray:
+        return -_peak(-output, times, window)[0]
 
 
 @frozen()
-class PeakTime(_OverTime):
-    """The time of the largest value; between times, that of a parabola through three of them."""
+class PeakTime(_Extreme):
+    """The time of the largest value; between times, that of a cubic through the nearest four."""
 
-    def of_series(self, output: xr.DataArray, times: np.ndarray) -> xr.DataArray:
-        peak_times = _peak(output, times)[1].drop_vars("unit", errors="ignore")
+    def of_window(self, output: xr.DataArray, times: np.ndarray, window: Window) -> xr.DataArray:
+        peak_times = _peak(output, times, window)[1].drop_vars("unit", errors="ignore")
         unit = _unit_of_last(output)
         return peak_times.assign_coords(unit=unit) if unit else peak_times
 
@@ -235,19 +252,15 @@ def _checked(output: str) -> str:
     return output
 
 
-def _peak(output: xr.DataArray, times: np.ndarray) -> tuple[xr.DataArray, xr.DataArray]:
-    values = output.values
-    k = np.clip(values.argmax(axis=-1), 1, len(times) - 2)
-    left, middle, right = (
-        np.take_along_axis(values, (k + d)[..., None], axis=-1)[..., 0] for d in (-1, 0, 1)
-    )
-    a, b = times[k] - times[k - 1], times[k + 1] - times[k]
-    before, after = (middle - left) / a, (right - middle) / b
-    bend = (after - before) / (a + b)
-    slope = (before * b + after * a) / (a + b)
-    inside = (before >= 0) & (after <= 0) & (bend < 0)
-    shift = np.divide(-slope, 2 * bend, out=np.zeros_like(middle), where=inside)
-    top = np.where(inside, middle + slope * shift / 2, values.max(axis=-1))
-    at = np.where(inside, times[k] + shift, times[values.argmax(axis=-1)])
+def _peak(
+    output: xr.DataArray, times: np.ndarray, window: Window
+) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the largest values of an output in a window, and their times."""
+    between = least_between(-output.values, TimeAxis(times, window))
+    where = between.estimate.argmin(axis=-1)[..., None]
     frame = output.isel({output.dims[-1]: 0}, drop=True)
-    return frame.copy(data=top), frame.copy(data=at)
+    top, at = (
+        np.take_along_axis(each, where, axis=-1)[..., 0]
+        for each in (-between.estimate, between.place)
+    )
+    return frame.copy(data=top), frame.copy(data=np.clip(at, times[0], times[-1]))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import EllipsisType
 from typing import Any
 
@@ -20,48 +22,87 @@ Bound = float | np.ndarray | xr.DataArray | Callable[[np.ndarray], ArrayLike] | 
 FOR_CONSTANT_OFFSETS = "for constant offsets of pins and guides"
 
 
+Window = tuple[float, float]
+"""First and last time at which bounds hold."""
+
+ALWAYS: Window = (-math.inf, math.inf)
+"""The window of a whole motion."""
+
+
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Where a response must be."""
+    """Where a response must be.
 
-    output: str  # its name; "" if the response has one output only, or for several
-    lower: np.ndarray  # shape of the response without its runs; −∞ where nothing is required
-    upper: np.ndarray  # the same; ∞ where nothing is required
-    where: tuple[int | slice | EllipsisType, ...]  # index of the output in these arrays
+    Attributes
+    ----------
+    output : its name; "" if the response has one output only, or for several.
+    curves : lower and upper bound at all times, whether they are in the window or not, (2, …) with
+        the shape of the response without its runs; infinite where nothing is required.
+    where : index of the output in arrays of this shape.
+    window : first and last time at which they hold.
+    times : of the last dim; None where all of it is limited.
+    """
+
+    output: str
+    curves: np.ndarray
+    where: tuple[int | slice | EllipsisType, ...]
+    window: Window = ALWAYS
+    times: np.ndarray | None = None
+
+    @cached_property
+    def inside(self) -> np.ndarray | bool:
+        """Which values of the last dim are in the window."""
+        if self.times is None:
+            return True
+        return (self.times >= self.window[0]) & (self.times <= self.window[1])
+
+    @cached_property
+    def lower(self) -> np.ndarray:
+        """The lower bound, −∞ outside of the window."""
+        return np.where(self.inside, self.curves[0], -np.inf)
+
+    @cached_property
+    def upper(self) -> np.ndarray:
+        """The upper bound, ∞ outside of the window."""
+        return np.where(self.inside, self.curves[1], np.inf)
 
     def margin(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return how far values between `low` and `high` stay inside, (…, *shape); ∞ if free."""
         return np.minimum(low - self.lower, self.upper - high)
 
+    def margin_at_all_times(self, runs: np.ndarray) -> np.ndarray:
+        """Return how far an output of runs is inside, (runs, …), as if it were always limited."""
+        (lower, upper), of_output = self.curves[:, *self.where], runs[:, *self.where]
+        return np.minimum(of_output - lower, upper - of_output)
+
     def at_more_times(self, parts: int) -> Corridor:
         """Return the corridor at times that divide each step into parts."""
-        lower, upper = (at_more_times(end, parts) for end in (self.lower, self.upper))
-        return replace(self, lower=lower, upper=upper)
+        times = None if self.times is None else at_more_times(self.times, parts)
+        return replace(self, curves=at_more_times(self.curves, parts), times=times)
 
 
 def at_more_times(values: np.ndarray, parts: int) -> np.ndarray:
-    """Return values at times that divide each step into parts: on lines, ∞ beside what is ∞."""
+    """Return values at times that divide each step into parts: on lines between those known."""
     if parts == 1:
         return values
     steps = values.shape[-1] - 1
     number = np.arange(parts * steps + 1)
     before, part = number // parts, number % parts / parts
     first, last = values[..., before], values[..., np.minimum(before + 1, steps)]
-    with np.errstate(invalid="ignore"):
-        lines = first + part * (last - first)
-    beside = np.where(np.isfinite(first) & (part > 0), last, first)
-    return np.where(np.isfinite(lines), lines, beside)
+    same = first == last  # as infinite ones are
+    return first + part * np.subtract(last, first, out=np.zeros(first.shape), where=~same)
 
 
 def joint(named_corridors: Mapping[str, Corridor]) -> Corridor:
     """Return the corridor in which all limits are kept."""
-    lower = np.max([corridor.lower for corridor in named_corridors.values()], axis=0)
-    upper = np.min([corridor.upper for corridor in named_corridors.values()], axis=0)
+    corridors = named_corridors.values()
+    lower = np.max([corridor.lower for corridor in corridors], axis=0)
+    upper = np.min([corridor.upper for corridor in corridors], axis=0)
     if np.any(lower >= upper):
         raise InputError(
             f"limits must leave something between them; got {', '.join(named_corridors)}"
         )
-    return Corridor("", lower, upper, (...,))
+    return Corridor("", np.stack([lower, upper]), (...,))
 
 
 def check_instantaneous(
@@ -123,21 +164,17 @@ def chosen_output(label: str, output: str | None, labels: xr.DataArray) -> tuple
     return output, names.index(output)
 
 
-def within_times(
-    label: str, during: tuple[float, float] | None, output_labels: xr.DataArray
+def times_of_window(
+    label: str, during: tuple[float, float], output_labels: xr.DataArray
 ) -> np.ndarray:
-    """Return which values of an output are limited, of its shape."""
-    shape = output_labels.shape[1:]
-    if during is None:
-        return np.full(shape, True)
+    """Return the times of an output; raise `InputError` if none is in a window."""
     dim, times = _times(f"{label} during", output_labels)
-    within = (times >= during[0]) & (times <= during[1])
-    if not within.any():
+    if not ((times >= during[0]) & (times <= during[1])).any():
         raise InputError(
             f"{label} during must contain a value of {dim}, which are from {times.min():g} to "
             f"{times.max():g}; got {during}"
         )
-    return np.broadcast_to(within, shape)
+    return times
 
 
 def curve(name: str, bound: Bound, output_labels: xr.DataArray, free: float) -> np.ndarray:

@@ -11,12 +11,13 @@ import xarray as xr
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_numbers, check_positive, shown
 from flexband.requirements.corridors import (
+    ALWAYS,
     Bound,
     Corridor,
     checked_bound,
     chosen_output,
     curve,
-    within_times,
+    times_of_window,
 )
 from flexband.requirements.criteria import Criterion, WorstCase
 from flexband.requirements.units import factor, unit_of
@@ -206,13 +207,15 @@ class Requirement:
         if number is not None:
             output_labels = labels.isel(output=number)
             where = (*[slice(None)] * (labels.dims.index("output") - 1), number)
-        at_times = within_times(self.label, self.during, output_labels)
-        low, high = self._ends(output_labels, case, self.scale(output_labels))
-        low, high = np.where(at_times, low, -np.inf), np.where(at_times, high, np.inf)
-        self._check_ends(low, high)
-        lower, upper = np.full(labels.shape[1:], -np.inf), np.full(labels.shape[1:], np.inf)
-        lower[where], upper[where] = low, high
-        return Corridor(name, lower, upper, where)
+        times, window = None, ALWAYS if self.during is None else self.during
+        if self.during is not None:
+            times = times_of_window(self.label, self.during, output_labels)
+        ends = self._ends(output_labels, case, self.scale(output_labels))
+        curves = np.stack([np.full(labels.shape[1:], free) for free in (-np.inf, np.inf)])
+        curves[(slice(None), *where)] = ends
+        corridor = Corridor(name, curves, where, window, times)
+        self._check_ends(corridor.lower[where], corridor.upper[where])
+        return corridor
 
     def scale(self, output_labels: xr.DataArray) -> float:
         """Return the unit of the requirement in units of its output.

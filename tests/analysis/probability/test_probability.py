@@ -108,7 +108,7 @@ def test_impacts_may_turn_a_motion_at_a_time_where_a_parabola_goes_on():
     ends = [float(found[f"between_times_{k}"][0, 0]) for k in ("low", "high")]
     assert ends[0] < norm.sf(2.0) < ends[1]
     smooth = fb.analysis.failure_probability(surrogate.with_attrs(impacts=0), fb.Limit(below=1.2))
-    assert float(smooth["between_times_low"][0, 0]) > 1.2 * norm.sf(2.0)
+    assert float(smooth["between_times_high"][0, 0]) > 1.2 * norm.sf(2.0)
 
 
 def test_amplitude_and_phase():

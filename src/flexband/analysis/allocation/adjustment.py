@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 
 from flexband.analysis.descent import descend, local_minima
+from flexband.analysis.peaks import BESIDE
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.expansions.bounds.scan import lobatto, scan, scattered, tensor_grid
@@ -76,13 +77,14 @@ def limited(
 ) -> tuple[list[Expansion], np.ndarray, np.ndarray]:
     """Return what is limited: expansions, the numbers of their series in the response, and limits.
 
-    Outputs that have any are expanded at all times at which one of them is limited. The numbers
-    have the shape (series,), the lower and upper limits (2, series).
+    Outputs that have any are expanded at all times at which one of them is limited, and the times
+    `BESIDE` them. The numbers have the shape (series,), the lower and upper limits (2, series).
     """
     times = surrogate.times
     bounds = np.stack([corridor.lower, corridor.upper]).reshape(2, -1, times)
     is_limited = np.asarray(np.isfinite(bounds).any(axis=0))
-    at = np.flatnonzero(is_limited.any(axis=0))
+    beside = np.ones(2 * BESIDE + 1)
+    at = np.flatnonzero(np.convolve(is_limited.any(axis=0), beside)[BESIDE:-BESIDE] > 0)
     expansions, numbers = [], []
     for expansion in surrogate.expansions:
         outputs = expansion.outputs[is_limited[expansion.outputs].any(axis=1)]

@@ -141,7 +141,7 @@ def allocate(
     if probability is not None:
         check_no_play(surrogate.space, "allocate with a probability")
         stated = checked_probability(probability, tolerances)
-        chance = Chance(surrogate, tolerances, corridor, stated)
+        chance = Chance(surrogate, tolerances, list(limit_corridors.values()), stated)
         return allocated_by_chance(chance, response, options)
     worst = WorstCaseBounds.of(surrogate, tolerances, corridor, k)
     check_feasible(surrogate, worst, limit_corridors)

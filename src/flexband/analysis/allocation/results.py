@@ -14,7 +14,7 @@ from flexband.analysis.allocation.confirmation import Confirmed
 from flexband.analysis.allocation.infeasible import limit_at, moment
 from flexband.analysis.allocation.tolerances import Tolerances
 from flexband.analysis.allocation.worst_case import SIGNS, WorstCaseBounds
-from flexband.analysis.peaks import drops, spacing
+from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.probability.correction import Correction
 from flexband.analysis.probability.statements import (
     RARE,
@@ -106,6 +106,12 @@ def result_of(
     attrs["outcome"] = _outcome(worst, confirmation, binding)
     for doubt in doubts_of(narrow, corrected=confirmation.runs > 0 and not confirmation.inferred):
         attrs["outcome"] += f". Not reliable: {doubt}"
+    slack, grid_error = (np.array(data[k][1]) for k in ("slack", "grid_error"))  # pyright: ignore
+    for k in np.flatnonzero((slack - grid_error < 0) & (slack >= 0)):
+        attrs["outcome"] += (
+            f". {list(limits)[k]} is kept at the output times only: between them it is violated by "
+            f"up to {grid_error[k] - slack[k]:.3g}. Choose a shorter output step"
+        )
     attrs["verdict"] = f"{_in_words(tolerances, allocation.x, cost)}. {attrs['outcome']}"
     return answer(narrow, data, coords, attrs, LONG_NAMES, None, UNITLESS).drop_vars("bound")
 
@@ -219,25 +225,26 @@ def _margins(
     worst: WorstCaseBounds,
     confirmation: Confirmed,
 ) -> Variables:
-    labels, steps = narrow.labels, spacing(narrow.labels)
+    labels = narrow.labels
     impacts = bool(BandRecord.read(narrow.diagnostics).impacts)
     error = expected_error(narrow, worst.sigmas)
     low, high, _ = worst.bars(confirmation.allocated.x)
     each: dict[str, list] = {"margin": [], "slack": [], "slack_at": [], "grid_error": []}
     errors = []
     for corridor in limits.values():
-        margins = np.full(labels.shape[1:], np.inf)
-        bounds = np.stack([corridor.lower.ravel(), corridor.upper.ravel()])[:, worst.numbers]
-        margins.reshape(-1)[worst.numbers] = np.min(
+        curve = np.full(labels.shape[1:], np.nan)
+        bounds = corridor.curves.reshape(2, -1)[:, worst.numbers]
+        curve.reshape(-1)[worst.numbers] = np.min(
             SIGNS[:, None] * (np.stack([low, high]) - bounds) - confirmation.shift, axis=0
         )
-        margin = margins[corridor.where]
+        curve = curve[corridor.where]
+        margin = np.where(corridor.inside & np.isfinite(curve), curve, np.inf)
         at = int(margin.argmin())
         slack = margin.ravel()[at]
         each["margin"].append(np.where(np.isfinite(margin), margin, np.nan))
         each["slack"].append(slack)
         each["slack_at"].append(at % margin.shape[-1] if margin.ndim else 0)
-        each["grid_error"].append(slack - (margin - drops(margin, steps, impacts=impacts)).min())
+        each["grid_error"].append(slack - _least_between(curve, labels, corridor, slack, impacts))
         if error is not None:
             errors.append(error[corridor.where])
     dims = [dim for dim in labels.dims[1:] if dim != "output"]
@@ -249,6 +256,21 @@ def _margins(
     if time is not None and time in labels.coords:
         data["slack_at"] = "limit", labels[time].values[each["slack_at"]]
     return data
+
+
+def _least_between(
+    curve: np.ndarray, labels: xr.DataArray, corridor: Corridor, least: float, impacts: bool
+) -> float:
+    """Return the least margin at and between the times of a curve, NaN at times not expanded."""
+    axis = TimeAxis.of(labels, corridor.window)
+    if axis is None:
+        return least
+    known = np.flatnonzero(np.isfinite(curve).reshape(-1, curve.shape[-1]).all(axis=0))
+    if len(known) < 3:
+        return least
+    part = slice(known[0], known[-1] + 1)
+    between = least_between(curve[..., part], axis.at(part), impacts=impacts)
+    return min(least, float(np.nanmin(between.lowest)))
 
 
 def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[str]) -> str:

@@ -19,6 +19,7 @@ from flexband.analysis.allocation.worst_case import WatchedPlaces, WorstCaseBoun
 from flexband.analysis.probability.failure import RUNS
 from flexband.analysis.probability.model import models
 from flexband.errors import InputError, check_numbers
+from flexband.requirements.corridors import joint
 from flexband.response import ResponseFunction
 
 
@@ -68,7 +69,8 @@ def allocated_by_chance(
 def _first_tolerances(chance: Chance) -> np.ndarray:
     """Return tolerances that keep limits by μ ± kσ, k = −Φ⁻¹(P), or a smaller k if none do."""
     k = -float(ndtri(chance.probability))
-    m, corridor = chance.surrogate.space.interval_dimension, chance.corridor
+    m = chance.surrogate.space.interval_dimension
+    corridor = joint({str(k): each for k, each in enumerate(chance.corridors)})
     for sigmas in (k, k / 2, 0.1 * k):
         worst = WorstCaseBounds.of(chance.surrogate, chance.tolerances, corridor, sigmas)
         try:

@@ -63,7 +63,8 @@ class LeastMargin:
     dim: str  # the last dimension of the output, such as time; "" if there is none
     dim_unit: str
     place: float | str  # of the least margin along this dimension
-    between: float  # the least margin between the times
+    between: float  # the least margin between the times, at least
+    at_most: float  # the least margin at and between the times, at most
     place_before: float | str  # the time before it
     inputs: list[str]  # values of the inputs there, in words
 
@@ -92,6 +93,7 @@ class LeastMargin:
             unit_of_variable(result[dim]) if dim in result.coords else "",
             places[0],
             float(result["margin_between"]),
+            float(result["margin_at_most"]),
             places[1],
             inputs,
         )

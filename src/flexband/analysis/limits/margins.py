@@ -15,7 +15,7 @@ from flexband.analysis.limits.least_margin import (
     MarginRecord,
     margins_in_words,
 )
-from flexband.analysis.peaks import drops, spacing
+from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.results import (
     Variables,
     beyond_neighbours,
@@ -63,13 +63,15 @@ def check_limits(
     limited; `expected_error` that of the error bar; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
-    the times, and `margin_between_after` the time before it; `side` tells whether it is the limit
+    the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at
+    most; `side` tells whether it is the limit
     "below" or "above" which is nearest; `worst_inputs`, dims (input, limit), are the values of the
     interval inputs there, and `worst_choice` the options. `grid_error` is by how much the margin
-    may be less between the times, by parabolas, and by what the outputs do there in the runs in
-    which that was looked at (`above_between` of `propagate`). `verdict` is "kept" if the margin is
-    more than its errors everywhere, "not kept" if it is below zero by more than the expected error
-    somewhere, at a time or, in all these runs, between two, else "undecided"; `run_required`
+    may be less between the times, by cubics and parabolas through the nearest ones, and by what the
+    outputs do there in the runs in which that was looked at (`above_between` of `propagate`); the
+    ends of `during` count as times. `verdict` is "kept" if the margin is more than its errors
+    everywhere, "not kept" if it is below zero by more than the expected error somewhere, at a time
+    or, by all these rules or in all these runs, between two, else "undecided"; `run_required`
     tells whether runs must agree with the verdict, since the expansion of the output is less
     accurate than its method was to make it, or impacts turn the motion, and there are no random
     inputs or another output misses that accuracy.
@@ -263,16 +265,19 @@ def _checked(
     at = np.unravel_index(int(np.argmin(margin)), margin.shape)
     side = int(np.argmin(margins[(slice(None), *at)]))
     nearest_end = bar.isel(bound=side)[where][at]
-    after, surely = _between(margins, bands, labels, corridor)
-    drop = drops(margin, spacing(labels), impacts=bool(BandRecord.read(bands).impacts))
-    between = np.minimum(np.where(limited, margin - drop, np.inf), after)
+    after, surely = _between(np.stack([low, high]), bands, labels, corridor)
+    error_after = error
+    if error.ndim:
+        next_error = np.concatenate([error[..., 1:], error[..., -1:]], axis=-1)
+        error_after = np.maximum(error, next_error)
+    between = np.minimum(margin, after)
     lowest = np.unravel_index(int(np.argmin(between)), between.shape)
     if "trusted" in bands:
         trusted &= bool(np.all(_of_output(bands["trusted"], labels, corridor)))
     verdict = LimitVerdict.UNDECIDED
-    if trusted and np.any(np.minimum(margin, surely)[limited] + error[limited] < 0):
+    if trusted and np.any([margin + error < 0, surely + error_after < 0]):
         verdict = LimitVerdict.NOT_KEPT
-    elif trusted and np.all(between[limited] - error[limited] >= 0):
+    elif trusted and np.all([margin - error >= 0, after - error_after >= 0]):
         verdict = LimitVerdict.KEPT
     dims = bar[0][where].dims
     coords = {k: c for k, c in bar[0][where].coords.items() if set(c.dims) <= set(dims)}
@@ -284,6 +289,7 @@ def _checked(
         "least_margin": margin[at],
         "least_margin_error": error[at],
         "margin_between": between[lowest],
+        "margin_at_most": min(margin[at], surely.min()),
         "grid_error": margin[at] - between[lowest],
         "side": ("above", "below")[side],
         "verdict": verdict.value,
@@ -313,20 +319,27 @@ def _relative_errors(bands: xr.Dataset, labels: xr.DataArray) -> xr.DataArray:
 
 
 def _between(
-    margins: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor
+    bar: np.ndarray, bands: xr.Dataset, labels: xr.DataArray, corridor: Corridor
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least margin from each time to the next, and how large it is at most in all runs.
+    """Return the least margins from each time to the next: how low they may be, and at most are.
 
-    Margins are those to the limits above and below, shape (2, …, times).
+    The bar has a lower and an upper end, (2, …, times). Curves between the times tell, by rules of
+    which the lowest and the highest count, and what the outputs do there in some runs.
     """
-    least, most = np.full((2, *margins.shape[1:]), np.inf)
-    if "above_between" not in bands:
+    least, most = np.full(bar.shape, np.inf)
+    axis = TimeAxis.of(labels, corridor.window)
+    if axis is None:
         return least, most
-    ends = np.where(np.isfinite(margins), margins, np.nan)
-    ends = np.minimum(ends[..., :-1], ends[..., 1:])
-    beyond = beyond_neighbours(bands, labels)[(slice(None), slice(None), *corridor.where)]
-    remaining = ends - beyond[..., :-1]
-    most[..., :-1], least[..., :-1] = np.where(np.isnan(remaining), np.inf, remaining).min(axis=1)
+    lower, upper = corridor.curves[:, *corridor.where]
+    margins = np.stack([bar[0] - lower, upper - bar[1]])
+    stated, impacts = np.isfinite(margins).all(axis=-1), bool(BandRecord.read(bands).impacts)
+    curves = least_between(margins[stated], axis, impacts=impacts)
+    beyond = beyond_neighbours(bands, labels)[:, :, *corridor.where][:, stated, :-1]
+    by_runs = curves.ends - beyond
+    both = np.full((2, *margins[..., :-1].shape), np.inf)
+    both[0, stated] = np.minimum(curves.lowest, by_runs[1])
+    both[1, stated] = by_runs[0] if impacts or "above_between" in bands else curves.at_most
+    least[..., :-1], most[..., :-1] = both.min(axis=1)
     return least, most
 
 
@@ -348,6 +361,7 @@ LONG_NAMES = {
     "least_margin_at": "where the least margin is",
     "margin_between": "least margin between the times",
     "margin_between_after": "last time before it",
+    "margin_at_most": "least margin at and between the times, at most",
     "worst_inputs": "values of the interval inputs at the least margin",
     "worst_choice": "options at the least margin",
     "grid_error": "by how much the margin may be less between the times",

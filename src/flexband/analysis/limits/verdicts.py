@@ -164,14 +164,14 @@ def _by_margin(
     kept = least.verdict
     runs = float(limit.get("recorded_margin", np.nan)) if limit.get("run_required", 0) else np.nan
     within = kept is LimitVerdict.KEPT and least.between - error >= 0
-    beyond = kept is LimitVerdict.NOT_KEPT and least.margin + error < 0
+    beyond = kept is LimitVerdict.NOT_KEPT and least.at_most + error < 0
     if within and not runs < 0:
         return Verdict.PASS, Reason.MARGIN, error
     if beyond and not runs >= 0:
         return Verdict.FAIL, Reason.MARGIN, error
     if within or beyond:
         reason = Reason.RUNS_DIFFER
-    elif kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.margin + error:
+    elif kept is not LimitVerdict.KEPT and least.between + error < 0 <= least.at_most + error:
         reason = Reason.BETWEEN
     elif kept is LimitVerdict.UNDECIDED and not least.margin + error >= 0 >= least.between - error:
         reason = Reason.NOT_TRUSTED

@@ -12,7 +12,7 @@ from flexband.analysis.limits.production import with_yield
 from flexband.analysis.parts.estimates import first_order, needed_samples, quantiles_of, share_of
 from flexband.analysis.parts.numbers import Quantities, numbers_of
 from flexband.analysis.parts.points import Parts
-from flexband.analysis.peaks import lowest_between, spacing
+from flexband.analysis.peaks import TimeAxis, lowest_of_impacts
 from flexband.analysis.probability.failure import ANY
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.verification.expanded_runs import Runs
@@ -139,13 +139,14 @@ def margins_of(
         of_number = requirement.output in names
         values, unsure = (as_outputs, 0.0) if of_number else (response, error)
         known = values if of_number or labels is None else labels
-        parts, steps = parts_between(values, known), spacing(values)
+        parts = parts_between(values, known)
         corridor = requirement.corridor(known, case).at_more_times(parts)
         unsure = at_more_times(np.broadcast_to(unsure, known.shape[1:]), parts)
         inside = corridor.margin(values.values, values.values)
-        lowest = inside - unsure
-        if steps is not None:
-            lowest = lowest_between(lowest, steps)
+        lowest, axis = inside - unsure, TimeAxis.of(values, corridor.window)
+        if axis is not None:
+            all_times = corridor.margin_at_all_times(values.values)
+            lowest = lowest_of_impacts(all_times - unsure[corridor.where], axis)
         three = inside + unsure, inside, lowest
         margins.append([each.reshape(len(values), -1).min(axis=1) for each in three])
     return np.reshape(margins, (len(margins), 3, len(numbers))).swapaxes(0, 1)

@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 from scipy.special import gammaincinv, ndtri
 
-from flexband.analysis.peaks import drops, lowest_between
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.states import LimitedOutputs, LimitState, least_of
 from flexband.analysis.probability.subset import Margins, Rare, SubsetOptions, rare
@@ -62,17 +61,17 @@ class ImportanceOptions:
 class Estimate:
     """The probability of leaving limits at one η.
 
-    `between` is that between the times too: at least, by parabolas if there are no impacts, and by
-    what all runs do there that were looked at; at most, by corners after impacts, and by what any
-    of the runs does; and the standard errors of both. `noise` is that of the search for η, as a
-    logarithm of the probability: by how much that at the best η may be beyond this one.
+    `between` is that between the times too: an estimate, what it is at least, and at most, by rules
+    for curves and by what runs do there that were looked at. `noise` is that of the search for η,
+    as a logarithm of the probability: by how much that at the best η may be beyond this one.
     """
 
     probability: float  # of leaving them at any time, with the times as points
     error: float  # its standard error
     looser: float  # the probability with the limits moved by what may be missed there
     tighter: float
-    between: tuple[float, ...]
+    between: np.ndarray  # (3,)
+    between_error: np.ndarray  # its standard errors, (3,)
     at_each: np.ndarray  # at each output and time, (series,)
     at_each_error: np.ndarray  # its standard errors, (series,)
     most: float  # the rough estimate of subset simulation; its upper bound without a sample
@@ -88,8 +87,8 @@ class Estimate:
 
     def confidence_between(self) -> tuple[float, float]:
         """Return the interval that holds the probability between the times too."""
-        least, most, *errors = self.between
-        return self._confidence(least, errors[0])[0], self._confidence(most, errors[1])[1]
+        _, least, most = zip(self.between.tolist(), self.between_error.tolist(), strict=True)
+        return self._confidence(*least)[0], self._confidence(*most)[1]
 
     def _confidence(self, probability: float, error: float) -> tuple[float, float]:
         low, high = interval(np.array(probability), np.array(error), self.most)
@@ -232,24 +231,20 @@ class _Sums:
         """Add samples."""
 
         def reduce(block: slice, sides: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-            parts = self.state.parts
-            margins = [part_sides.min(axis=1) for part_sides in sides]
+            parts, impacts = self.state.parts, self.state.impacts
+            margins = [
+                np.where(part.inside, part_sides.min(axis=1), np.inf)
+                for part, part_sides in zip(parts, sides, strict=True)
+            ]
             errors = [self.moved * part.error / part.scale for part in parts]
             pairs = list(zip(margins, errors, strict=True))
             least = least_of(margins)
             looser = np.min([(margin + e).min(axis=(1, 2)) for margin, e in pairs], axis=0)
-            between = np.stack([least, least])
-            inside = least >= 0
-            if self.state.steps is not None:
-                for part_sides, margin, part in zip(sides, margins, parts, strict=True):
-                    kept, steps = margin[inside], part.steps(self.state.steps)
-                    if self.state.impacts and steps is not None:
-                        lowest = lowest_between(margin, steps)[inside].min(axis=1)
-                        lowered = [kept.min(axis=(1, 2)), lowest]
-                    else:
-                        lowered = [(kept - drops(kept, steps)).min(axis=(1, 2))] * 2
-                    least_between = np.minimum(lowered, part.least_between(part_sides[inside]))
-                    between[:, inside] = np.minimum(between[:, inside], least_between)
+            between = np.stack([least, least, least])
+            samples = slice(None) if impacts else least >= 0  # others are out in any case
+            for part, part_sides in zip(parts, sides, strict=True):
+                lower = part.least_between(part_sides[samples], impacts=impacts)
+                between[:, samples] = np.minimum(between[:, samples], lower)
             out = np.concatenate(
                 [(margin < 0).reshape(len(margin), -1) for margin in margins], axis=1, dtype=float
             )
@@ -269,12 +264,12 @@ class _Sums:
         out = np.array(margins) < 0
         moments = np.stack([out @ weights, out @ weights**2])
         every = np.array([weights.sum(), (weights**2).sum()])
-        (least, looser, *between), (error, _, *errors) = probabilities(moments, every, count)
+        (least, looser, *between), (error, _, *between_error) = probabilities(moments, every, count)
         # Each chooses for itself, and leaving at one time is no likelier than at any.
         each, each_error = probabilities(self.each, every, count)
         return Estimate(
             float(least), float(error), float(min(looser, least)), float(least),
-            (*map(float, np.maximum(between, least)), *map(float, errors)),
+            np.maximum(between, least), np.array(between_error),
             np.minimum(least, each), each_error, most,
             np.concatenate(self.u), weights, margins[0], self.options,
         )  # fmt: skip

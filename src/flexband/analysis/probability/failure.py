@@ -25,7 +25,12 @@ from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.execution.executors import ExecutorLike
 from flexband.execution.store import StoreLike
 from flexband.progress import Progress
-from flexband.requirements.corridors import check_instantaneous, joint, offsets_in_words
+from flexband.requirements.corridors import (
+    Corridor,
+    check_instantaneous,
+    joint,
+    offsets_in_words,
+)
 from flexband.requirements.requirement import Requirements, corridors
 from flexband.requirements.scatter import Scatter, scattering
 from flexband.response import ResponseFunction
@@ -153,7 +158,7 @@ def failure_probability(
     if len(names) > 1:
         names.append(ANY)
         for limit_corridors in corridors_of.values():
-            limit_corridors[ANY] = joint(limit_corridors)
+            joint(limit_corridors)  # which refuses limits that leave nothing between them
     results = {}
     intervals = scatter is None and any(space.interval_dimension for space in spaces)
     options = {"store": store, "executor": executor}
@@ -162,9 +167,9 @@ def failure_probability(
         for label, case in surrogates.items():
             each = [
                 first_passage(
-                    case, corridor, known[label], accuracy, seed, tolerances=tolerances[label]
+                    case, any_of, known[label], accuracy, seed, tolerances=tolerances[label]
                 )
-                for corridor in corridors_of[label].values()
+                for any_of in _groups(list(corridors_of[label].values()))
             ]
             if len(each) > 1:
                 each[-1] = _no_less(each[-1], each[:-1])
@@ -194,6 +199,12 @@ def failure_probability(
         "doubts": doubts,
     }
     return described(result.assign_attrs(remark(spaces[0]) | attrs))
+
+
+def _groups(limit_corridors: list[Corridor]) -> list[list[Corridor]]:
+    """Return each corridor alone, and all together if there are several."""
+    alone = [[corridor] for corridor in limit_corridors]
+    return [*alone, limit_corridors] if len(alone) > 1 else alone
 
 
 def _no_less(union: xr.Dataset, limits: Sequence[xr.Dataset]) -> xr.Dataset:

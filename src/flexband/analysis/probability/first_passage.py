@@ -26,7 +26,7 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 def first_passage(
     surrogate: Surrogate,
-    corridor: Corridor,
+    corridors: Sequence[Corridor],
     model: ResponseModel | None,
     accuracy: float,
     seed: int,
@@ -35,14 +35,14 @@ def first_passage(
     search: EndOptions = EndOptions(),
     max_unseen: float = 0.03,
 ) -> xr.Dataset:
-    """Return the result of `failure_probability` for one limit and one combination of options.
+    """Return the result of `failure_probability` for limits of which any counts.
 
     Where tolerances do not scatter, probabilities are bounded over the intervals. At most
     `max_unseen` of a probability is at times that the search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     source, error = error_of_runs(surrogate)
-    state = LimitState.of(surrogate, corridor, error, rng)
+    state = LimitState.of(surrogate, corridors, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
@@ -131,10 +131,10 @@ def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) ->
         low, high = part.confidence_between()
         value = part.between[0]
         if isinstance(correction, Correction):
-            (low, high), grown = correction.confidence(), np.ones(2)
+            (low, high), grown = correction.confidence(), np.ones(3)
             if part.probability:  # as many more samples leave the limits between the times
-                grown = np.array(part.between[:2]) / part.probability
-            value, low, high = correction.probability * grown[0], low * grown[0], high * grown[1]
+                grown = part.between / part.probability
+            value, low, high = grown * [correction.probability, low, high]
         probabilities.append(np.minimum([value, low, high], 1.0))
     return np.sort(np.transpose(probabilities), axis=1)
 

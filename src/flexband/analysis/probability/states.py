@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TypeVar
 
 import numpy as np
 
-from flexband.analysis.peaks import spacing
+from flexband.analysis.peaks import LeastBetween, TimeAxis, least_between, lowest_of_impacts
 from flexband.analysis.results import beyond_neighbours
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
@@ -28,7 +30,7 @@ class LimitedOutputs:
 
     All arrays have the shape (outputs, times), and the outputs' units; `beyond`, (2, 2, outputs,
     times), is by how much values go below and above two neighbouring ones, from each time to the
-    next: the least and the most of some runs.
+    next: the least and the most of some runs. Times outside of a window tell of its ends.
     """
 
     expansion: Expansion
@@ -38,45 +40,63 @@ class LimitedOutputs:
     scale: np.ndarray  # unit of the margins
     series: np.ndarray  # numbers of outputs and times in the response
     beyond: np.ndarray
+    inside: np.ndarray  # which of the times are limited, (times,)
+    axis: TimeAxis | None  # their times; None where there is nothing between them
 
     def sides(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return margins to both limits in parts of the scale, (points, 2, outputs, times)."""
         values = self.expansion.evaluate_quickly(xi, eta)
         return np.stack([values - self.lower, self.upper - values], axis=1) / self.scale
 
-    def least_between(self, sides: np.ndarray) -> np.ndarray:
-        """Return the least margins of samples between the times, (2, points): see `beyond`."""
-        apart = np.diff(self.series, axis=1) != 1
-        ends = np.minimum(sides[..., :-1], sides[..., 1:])
-        least = []
-        for beyond in (self.beyond / self.scale)[..., :-1]:
-            within = np.where(apart, np.inf, ends - beyond)
-            least.append(within.min(axis=(1, 2, 3), initial=np.inf))
-        return np.stack(least)
+    def least_between(self, sides: np.ndarray, *, impacts: bool) -> np.ndarray:
+        """Return the least margins of samples between the times, (3, points), ∞ if not known.
+
+        They are an estimate, what they are at most, and at least: curves between the times tell,
+        and what outputs do there in some runs.
+        """
+        least = np.full((3, len(sides)), np.inf)
+        if self.axis is None:
+            return least
+        for side, curve in enumerate((self.lower, self.upper)):
+            rows = np.asarray(np.isfinite(curve).all(axis=1))
+            if not rows.any():
+                continue
+            curves = least_between(sides[:, side, rows], self.axis, impacts=impacts)
+            three = self._between(curves, side, rows, impacts=impacts)
+            least = np.minimum(least, [each.min(axis=(1, 2), initial=np.inf) for each in three])
+        if impacts:
+            lowest = lowest_of_impacts(sides.min(axis=1), self.axis)
+            least[2] = np.minimum(least[2], lowest.min(axis=1))
+        return least
+
+    def _between(
+        self, curves: LeastBetween, side: int, rows: np.ndarray, *, impacts: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        beyond = (self.beyond / self.scale)[:, side, rows, :-1]
+        surely, most = curves.ends - beyond[:, None]
+        if impacts:
+            return surely, surely, np.minimum(most, curves.lowest)
+        if not self.beyond.any():
+            surely = np.minimum(surely, curves.at_most)
+        return np.minimum(surely, curves.estimate), surely, np.minimum(most, curves.lowest)
 
     def margins(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
-        """Return margins in parts of the scale, shape (points, outputs, times)."""
+        """Return margins in parts of the scale, (points, outputs, times), ∞ out of the window."""
         return self.margins_of(self.expansion.evaluate_quickly(xi, eta))
 
     def margins_of(self, values: np.ndarray) -> np.ndarray:
         """Return the margins of values (points, outputs, times), of the same shape."""
         margins = np.minimum(values - self.lower, self.upper - values)
         margins /= self.scale
+        margins[..., ~self.inside] = np.inf
         return margins
 
-    def steps(self, all_steps: np.ndarray) -> np.ndarray | None:
-        """Return the steps between the part's times, which are some of all; None if too few."""
-        times = self.series[0] % (len(all_steps) + 1)
-        before = np.concatenate([[0.0], np.cumsum(all_steps)])
-        return np.diff(before[times]) if len(times) > 2 else None
-
     def at(self, times: np.ndarray) -> LimitedOutputs:
-        """Return the part at some of its times."""
+        """Return the part at some of its times, of which nothing is known between them."""
         expansion = self.expansion.of(self.expansion.outputs, times)
-        names = ("lower", "upper", "error", "scale", "series", "beyond")
-        return replace(
-            self, expansion=expansion, **{k: getattr(self, k)[..., times] for k in names}
-        )
+        names = ("lower", "upper", "error", "scale", "series", "beyond", "inside")
+        arrays = {k: getattr(self, k)[..., times] for k in names}
+        return replace(self, expansion=expansion, axis=None, **arrays)
 
     def tighter(self, count: float) -> LimitedOutputs:
         """Return the part with limits that are tighter by so many of its errors."""
@@ -100,32 +120,38 @@ class LimitState:
 
     families: tuple[Family, ...]  # of the random variables
     parts: tuple[LimitedOutputs, ...]
-    steps: np.ndarray | None  # between the times; None where there is nothing between them
     impacts: bool  # whether outputs may turn at once between times
     tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
 
     @staticmethod
     def of(
-        surrogate: Surrogate, corridor: Corridor, error: np.ndarray, rng: np.random.Generator
+        surrogate: Surrogate,
+        corridors: Sequence[Corridor],
+        error: np.ndarray,
+        rng: np.random.Generator,
     ) -> LimitState:
-        """Return the limit state of a surrogate; `error` has the shape of the response."""
+        """Return the limit state of a surrogate; `error` has the shape of the response.
+
+        All corridors count.
+        """
         labels, space = surrogate.labels, surrogate.space
         times = surrogate.times
-        lower, upper = (v.reshape(-1, times) for v in (corridor.lower, corridor.upper))
-        limited = np.isfinite(lower) | np.isfinite(upper)
-        number = np.arange(limited.size).reshape(limited.shape)
+        number = np.arange(math.prod(labels.shape[1:])).reshape(-1, times)
         beyond = beyond_neighbours(surrogate.diagnostics, labels).reshape(2, 2, -1, times)
         pilot = 256  # samples that tell how much each output varies
         u = rng.standard_normal((pilot, space.random_dimension))
         eta = rng.uniform(-1, 1, (pilot, space.interval_dimension))
         parts = []
-        for expansion in surrogate.expansions:
-            outputs = expansion.outputs[limited[expansion.outputs].any(axis=1)]
+        for corridor, expansion in product(corridors, surrogate.expansions):
+            lower, upper = corridor.curves.reshape(2, -1, times)
+            limited = np.any(np.isfinite([lower, upper]), axis=(0, 2))
+            outputs = expansion.outputs[limited[expansion.outputs]]
             if not len(outputs):
                 continue
-            at = np.flatnonzero(limited[outputs].any(axis=0))
-            if len(at) == at[-1] + 1 - at[0]:
-                at = np.arange(at[0], at[-1] + 1)
+            axis, near = TimeAxis.of(labels, corridor.window), slice(None)
+            if axis is not None:
+                near, axis = (at := axis.near()), axis.at(at)
+            at = np.arange(times)[near]
             part = expansion.of(outputs, at)
             values = part.evaluate(of_normals(u, space.families), eta)
             spread = values.std(axis=0).max(axis=1, keepdims=True)
@@ -135,9 +161,10 @@ class LimitState:
             part_error = error.reshape(-1, times)[index]
             scale = np.broadcast_to(scale, part_error.shape)
             bounds = lower[index], upper[index], part_error, scale, number[index]
-            parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index]))
+            inside = np.broadcast_to(corridor.inside, times)[near]
+            parts.append(LimitedOutputs(part, *bounds, beyond[:, :, *index], inside, axis))
         impacts = bool(BandRecord.read(surrogate.diagnostics).impacts)
-        return LimitState(space.families, tuple(parts), spacing(labels), impacts)
+        return LimitState(space.families, tuple(parts), impacts)
 
     @property
     def exact(self) -> bool:

@@ -38,7 +38,7 @@ def verdicts(case: Case, method: fb.AdaptivePCCI, runs: int) -> tuple[float, boo
         told = surrogate.diagnostics
         told = told.assign({name: told[name] * part for name in NAMES})
         own = replace(surrogate, diagnostics=told)
-        return fb.verify(own, case.response, runs=runs).attrs["confirmed"] == "yes"
+        return fb.verify(own, case.response, runs=runs).verification.attrs["confirmed"] == "yes"
 
     smaller = {k: ratio / k for k in FACTORS if ratio < k and true.max() > VISIBLE}
     return ratio, confirmed(1.0), {k: confirmed(part) for k, part in smaller.items()}

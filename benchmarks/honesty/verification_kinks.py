@@ -87,7 +87,7 @@ def judged(seed: int, method: Any, seeds: int, *, smooth: bool) -> list[tuple[st
     kind = "wrong" if large and error > FACTOR * claim else "small" if error > claim else "right"
     found = []
     for k in range(seeds):
-        checked = fb.verify(surrogate, response, seed=k)
+        checked = fb.verify(surrogate, response, seed=k).verification
         implied = float((checked["implied_error"] / checked["bar_width"]).max())
         found.append((kind, checked.attrs["confirmed"], implied / max(error, LEAST)))
     return found

@@ -244,7 +244,7 @@ study = fb.Study(response, {{"a": fb.Normal(1, 0.1), "e": fb.Interval(0, 1){inpu
 """,
         encoding="utf-8",
     )
-    words = ["run", str(tmp_path / "study.py"), "--output", str(tmp_path), "--verify", "0"]
+    words = ["run", str(tmp_path / "study.py"), "--output", str(tmp_path), "--verify", "4"]
     scanned = method.startswith("LHS")
     result = CliRunner().invoke(app, words[:-2] if scanned else words)
     assert result.exit_code == (3 if scanned else 0), result.output  # limits need a surrogate

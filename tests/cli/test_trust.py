@@ -40,7 +40,7 @@ def folder(tmp_path, monkeypatch):
     study, out = tmp_path / "mine" / "study.py", tmp_path / "mine" / "out"
     study.parent.mkdir()
     study.write_text(STUDY, encoding="utf-8")
-    assert call("run", study, "--output", out, "--verify", 0)[0] == 0
+    assert call("run", study, "--output", out, "--verify", 4)[0] == 0
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)

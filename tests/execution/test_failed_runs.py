@@ -131,8 +131,8 @@ def test_regression_and_held_out_runs_go_on_without_failed_ones():
 def test_verification_leaves_failed_runs_out(tmp_path):
     """What is missed of the others is what it is without the failed ones."""
     surrogate = fb.expand(good, INPUTS, fb.AdaptivePCCI(0.3))
-    whole = fb.verify(surrogate, good, runs=12)
-    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="skip")
+    whole = fb.verify(surrogate, good, runs=12).verification
+    some = fb.verify(surrogate, partial(bad, fault="raises"), runs=12, failed="skip").verification
     failed = wrong(*whole["run_values"].values)
     assert 0 < failed.sum() == some.attrs["runs_failed"] < 6
     expected = whole["missed_in_run"].where(xr.DataArray(~failed, dims="sample"))

@@ -60,9 +60,9 @@ def test_verification_is_recorded_too(tmp_path, correct, levels):
     response, other = Stepwise(), Stepwise()
     method = fb.AdaptivePCCI(0.02, correct=correct)
     surrogate = fb.expand(response, INPUTS, method, store=tmp_path)
-    first = fb.verify(surrogate, other, store=tmp_path, runs=8)
+    first = fb.verify(surrogate, other, store=tmp_path, runs=8).verification
     assert len(other.made) == 8
     assert {step for step, *_ in other.made} == {min(response.made)[0] * 2**levels}
-    again = fb.verify(surrogate, other, store=tmp_path, runs=8)
+    again = fb.verify(surrogate, other, store=tmp_path, runs=8).verification
     assert len(other.made) == 8
     assert first.identical(again)

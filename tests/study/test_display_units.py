@@ -173,13 +173,15 @@ def test_no_part_of_a_result_keeps_the_unit_it_was_computed_in():
     limit = fb.Requirement("force", "F", below=4.5, unit="kN")
     margins = fb.analysis.check_limits(surrogate, limit)
     shown = kilo.data(margins)
-    lengths = {"margin", "expected_error", "above", "below", "least_margin", "least_margin_error",
-               "margin_between", "grid_error", "stated_scale", "extent"}  # fmt: skip
+    lengths = {
+        "margin", "expected_error", "above", "below", "least_margin", "least_margin_error",
+        "margin_between", "margin_at_most", "grid_error", "stated_scale", "extent",
+    }  # fmt: skip
     for name, variable in margins.data_vars.items():
         if variable.dtype.kind == "f":
             scale = 1e-3 if name in lengths else 1.0
             np.testing.assert_allclose(shown[name], variable * scale, err_msg=name)
-    bands, verified = surrogate.bands(), fb.verify(surrogate, study.response, runs=4)
+    bands, verified = surrogate.bands(), fb.verify(surrogate, study.response, runs=4).verification
     for result in (bands, verified, fb.analysis.contributions(surrogate)):
         scaled = kilo.data(result)
         for name, variable in result.data_vars.items():

@@ -87,10 +87,11 @@ def test_what_new_runs_find_to_be_wrong_is_doubted(tmp_path):
     told = run(tmp_path, 3, limits="fb.Limit(below=2.5)", method="PCCI(0, 0)")
     assert "verification runs find an error of more than 1000 % of the band's width" in told
     assert "UNDECIDED response below 2.5: probably kept with a margin of 1" in told
-    assert "No probability: verification runs find an error" in told
-    assert re.search(r"width\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", told)
+    assert "Estimated accuracy: ± more than 1000 % of the band's width" in told
+    assert "No probability: the method does not trust its result" in told
+    assert re.search(r"result\. The largest value in \d+ runs is 2(\.\d+)? \(limit 2\.5\)\.", told)
     asked = CliRunner().invoke(app, ["limits", str(tmp_path / "out")])
-    assert "NOT reliable: verification runs find an error" in " ".join(asked.output.split())
+    assert "Not reliable: the response (100 % of its variation" in " ".join(asked.output.split())
 
 
 def test_remarks_on_inputs_are_printed_by_the_run_alone(tmp_path):

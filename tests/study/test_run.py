@@ -44,7 +44,9 @@ def test_a_study_is_run_into_a_folder_without_a_word(file, tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
     assert not list(folder.glob("*.html")) + list(folder.glob("*.png"))
     xr.testing.assert_identical(result.bands, study.run())
-    xr.testing.assert_identical(result.verification, fb.verify(result.surrogate, study.response))
+    xr.testing.assert_identical(
+        result.verification, fb.verify(result.surrogate, study.response).verification
+    )
     assert result.limits.margins.attrs["kept"] == "kept"
     assert result.limits.probability is not None
     assert set(result.contributions["name"].values) == {"a", "e"}

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import flexband as fb
 from flexband.analysis.limits.least_margin import LeastMargin, LimitVerdict
 from flexband.analysis.limits.verdicts import _by_margin
+from flexband.analysis.results import NOT_JUDGED
 from flexband.cli import app
 from flexband.requirements.verdict import Reason, Verdict
 from flexband.study.nominal import with_runs
@@ -123,7 +124,7 @@ def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
 
 
 def test_without_an_error_nothing_is_decided():
-    assert verdict_of(5.0, 5.0, estimate="not estimated") == (Verdict.UNDECIDED, Reason.NO_ERROR)
+    assert verdict_of(5.0, 5.0, estimate=NOT_JUDGED) == (Verdict.UNDECIDED, Reason.NOT_JUDGED)
 
 
 STUDY = """

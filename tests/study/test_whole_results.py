@@ -193,7 +193,7 @@ def test_every_command_with_a_verdict_ends_with_its_status(tmp_path, requirement
     kinds = {
         "PASS": 'fb.Requirement("kept", below=3.0)',
         "FAIL": 'fb.Requirement("left", below=0.5)',
-        "UNDECIDED": 'fb.Requirement("near", below=1.0 + 1e-15)',
+        "UNDECIDED": 'fb.Requirement("near", below=1.0)',
     }
     text = FAILING_ONCE.replace(
         "fb.Limit(below=3.0)", f"[{', '.join(map(kinds.get, requirements))}]"

@@ -19,13 +19,17 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.surrogates.bands import BOUNDS, AttributeRecord, BandRecord, remark
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.verdicts import in_percent
+from flexband.uncertainty.surrogates.verdicts import Confirmation, VerificationRecord, in_percent
 
-INDICATOR = "truncation"
-"""Diagnostic of methods that estimate no error: the size of the terms of highest order."""
+ERRORS = ("error_bar_expected_error",)
+"""Diagnostics that tell the error of the error bar, the best first: what runs have judged.
 
-ERRORS = ("error_bar_expected_error", INDICATOR)
-"""Diagnostics that tell the error of the error bar, the best first."""
+The `truncation` of methods with given orders is none: whole classes of responses, such as even ones
+at an odd order, do not show in it.
+"""
+
+NOT_JUDGED = "not judged by runs"
+"""Error of a surrogate that no runs have judged."""
 
 POINTWISE_ERRORS = ("pointwise_error", *ERRORS)
 """Diagnostics that tell the error of μ ± σ wherever it is evaluated, the best first."""
@@ -105,7 +109,7 @@ def expected_error(surrogate: Surrogate, sigmas: float) -> np.ndarray | None:
     """Return the error expected of μ ± kσ of every output and time, None if there is no estimate.
 
     It is that at any values of the inputs, not where bounds rest. The diagnostics have that of
-    μ ± σ, or an indicator of the truncation error.
+    μ ± σ.
     """
     name, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
     if not name:
@@ -137,6 +141,11 @@ def interval_values(space: Space, eta: np.ndarray) -> dict[str, np.ndarray]:
     return intervals.numbers_at(np.zeros((len(flat), 0)), flat)
 
 
+def is_judged(surrogate: Surrogate) -> bool:
+    """Return whether runs that were not fitted tell the error of a surrogate."""
+    return any(name in surrogate.diagnostics for name in ERRORS)
+
+
 def missed_tolerance(surrogate: Surrogate) -> bool:
     """Return whether the error of a surrogate, as its method judged it, is above its tolerance."""
     record = BandRecord.read(surrogate.diagnostics)
@@ -148,6 +157,12 @@ def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     """Return why a surrogate is not reliable, whose errors may be `corrected` by runs."""
     record = BandRecord.read(surrogate.diagnostics)
     doubts = [record.not_trusted] if record.not_trusted else []
+    if not corrected and not is_judged(surrogate):
+        doubts.append(f"the surrogate is {NOT_JUDGED}; `verify` judges it")
+    if surrogate.verification is not None and not corrected:
+        checked = VerificationRecord.read(surrogate.verification)
+        if checked.confirmed == Confirmation.REFUTED:
+            doubts.append("verification runs do not confirm the error that its method expected")
     if missed_tolerance(surrogate) and not corrected:
         error, tolerance = record.error_of_runs or 0.0, record.tolerance or 0.0
         doubts.append(
@@ -195,8 +210,8 @@ def answer(
     carried = {f"surrogate_{k}": diagnostic_attrs[k] for k in CARRIED if k in diagnostic_attrs}
     if doubts := doubts_of(surrogate):
         carried["surrogate_not_reliable"] = "; ".join(doubts)
-    if not any(name in surrogate.diagnostics for name in ERRORS):
-        carried["surrogate_expected_error"] = "the method of the surrogate gives none"
+    if not is_judged(surrogate):
+        carried["surrogate_expected_error"] = NOT_JUDGED
     remarks = remarks_carried(diagnostic_attrs)
     return result.assign_attrs({**remark(surrogate.space), **attrs, **carried, **remarks})
 

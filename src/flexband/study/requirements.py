@@ -107,6 +107,8 @@ def checked_requirements(
     surrogate: AnySurrogate | None,
     doubts: Sequence[Doubt],
     parts: xr.Dataset | None,
+    *,
+    verifying: bool,
     **execution: Any,
 ) -> tuple[LimitCheck | None, tuple[RequirementVerdict, ...]]:
     """Return whether the requirements of a study are kept, or the verdicts if that is not known.
@@ -114,6 +116,7 @@ def checked_requirements(
     Parameters
     ----------
     parts : result of `sampled_parts`, from which yields are taken.
+    verifying : whether runs are made that judge; they decide about probabilities too.
     execution : of the runs: batch, executor, failed.
     """
     study, folder = progress.study, progress.folder.path
@@ -141,6 +144,10 @@ def checked_requirements(
             how = {"store": progress.store, **execution}
             return with_runs(study, surrogate, requirements, margins, **how)[0]
 
+        judge = {}
+        if verifying and not study.runs_elsewhere:
+            judge = {"response": study.response, "store": progress.store}
+            judge["executor"] = execution.get("executor")
         check = check_limits_in(
             folder,
             surrogate,
@@ -148,6 +155,7 @@ def checked_requirements(
             scatter=study.scatter,
             run_margin=run_margin,
             production=production,
+            judge=judge,
         )
     except InputError as error:  # the bands are there
         return unchecked(str(error))

@@ -145,22 +145,24 @@ def run_study(
         with progress.recorded(claim):
             compile_ahead(study)
             files, verifying = ResultFiles(home), options.verifying(study)
-            surrogate, bands = write_bands(progress, files, **options.execution)
-            verification = write_verification(
+            surrogate, bands = write_bands(progress, files, verifying, **options.execution)
+            surrogate, bands = write_verification(
                 progress,
                 surrogate,
+                bands,
                 files,
                 verifying,
                 executor=options.executor,
                 failed=options.failed,
             )
+            verification = None if surrogate is None else surrogate.verification
             seconds = progress.elapsed / (runs_of(bands) + verifying)
             listener().stage("the answers")
             shares = write_contributions(progress, surrogate, files)
             doubts = doubts_about(bands, verification, requested=bool(verifying))
             parts = sampled_parts(progress, surrogate, doubts, **options.execution)
             limits, unchecked = checked_requirements(
-                progress, surrogate, doubts, parts, **options.execution
+                progress, surrogate, doubts, parts, verifying=bool(verifying), **options.execution
             )
             result = StudyResult(
                 folder=home.path,

@@ -6,7 +6,8 @@ from typing import Any
 
 import xarray as xr
 
-from flexband.analysis.selection import AnySurrogate
+from flexband.analysis.results import is_judged
+from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.sensitivity.contributions import contributions
 from flexband.analysis.verification.verify import verify
 from flexband.error_text import error_text
@@ -20,7 +21,7 @@ from flexband.uncertainty.surrogates.bands import BandRecord
 
 
 def write_bands(
-    progress: StudyProgress, files: ResultFiles, **execution: Any
+    progress: StudyProgress, files: ResultFiles, verifying: int, **execution: Any
 ) -> tuple[AnySurrogate | None, xr.Dataset]:
     """Make the runs; write the surrogate, if the method makes one, and the bands."""
     study = progress.study
@@ -30,7 +31,10 @@ def write_bands(
     if study.expands:
         with without_warnings(ToleranceWarning):  # which is one of the doubts
             surrogate = study.expand(progress=task, **how)
-        files.write_surrogate(surrogate)
+        if verifying and not _judged(surrogate):
+            files.write_unjudged(surrogate)
+        else:
+            files.write_surrogate(surrogate)
         bands = bands_with_nominal(study, surrogate, progress.folder.path, **how)
     else:
         surrogate, bands = None, study.run(progress=task, **how)
@@ -57,19 +61,23 @@ def write_contributions(
 def write_verification(
     progress: StudyProgress,
     surrogate: AnySurrogate | None,
+    bands: xr.Dataset,
     files: ResultFiles,
     runs: int,
     *,
     executor: ExecutorLike,
     failed: str,
-) -> xr.Dataset | None:
-    """Write how so many runs judge a surrogate; warn and return None if they fail."""
+) -> tuple[AnySurrogate | None, xr.Dataset]:
+    """Write how so many runs judge a surrogate; return it and its bands with what they say.
+
+    Warn if the runs fail. Where the method estimates no error, the bands have that of these runs.
+    """
     study = progress.study
     if not runs or surrogate is None:
-        return None
+        return surrogate, bands
     listener().stage("verification runs")
     try:
-        verification = verify(
+        verified = verify(
             surrogate,
             study.response,
             sigmas=study.sigmas,
@@ -83,9 +91,19 @@ def write_verification(
         raise
     except Exception as error:  # whatever a response raises; the bands are there
         progress.fail("verification", f"the result is not verified: {error_text(error)}")
-        return None
-    files.write_verification(verification)
-    return verification
+        return surrogate, bands
+    if verified.verification is not None:
+        files.write_verification(verified.verification)
+    if not _judged(surrogate):
+        files.write_surrogate(verified)
+        judged = verified.bands(study.sigmas)
+        bands = judged.assign_attrs(judged.attrs | bands.attrs)
+        files.write_bands(bands)
+    return verified, bands
+
+
+def _judged(surrogate: AnySurrogate) -> bool:
+    return all(map(is_judged, surrogates_of(surrogate).values()))
 
 
 def runs_of(bands: xr.Dataset) -> int:

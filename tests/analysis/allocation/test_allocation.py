@@ -1,5 +1,6 @@
 """Allocated tolerances: closed forms, exhaustive vertices, and a mechanism from the literature."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -52,7 +53,8 @@ def linear(a, b):
 
 @pytest.fixture(scope="module")
 def plane():
-    return fb.expand(linear, {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 1))
+    surrogate = fb.expand(linear, {k: fb.Interval(-1.0, 1.0) for k in "ab"}, fb.PCCI(1, 1))
+    return fb.verify(surrogate, linear)
 
 
 def test_function_generator_is_as_cheap_as_exhaustive_vertices_allow(four_bar):
@@ -176,7 +178,7 @@ def test_a_linear_analysis_of_the_function_generator_breaks_the_limit():
 
 
 def test_runs_correct_a_coarse_surrogate(four_bar):
-    coarse = fb.expand(generator, LENGTHS, fb.PCCI(1, 1))
+    coarse = fb.verify(fb.expand(generator, LENGTHS, fb.PCCI(1, 1)), generator)
     costs = dict.fromkeys(SIZES, 1.0)
     alone = fb.analysis.allocate(coarse, KEPT, costs)
     assert alone.attrs["confirmed"] == "no runs were made"
@@ -272,7 +274,7 @@ def test_the_largest_tolerances_are_enough(plane):
 
 
 def test_a_surrogate_that_is_not_trusted_is_remarked(plane):
-    doubtful = plane.with_attrs(not_trusted="response (a kink)")
+    doubtful = replace(plane.with_attrs(not_trusted="response (a kink)"), held_out=None)
     found = fb.analysis.allocate(doubtful, fb.Limit(below=1.0), {"a": 1.0, "b": 1.0})
     assert found.attrs["verdict"].endswith("Not reliable: response (a kink)")
 

@@ -29,7 +29,8 @@ def bent(a, b):
 
 @pytest.fixture(scope="module")
 def plane():
-    return fb.expand(linear, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(2, 1))
+    surrogate = fb.expand(linear, dict.fromkeys("ab", fb.Normal(0.0, 1.0)), fb.PCCI(2, 1))
+    return fb.verify(surrogate, linear)
 
 
 @pytest.mark.parametrize("probability", [1e-2, 1e-5])

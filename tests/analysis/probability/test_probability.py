@@ -65,9 +65,8 @@ def test_many_random_inputs():
 
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in names]
     response.__signature__ = inspect.Signature(parameters)
-    surrogate = fb.expand(
-        response, dict.fromkeys(names, NORMAL), fb.methods.PerturbationChebyshev(1)
-    )
+    method = fb.methods.PerturbationChebyshev(1)
+    surrogate = fb.verify(fb.expand(response, dict.fromkeys(names, NORMAL), method), response)
     found = fb.analysis.failure_probability(surrogate, fb.Limit(below=4.5), accuracy=0.05)
     agrees(found, norm.sf(4.5), 0.15)
 
@@ -319,7 +318,7 @@ def test_a_limit_that_is_left_for_certain_has_a_probability_of_one(seed):
         return xr.DataArray(values, {"output": ["a", "b"]}, ("sample", "output"))
 
     inputs = {"e": fb.Interval(-1, 1), "x": fb.Normal(0, 1), "y": fb.Normal(0, 1)}
-    surrogate = fb.expand(response, inputs, fb.PCCI(2, 1))
+    surrogate = fb.verify(fb.expand(response, inputs, fb.PCCI(2, 1)), response)
     limits = [fb.Limit("a", below=0.99), fb.Limit("b", below=4.8)]
     found = fb.analysis.failure_probability(surrogate, limits, seed=seed)
     for name in ("probability", "confidence_low", "confidence_high", "limit_tighter"):
@@ -439,7 +438,7 @@ def test_intervals_alone_have_no_probability():
         fb.analysis.failure_probability(surrogate, fb.Limit(below=0.5))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_the_interval_of_a_largest_probability_inside_the_box_holds_it(seed):
     """The maximum of c over the box decides; a search with few samples is 10 % below it."""
 
@@ -449,7 +448,8 @@ def test_the_interval_of_a_largest_probability_inside_the_box_holds_it(seed):
         ]
 
     intervals = {"e": fb.Interval(-1, 1), "g": fb.Interval(-1, 1)}
-    surrogate = fb.expand(response, {"x": NORMAL, "y": NORMAL} | intervals, fb.PCCI(1, 2))
+    inputs = {"x": NORMAL, "y": NORMAL} | intervals
+    surrogate = fb.verify(fb.expand(response, inputs, fb.PCCI(1, 2)), response)
     limit = fb.Limit(below=2.2805194)
     exact = norm.sf((2.2805194 - 0.24 * 0.61 - 0.12**2 / 2.54) / np.hypot(0.62, 0.3))
     found = fb.analysis.failure_probability(surrogate, limit, seed=seed)

@@ -53,12 +53,12 @@ def test_right_expected_errors_are_confirmed_by_few_runs(surrogate):
         calls.append(len(e))
         return response(e, f, x)
 
-    verdicts = [fb.verify(surrogate, counted, seed=seed).attrs for seed in range(25)]
+    verdicts = [fb.verify(surrogate, counted, seed=seed).verification.attrs for seed in range(25)]
     assert sum(own["confirmed"] != "yes" for own in verdicts) <= 1
     assert calls == [16] * 25
     confirmed = "Estimate confirmed: 16 verification runs, 12 of them at the ends of"
     assert verdicts[0]["verdict"].startswith(confirmed)
-    few = fb.verify(surrogate, response, runs=5, sigmas=3)
+    few = fb.verify(surrogate, response, runs=5, sigmas=3).verification
     assert (few.attrs["runs"], few.attrs["sigmas"]) == (5, 3)
 
 
@@ -69,7 +69,9 @@ def test_verdicts_agree_with_their_numbers(surrogate):
     for share in (0.1, 0.4, 0.6, 0.8, 1.0, 1.5):
         own = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
         for seed in range(6):
-            checked = fb.verify(replace(surrogate, diagnostics=own), response, runs=8, seed=seed)
+            checked = fb.verify(
+                replace(surrogate, diagnostics=own), response, runs=8, seed=seed
+            ).verification
             text, missed = checked.attrs["verdict"].rsplit(". ", 1)
             assert missed.startswith("Effects in ")
             both = r"2 verification runs and \d+ held-out runs, spread over all of it"
@@ -110,7 +112,9 @@ def test_expected_errors_that_are_too_small_are_found(surrogate):
     assert share < 1
     small = told.assign(error_bar_expansion_error=told["error_bar_expansion_error"] * share)
     wrong = replace(surrogate, diagnostics=small)
-    found = [fb.verify(wrong, response, seed=seed).attrs["confirmed"] for seed in range(10)]
+    found = [
+        fb.verify(wrong, response, seed=seed).verification.attrs["confirmed"] for seed in range(10)
+    ]
     assert found.count("no") >= 9
 
 
@@ -127,7 +131,7 @@ def bounds():
 
 
 def test_the_verdict_says_where_and_by_how_much(surrogate):
-    checked = fb.verify(surrogate, later)
+    checked = fb.verify(surrogate, later).verification
     assert checked["output"].values[~checked["confirmed"].values].tolist() == ["u7"]
     verdict = checked.attrs["verdict"]
     assert verdict.startswith("NOT confirmed: 16 verification runs")
@@ -156,7 +160,7 @@ def test_of_many_inputs_a_verdict_names_those_that_are_farthest_out():
     assert isinstance(surrogate, Surrogate)
     told = surrogate.diagnostics
     told = told.assign(error_bar_expected_error=1e-6 * told["error_bar_expected_error"])
-    checked = fb.verify(replace(surrogate, diagnostics=told), peak)
+    checked = fb.verify(replace(surrogate, diagnostics=told), peak).verification
     verdict = checked.attrs["verdict"]
     assert checked.attrs["confirmed"] == "no"
     assert " and 8 other inputs; bands may be off" in verdict
@@ -167,7 +171,7 @@ def test_without_random_inputs_no_place_is_run_twice():
     """The bounds of (1 + x)² on the expansion of order one are off by its second order, 1/8."""
     inputs = {"x": fb.Interval(0.0, 1.0)}
     surrogate = fb.expand(lambda x: (1 + x) ** 2, inputs, fb.PCCI(0, 1))
-    checked = fb.verify(surrogate, lambda x: (1 + x) ** 2)
+    checked = fb.verify(surrogate, lambda x: (1 + x) ** 2).verification
     x = checked["run_values"].values[0]
     assert len(np.unique(x)) == 16
     assert sorted(x[checked["run_place"] != "anywhere"]) == [0.0, 1.0]
@@ -182,7 +186,7 @@ def test_constants_and_exact_polynomials_are_confirmed():
 
     inputs = {"x": fb.Normal(1.0, 1.0), "e": fb.Interval(0.0, 3.0)}
     surrogate = fb.expand(exact, inputs, fb.AdaptivePCCI())
-    checked = fb.verify(surrogate, exact)
+    checked = fb.verify(surrogate, exact).verification
     assert checked.attrs["confirmed"] == "yes"
     assert float((checked["implied_error"] / checked["bar_width"]).max()) < 1e-3
 
@@ -206,11 +210,12 @@ def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
     true = effects[3:].sum()
     for runs, ratio in ((16, 2.0), (256, 1.02)):
         found = [
-            float(fb.verify(few, linear, runs=runs, seed=k)["implied_error"]) for k in range(5)
+            float(fb.verify(few, linear, runs=runs, seed=k).verification["implied_error"])
+            for k in range(5)
         ]
         assert true * 0.99 < min(found)
         assert max(found) < ratio * true
-    at = fb.verify(few, linear)["run_values"].values[:m].T
+    at = fb.verify(few, linear).verification["run_values"].values[:m].T
     assert np.all(np.ptp(at[:2, :3], axis=0) == 0)
     np.testing.assert_allclose(at[0, 3:], -at[1, 3:])
 
@@ -234,10 +239,10 @@ def test_no_verdict_states_less_than_its_runs_can_see():
     missed += "4 verification runs"
     assert pytest.approx(0.05, rel=0.03) == 0.69**8
     for seed in range(10):
-        checked = fb.verify(surrogate, kink, seed=seed)
+        checked = fb.verify(surrogate, kink, seed=seed).verification
         assert checked.attrs["confirmed"] == "no"
         assert missed in checked.attrs["verdict"]
-    smooth = fb.verify(surrogate, lambda x, e: kink(x - 9, e))
+    smooth = fb.verify(surrogate, lambda x, e: kink(x - 9, e)).verification
     assert smooth.attrs["confirmed"] == "yes"
     assert "follows is 0.002 % of the error bar's width" in smooth.attrs["verdict"]
     assert missed in smooth.attrs["verdict"]

@@ -36,7 +36,7 @@ def response(e, x, z):
     return xr.DataArray(values, coords, ("sample", "output", "time"))
 
 inputs = {"e": fb.Interval(-1.0, 1.0), "x": fb.Normal(0.0, 1.0), "z": fb.Normal(0.0, 0.5)}
-study = fb.Study(response, inputs, fb.PCCI(2, 1))
+study = fb.Study(response, inputs, fb.PCCI(3, 1))
 """
 
 LIMIT = ("--below", "w=9")
@@ -112,7 +112,7 @@ def run(*arguments):
 
 def study_in(place, text):
     (place / "study.py").write_text(text, encoding="utf-8")
-    done = run("run", place / "study.py", "-o", place / "out", "--verify", 0)
+    done = run("run", place / "study.py", "-o", place / "out", "--verify", 8)
     assert done.exit_code in (0, 5), done.output  # 5: a limit is not kept
     return place / "out"
 
@@ -125,7 +125,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def limited(tmp_path_factory):
     limits = 'limits=[fb.Limit("w", below=12.0), fb.Limit("X", below=13.0, above=-13.0)]'
-    text = STUDY.replace("fb.PCCI(2, 1))", f"fb.PCCI(2, 1), {limits})")
+    text = STUDY.replace("fb.PCCI(3, 1))", f"fb.PCCI(2, 1), {limits})")
     return study_in(tmp_path_factory.mktemp("limited"), text)
 
 

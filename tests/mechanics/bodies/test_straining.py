@@ -114,7 +114,7 @@ def test_new_runs_that_verify_a_study_do_not_tell_it_again():
     inputs = {"strain": fb.Interval(0.15, 0.25)}
     found = []
     assert len(told(lambda: found.append(fb.expand(response, inputs, fb.PCCI(1, 3))))) == 1
-    assert told(lambda: fb.verify(found[0], response, runs=4)) == []
+    assert told(lambda: fb.verify(found[0], response, runs=4).verification) == []
 
 
 def test_states_are_kept_at_scattered_steps_of_a_run():

@@ -60,7 +60,7 @@ def test_definitions_are_those_of_what_the_study_has():
 
 
 def test_doubts_and_confirmed_errors_do_not_contradict_each_other():
-    checked = fb.verify(SURROGATE, response)
+    checked = fb.verify(SURROGATE, response).verification
     assert checked.attrs["confirmed"] == "yes"
     agree = "16 verification runs agree with this estimate."
     missed = Doubt(DoubtKind.TOLERANCE_NOT_MET, 0.06, 0.02)

@@ -54,7 +54,7 @@ def test_numbers_of_a_result_that_is_not_reliable_are_marked(tmp_path):
     assert run("run", tmp_path / "study.py", "-o", tmp_path / "out").exit_code in (3, 5)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert '<main class="unreliable">' in page
-    assert "marked ? are not reliable: verification runs find an error of" in page
+    assert "marked ? are not reliable: the method does not trust its result" in page
 
 
 @pytest.mark.parametrize(

@@ -560,7 +560,7 @@ def test_a_discretization_that_is_left_out_is_chosen_by_the_tolerance(tolerance)
     inputs = {"x": fb.Normal(0.0, 1.0), "e": fb.Interval(-1.0, 1.0)}
     surrogate = fb.expand(Open(), inputs, fb.AdaptivePCCI(tolerance))
     bands = surrogate.bands()
-    assert fb.verify(surrogate, Open()).attrs["confirmed"] == "yes"
+    assert fb.verify(surrogate, Open()).verification.attrs["confirmed"] == "yes"
     exact = fb.propagate(Open(0.0, 10**6, ()), inputs, fb.AdaptivePCCI(1e-5))
     width = float((exact["error_bar"][1] - exact["error_bar"][0]).mean())
     true = max(float(abs(bands[n] - exact[n]).mean()) / width for n in ("mean", "error_bar"))

@@ -138,12 +138,12 @@ def shifted(request):
 
 
 def test_verification_confirms_a_corrected_surrogate(shifted):
-    verified = fb.verify(shifted, StepError(off_by_a_third))
+    verified = fb.verify(shifted, StepError(off_by_a_third)).verification
     assert verified.attrs["confirmed"] == "yes"
     assert "correct" in verified.attrs["verdict"]
     assert float(verified["missed"].max()) < 1e-6
     wrong = replace(shifted, correction=())
-    assert fb.verify(wrong, StepError(off_by_a_third)).attrs["confirmed"] == "no"
+    assert fb.verify(wrong, StepError(off_by_a_third)).verification.attrs["confirmed"] == "no"
 
 
 def test_runs_follow_the_surrogate_before_its_correction(shifted):

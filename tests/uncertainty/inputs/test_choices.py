@@ -62,7 +62,7 @@ def test_the_surrogate_takes_options_and_is_saved(tmp_path):
         moments = own.moments(material="steel", layers=2, length=1.25)
         np.testing.assert_allclose(moments["mean"][0], exact(420.0, 1.25, 0), rtol=1e-5)
         assert own.bands(2.0).equals(surrogate.bands(2.0))
-    checked = fb.verify(surrogate, stiffness, runs=4)
+    checked = fb.verify(surrogate, stiffness, runs=4).verification
     assert checked.sizes["choice"] == 4
     assert checked.attrs["runs"] == 16
     with pytest.raises(fb.errors.InputError, match=r"material must be one of Choice\('steel'"):

@@ -71,7 +71,7 @@ def test_a_surrogate_takes_values_and_is_saved(tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     loaded = fb.load_surrogate(tmp_path / "s.npz")
     assert loaded.bands().equals(surrogate.bands())
-    assert "confirmed" in fb.verify(loaded, lambda a, b, e, k: k * a + b * e).attrs
+    assert "confirmed" in fb.verify(loaded, lambda a, b, e, k: k * a + b * e).verification.attrs
     with pytest.raises(fb.errors.InputError, match=r"k must be the constant 3.0"):
         surrogate.evaluate(a=3.4, b=1.9, e=1.25, k=4.0)
 

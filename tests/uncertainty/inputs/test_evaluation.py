@@ -77,7 +77,7 @@ def test_later_calls_of_an_adaptive_method_are_aligned_too():
     method = fb.AdaptivePCCI(1e-9, phase_resolved=False)
     xr.testing.assert_identical(fb.propagate(reverse, INPUTS, method), expected)
     surrogate = fb.expand(response, INPUTS, fb.PCCI(1, 2))
-    checked = fb.verify(surrogate, lambda x, e: response(x, e).isel(output=[1, 0]))
+    checked = fb.verify(surrogate, lambda x, e: response(x, e).isel(output=[1, 0])).verification
     np.testing.assert_allclose(checked["missed"], 0.0, atol=1e-12)
 
 

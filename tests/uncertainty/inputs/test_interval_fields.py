@@ -59,7 +59,7 @@ def test_a_field_is_found_checked_saved_and_loaded(tmp_path):
 
     surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(1e-3))
     assert surrogate.space.inputs["h"].domain == (0.0, 1.0)
-    assert fb.verify(surrogate, response).attrs["confirmed"] == "yes"
+    assert fb.verify(surrogate, response).verification.attrs["confirmed"] == "yes"
     fb.save_surrogate(surrogate, tmp_path / "s.npz")
     loaded = fb.load_surrogate(tmp_path / "s.npz")
     xr.testing.assert_identical(loaded.bands(), surrogate.bands())

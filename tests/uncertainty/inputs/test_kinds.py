@@ -88,7 +88,7 @@ def test_one_input_of_one_kind(response, kind, method, tolerance, tmp_path):
     fb.save_surrogate(surrogate, tmp_path / "surrogate.npz")
     loaded = fb.load_surrogate(tmp_path / "surrogate.npz")
     np.testing.assert_array_equal(loaded.bands().error_bar, bands.error_bar)
-    assert fb.verify(surrogate, response).attrs["confirmed"] != "no"
+    assert fb.verify(surrogate, response).verification.attrs["confirmed"] != "no"
 
 
 def linear(**values):

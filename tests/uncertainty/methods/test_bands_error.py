@@ -60,7 +60,7 @@ def test_answers_and_verification_have_the_error_at_any_point(surrogate):
     np.testing.assert_allclose(
         surrogate.bands(3.0)["pointwise_error"], np.sqrt(5) * told["pointwise_error"]
     )
-    assert fb.verify(surrogate, rising, runs=64).attrs["confirmed"] == "yes"
+    assert fb.verify(surrogate, rising, runs=64).verification.attrs["confirmed"] == "yes"
     found = fb.analysis.failure_probability(surrogate, fb.Limit(below=2.0))
     assert found.attrs["error"] == "pointwise_error"
 

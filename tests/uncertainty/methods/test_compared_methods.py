@@ -77,7 +77,7 @@ def test_regression_is_exact_for_polynomials_of_its_order(tmp_path):
     np.testing.assert_allclose(bands["error_bar"], LINEAR_BAR, atol=1e-10)
     assert bands.attrs["runs"] == 15 + 1  # 10 terms
     assert float(bands["error_bar_expected_error"]) < 1e-4  # all that so few runs can tell
-    assert fb.verify(surrogate, linear).attrs["confirmed"] == "yes"
+    assert fb.verify(surrogate, linear).verification.attrs["confirmed"] == "yes"
     fb.save_surrogate(surrogate, tmp_path / "model.npz")
     assert fb.load_surrogate(tmp_path / "model.npz").bands().equals(bands)
 

@@ -118,7 +118,7 @@ def test_step_and_elements_are_corrected_at_once():
 def test_what_compares_runs_with_the_surrogate_corrects_them_as_well(method, tmp_path):
     response = StepError(off_by_a_third)
     surrogate = fb.expand(response, INPUTS, method)
-    verified = fb.verify(surrogate, response)
+    verified = fb.verify(surrogate, response).verification
     assert verified.attrs["confirmed"] == "yes"
     assert float(verified["missed"].max()) < 1e-6
     at = np.array([[0.3]]), np.array([[0.5]])

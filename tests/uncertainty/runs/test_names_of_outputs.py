@@ -30,7 +30,7 @@ def test_all_variables_of_bands_are_known():
     results = [fb.propagate(response, INPUTS, method) for method in methods]
     surrogates = [fb.expand(response, INPUTS, method) for method in methods[:3]]
     results += [one.diagnostics for one in surrogates if isinstance(one, fb.Surrogate)]
-    results += [fb.verify(one, response, runs=4) for one in surrogates]
+    results += [fb.verify(one, response, runs=4).verification for one in surrogates]
     results.append(fb.propagate(response, INPUTS | {"x": fb.Choice(0.0, 1.0)}, fb.PCCI(1, 1)))
     names = {str(name) for one in results for name in one.variables}
     assert names - {"output", "time", "sample"} <= OF_BANDS | set(RESERVED)
@@ -95,7 +95,8 @@ def response(a, x):
     return xr.DataArray(values, coords, ("sample", "output", "time"))
 
 inputs = {"a": fb.Interval(0.9, 1.1), "x": fb.Normal(0, 1)}
-study = fb.Study(response, inputs, fb.PCCI(1, 1), limits=fb.Limit("1", below=2.0))
+method = fb.AdaptivePCCI(phase_resolved=False)
+study = fb.Study(response, inputs, method, limits=fb.Limit("1", below=2.0))
 """,
         encoding="utf-8",
     )

@@ -100,7 +100,9 @@ ANSWERS = {
     ),
     "tolerance": lambda s: fb.analysis.tolerance_for(s, "a"),
     "probability": lambda s: fb.analysis.failure_probability(s, fb.Limit("x", below=0.9)),
-    "verify": lambda s: fb.verify(s, at_one_time if "time" in s.labels.dims else without_time),
+    "verify": lambda s: (
+        fb.verify(s, at_one_time if "time" in s.labels.dims else without_time).verification
+    ),
     "p-box": lambda s: fb.analysis.p_box(s, "x", *([0.0] * ("time" in s.labels.dims))),
 }
 

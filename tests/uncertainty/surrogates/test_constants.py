@@ -52,7 +52,7 @@ def test_no_runs_are_spent_on_rounding_errors(surrogate):
 
 
 def test_constants_are_named_and_judged_by_nothing(surrogate):
-    bands, checked = surrogate.bands(), fb.verify(surrogate, response)
+    bands, checked = surrogate.bands(), fb.verify(surrogate, response).verification
     assert tables.constants(bands) == MIN_SPEED
     _, rows = tables.summary_table(bands, checked)
     assert [row[3:] for row in rows[1:]] == [["constant", "", "", ""]] * 3
@@ -71,7 +71,7 @@ def test_a_constant_that_new_runs_leave_is_told():
         return found
 
     plain = fb.expand(response, INPUTS, fb.PCCI(1, 1))
-    checked = fb.verify(plain, jumps, runs=64)
+    checked = fb.verify(plain, jumps, runs=64).verification
     assert checked["missed"].sel(output="c") > 0.01
 
 

@@ -204,14 +204,14 @@ def test_numbers_of_the_record_are_finite(number, saved, tmp_path):
 
 def test_the_format_has_a_version(saved, tmp_path):
     parts = members(saved["plain"])
-    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 8', '"format": 5')
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 5')
     content = sealed(parts | {"about.npy": npy(np.array(about))})
-    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 8; save it again")
+    refused(tmp_path / "s.npz", content, "the format of the surrogate is 5, not 9; save it again")
 
 
 def test_a_file_of_the_format_without_corrections_is_read(saved, tmp_path):
     parts, file = members(saved["adaptive"]), tmp_path / "s.npz"
-    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 8', '"format": 7')
+    about = str(np.load(io.BytesIO(parts["about.npy"]))).replace('"format": 9', '"format": 7')
     file.write_bytes(sealed(parts | {"about.npy": npy(np.array(about))}))
     assert fb.load_surrogate(file).correction == ()
 

@@ -120,11 +120,11 @@ def test_fields_are_given_by_their_standard_variables(tmp_path):
         (lambda s: s.evaluate(x=abs, e=0.0), "x: values must be finite; got a function"),
         (lambda s: fb.save_surrogate(s, Path(__file__).parent), "is a folder; give the name"),
         (
-            lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))),
+            lambda s: fb.verify(s, lambda x, e: np.zeros((len(x), 2))).verification,
             r"must return dims \(time\) in all runs, as in the first ones; got \(dim_1\)",
         ),
         (lambda s: fb.load_surrogate("nowhere.npz"), "there is no file nowhere.npz"),
-        (lambda s: fb.verify(s, lambda x, e: x, runs=1), "runs must be 2 or more"),
+        (lambda s: fb.verify(s, lambda x, e: x, runs=1).verification, "runs must be 2 or more"),
         (
             lambda s: fb.expand(lambda x: x, {"x": fb.Interval(0, 1)}, fb.LHSScanning(9, 2)),  # type: ignore
             "method must be one that expands the response",
@@ -173,7 +173,7 @@ def test_plain_expansions_run_without_the_machinery_of_phases(tmp_path):
         fb.save_surrogate(surrogate, {str(tmp_path / "s.npz")!r})
         for one in (surrogate, fb.load_surrogate({str(tmp_path / "s.npz")!r})):
             one.bands(), one.moments(e=0.5), one.evaluate(x=0.1, e=0.5)
-        fb.verify(surrogate, response)
+        fb.verify(surrogate, response).verification
         print(*sys.modules)
     """
     run = [sys.executable, "-c", textwrap.dedent(code)]

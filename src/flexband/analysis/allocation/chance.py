@@ -25,6 +25,7 @@ from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Rare, rare
+from flexband.analysis.results import is_judged
 from flexband.errors import InputError
 from flexband.requirements.corridors import Corridor
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -127,7 +128,8 @@ class Chance:
         n, m = space.random_dimension, space.interval_dimension
         eta, known, noise, _ = ends(state, n, m, rng, options=self.options.ends)
         place_estimate = self._estimate(state, eta[1], known[1], rng)
-        return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), state.exact)
+        exact = is_judged(self.surrogate) and state.exact
+        return ExceedanceEstimate(x, eta[1], place_estimate, known[1], float(noise[1]), exact)
 
     def _estimate(
         self, state: LimitState, eta: np.ndarray, known: Rare, rng: np.random.Generator
@@ -137,8 +139,13 @@ class Chance:
 
     @property
     def series(self) -> np.ndarray:
-        """The numbers of the outputs and times of `Estimate.at_each` in the response."""
-        return self._start.series
+        """The numbers of the limited outputs and times in the response."""
+        return self._start.series[self._start.inside]
+
+    @property
+    def inside(self) -> np.ndarray:
+        """Which of all outputs and times of `Estimate.at_each` are limited."""
+        return self._start.inside
 
     def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
         """Return the probability corrected with runs, at the same place."""

@@ -17,16 +17,16 @@ from flexband.analysis.allocation.worst_case import SIGNS, WorstCaseBounds
 from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.probability.correction import Correction
 from flexband.analysis.probability.statements import (
+    ANYTHING,
     RARE,
     STATED,
     allowance,
     bounded,
-    error_of_runs,
+    tails_are_judged,
     withheld,
 )
 from flexband.analysis.probability.texts import NOT_GIVEN
 from flexband.analysis.results import (
-    INDICATOR,
     Variables,
     answer,
     doubts_of,
@@ -176,10 +176,12 @@ def _stated(chance: Chance, solution: ExceedanceEstimate, *, by_runs: bool) -> x
     narrow = chance.surrogate.narrowed(**inputs)
     estimate = replace(solution.estimate, noise=solution.noise)
     ends = np.array(estimate.confidence())
-    if error_of_runs(narrow)[0] != INDICATOR and not solution.exact:
+    if not solution.exact and not tails_are_judged(narrow):
+        ends = np.array(ANYTHING)
+    elif not solution.exact:
         ends = np.minimum(1.0, ends * allowance(estimate))
     each = np.full(max(1, int(np.prod(labels.shape[1:]))), np.nan)
-    each[chance.series] = estimate.at_each
+    np.fmax.at(each, chance.series, estimate.at_each[chance.inside])
     if not solution.exact:
         each[each < RARE] = np.nan
     stated = xr.Dataset({

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar
 
 import xarray as xr
 
+from flexband.analysis.results import NOT_JUDGED
 from flexband.requirements.corridors import FOR_CONSTANT_OFFSETS
 from flexband.rounding import unit_of_variable
 from flexband.uncertainty.surrogates.bands import AttributeRecord
@@ -20,7 +20,7 @@ class MarginRecord(AttributeRecord):
 
     Attributes
     ----------
-    error : the variable of the bands that tells the error, or `NOT_ESTIMATED` if none does.
+    error : the variable of the bands that tells the error, or `NOT_JUDGED` if none does.
     sigmas : k of the error bar, if it is that of all requirements.
     random : whether inputs are random.
     runs, runs_recorded : numbers of runs at worst tolerances, and of those that were looked at.
@@ -29,7 +29,6 @@ class MarginRecord(AttributeRecord):
     verdict : all verdicts in words.
     """
 
-    NOT_ESTIMATED: ClassVar[str] = "not estimated"
     error: str = ""
     sigmas: float = 3.0
     random: int = 1
@@ -139,5 +138,5 @@ def margins_in_words(result: xr.Dataset) -> str:
         + (f", with {', '.join(verdict.inputs)}" if verdict.inputs else "")
         for verdict in verdicts
     ]
-    unknown = MarginRecord.read(result).error == MarginRecord.NOT_ESTIMATED
-    return ". ".join(words) + (". The error of this is not estimated" if unknown else "")
+    unknown = MarginRecord.read(result).error == NOT_JUDGED
+    return ". ".join(words) + (f". The surrogate is {NOT_JUDGED}" if unknown else "")

@@ -12,11 +12,11 @@ from flexband.analysis.allocation.adjustment import Adjusted, compensators, limi
 from flexband.analysis.limits.least_margin import (
     WORST_FIRST,
     LimitVerdict,
-    MarginRecord,
     margins_in_words,
 )
 from flexband.analysis.peaks import TimeAxis, least_between
 from flexband.analysis.results import (
+    NOT_JUDGED,
     Variables,
     beyond_neighbours,
     check_free,
@@ -76,7 +76,8 @@ def check_limits(
     accurate than its method was to make it, or impacts turn the motion, and there are no random
     inputs or another output misses that accuracy.
     ``attrs["verdict"]`` says this in words, and ``attrs["error"]`` what the expected error is:
-    "error_bar_expected_error", "truncation" (an indicator), or "not estimated" (then it is zero).
+    "error_bar_expected_error", or "not judged by runs": then it is zero, and every verdict is
+    "undecided". `verify` judges a surrogate whose method does not.
     `requirement`, `identifier`, `source`, `bounds`, `criterion`, `at_most`, `deviations` (k),
     `stated_unit` and `stated_scale` (this unit in units of the output) are those of the
     requirements.
@@ -89,7 +90,7 @@ def check_limits(
     Examples
     --------
     >>> inputs = {"length": fb.Interval(0.8, 1.2), "play": fb.Normal(0.0, 0.05)}
-    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.PCCI(2, 2))
+    >>> surrogate = fb.expand(lambda length, play: length + play, inputs, fb.AdaptivePCCI())
     >>> result = fb.analysis.check_limits(surrogate, fb.Limit(below=1.5))
     >>> result["least_margin"].values.round(4)  # 1.5 − 1.2 − 3σ
     array([0.15])
@@ -118,7 +119,7 @@ def check_limits(
         source, inputs = checked.source, checked.inputs
     result = xr.concat([results[name] for name in requirements], "limit")
     result = result.assign_coords(limit=list(requirements))
-    attrs: dict[str, Any] = {"error": source or MarginRecord.NOT_ESTIMATED}
+    attrs: dict[str, Any] = {"error": source or NOT_JUDGED}
     attrs["verdict"] = margins_in_words(result.assign_attrs(attrs))
     worst = min(map(LimitVerdict, result["verdict"].values.tolist()), key=WORST_FIRST.index)
     remarks = [r for case in surrogates_of(surrogate).values() for r in remarks_on(case)]
@@ -204,9 +205,16 @@ class _Checked:
         of_output = float(np.max(_of_output(relative, self.labels, corridor)))
         record = BandRecord.read(bands)
         tolerance = np.inf if record.tolerance is None else record.tolerance
-        impacts = bool(record.impacts)
+        impacts, refuted = bool(record.impacts), False
+        verification = self.cases[label].verification if label in self.cases else None
+        if verification is not None and "confirmed" in verification:
+            refuted = not np.all(_of_output(verification["confirmed"], self.labels, corridor))
         result = _checked(
-            corridor, bands, self.labels, error, trusted=not impacts or of_output < rough
+            corridor,
+            bands,
+            self.labels,
+            error,
+            trusted=bool(self.source) and not refuted and (not impacts or of_output < rough),
         )
         random = any(case.space.random_dimension for case in self.cases.values())
         turning = impacts and (not random or float(relative.max()) > tolerance)

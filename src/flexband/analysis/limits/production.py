@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import xarray as xr
 
-from flexband.analysis.probability.failure import RUNS, failure_probability
+from flexband.analysis.probability.failure import RUNS, limit_probabilities
 from flexband.analysis.probability.texts import share_in_words
 from flexband.analysis.results import AnswerRecord
 from flexband.analysis.selection import AnySurrogate
@@ -83,10 +85,18 @@ def production_yield(
     >>> found["failing"].values.round(2)  # 1/8
     array([0.13])
     """
-    result = failure_probability(
-        surrogate, requirements, scatter=scatter, response=response, runs=runs, accuracy=accuracy,
-        seed=seed, store=store, executor=executor, progress=progress,
+    options = {"runs": runs, "accuracy": accuracy, "seed": seed, "store": store}
+    return production_of(
+        surrogate, requirements, scatter, response=response, executor=executor,
+        progress=progress, **options,
     )  # fmt: skip
+
+
+def production_of(
+    surrogate: AnySurrogate, requirements: Requirements, scatter: Scatter, **options: Any
+) -> xr.Dataset:
+    """Return what `production_yield` does; `options` are those of `limit_probabilities`."""
+    result = limit_probabilities(surrogate, requirements, scatter=scatter, **options)
     data = {f"failing{end}": result[f"between_times{end}"] for end in ("", "_low", "_high")}
     kept = {k: result[k] for k in ("samples", "runs", "disagreements") if k in result}
     production = xr.Dataset(data | kept)

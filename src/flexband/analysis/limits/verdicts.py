@@ -12,13 +12,13 @@ from flexband.analysis.limits.least_margin import (
     LimitVerdict,
     MarginRecord,
 )
+from flexband.analysis.probability.statements import ANYTHING
+from flexband.analysis.results import NOT_JUDGED
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.remarks.collection import CollectedRemark, remarks_of
 from flexband.requirements.criteria import Probability, ShareOfParts
 from flexband.requirements.scatter import OF_SAMPLES
 from flexband.requirements.verdict import Reason, RequirementVerdict, Verdict
-from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, growth
-from flexband.uncertainty.surrogates.verdicts import VerificationRecord
 
 
 class LimitCheck(NamedTuple):
@@ -145,17 +145,10 @@ def _by_margin(
     """Return the verdict of the worst case, what it rests on, and the error of the margin."""
     if float(limit.get("run_margin", np.nan)) < 0:
         return Verdict.FAIL, Reason.RUN, least.error
-    source = MarginRecord.read(margins).error
-    stated, error = source == "error_bar_expected_error", least.error
-    if verification is not None and not stated:
-        implied = float(_of_output(verification["implied_error"], limit)) * AT_ONE_TIME
-        k = _sigmas(limit, margins)
-        error = max(
-            error, implied * growth(k) / growth(VerificationRecord.read(verification).sigmas)
-        )
-    elif source == MarginRecord.NOT_ESTIMATED:
-        return Verdict.UNDECIDED, Reason.NO_ERROR, np.nan
-    elif (
+    error = least.error
+    if MarginRecord.read(margins).error == NOT_JUDGED:
+        return Verdict.UNDECIDED, Reason.NOT_JUDGED, np.nan
+    if (
         verification is not None
         and "confirmed" in verification
         and not bool(_of_output(verification["confirmed"], limit, worst="min"))
@@ -185,6 +178,8 @@ def _by_share(share: tuple[float, float, float], at_most: float) -> tuple[Verdic
     _, low, high = share
     if np.isnan(low):
         return Verdict.UNDECIDED, Reason.WITHHELD
+    if (low, high) == ANYTHING:
+        return Verdict.UNDECIDED, Reason.NOT_JUDGED
     if high <= at_most:
         return Verdict.PASS, Reason.MARGIN
     return (Verdict.FAIL, Reason.MARGIN) if low > at_most else (Verdict.UNDECIDED, Reason.ERROR)

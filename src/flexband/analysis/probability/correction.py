@@ -169,6 +169,7 @@ def corrected(
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += near.probability * (not len(near.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
+    low *= bool(base or len(z))  # nothing was found that leaves the limit
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
     return Correction(probability, low, high, model.runs, len(z), noise)
 

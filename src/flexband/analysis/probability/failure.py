@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 import xarray as xr
 
@@ -13,13 +13,15 @@ from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
     AT_EACH,
     BETWEEN,
+    NO_JUDGE,
     STATED,
     bounded,
     error_of_runs,
+    tails_are_judged,
     withheld,
 )
 from flexband.analysis.probability.texts import LONG_NAMES, described, verdict_on
-from flexband.analysis.results import check_free, doubts_of, missed_tolerance
+from flexband.analysis.results import NOT_JUDGED, check_free, doubts_of, missed_tolerance
 from flexband.analysis.selection import AnySurrogate, labels_of, surrogates_of
 from flexband.errors import InputError, check_integer, check_numbers, shown
 from flexband.execution.executors import ExecutorLike
@@ -35,6 +37,7 @@ from flexband.requirements.requirement import Requirements, corridors
 from flexband.requirements.scatter import Scatter, scattering
 from flexband.response import ResponseFunction
 from flexband.uncertainty.surrogates.bands import remark
+from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 ANY = "any limit"
 
@@ -64,8 +67,9 @@ def failure_probability(
 
     Few runs tell what a surrogate misses in its tails. Probabilities below 1e-4 are therefore only
     bounded, unless the response is given, or the expected error is at most 1e-5 of the output's
-    standard deviation, as where the response is a polynomial. Where a method estimates no error,
-    its indicator of the truncation error must be as small.
+    standard deviation, as where the response is a polynomial. A method with given orders, such as
+    `PCCI`, has no judge of its tails, and `verify` is none: without the response, or such an error,
+    intervals are from 0 to 1.
 
     Parameters
     ----------
@@ -129,6 +133,32 @@ def failure_probability(
     >>> result["probability"].values.round(2).ravel()  # 1 − Φ(10) and 1 − Φ(2)
     array([0.  , 0.02])
     """
+    options = {"runs": runs, "accuracy": accuracy, "seed": seed, "store": store}
+    return limit_probabilities(
+        surrogate, limits, scatter=scatter, response=response, executor=executor,
+        progress=progress, **options,
+    )  # fmt: skip
+
+
+def limit_probabilities(
+    surrogate: AnySurrogate,
+    limits: Requirements,
+    *,
+    scatter: Scatter | None = None,
+    response: ResponseFunction | None = None,
+    runs: int = RUNS,
+    accuracy: float = 0.025,
+    seed: int = 0,
+    store: StoreLike = None,
+    executor: ExecutorLike = None,
+    progress: Progress | None = None,
+    decided: Container[str] | None = None,
+) -> xr.Dataset:
+    """Return what `failure_probability` does.
+
+    With a response, its runs correct all probabilities, or, of the limits that are to be `decided`,
+    the largest one over the intervals.
+    """
     surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
     if not FINEST <= accuracy <= COARSEST:
@@ -144,9 +174,81 @@ def failure_probability(
     for label, case in surrogates.items():
         check_instantaneous(corridors_of[label], case.diagnostics.attrs)
     names = list(next(iter(corridors_of.values())))
-    spaces = [case.space for case in surrogates.values()]
     tolerances = {label: scattering(scatter, case.space) for label, case in surrogates.items()}
-    if scatter is None and not all(space.random_dimension for space in spaces):
+    _check(surrogates, scatters=scatter is not None)
+    if len(names) > 1:
+        names.append(ANY)
+        for limit_corridors in corridors_of.values():
+            joint(limit_corridors)  # which refuses limits that leave nothing between them
+    results = {}
+    boxes = [case.space.interval_dimension for case in surrogates.values()]
+    intervals = scatter is None and any(boxes)
+    options = {"store": store, "executor": executor}
+    of_runs = [name for name in names if decided is None or name in decided]
+    probabilities = len(of_runs) * (1 + (intervals and decided is None))
+    with models(surrogates, response, runs, probabilities, progress, **options) as known:
+        for label, case in surrogates.items():
+            each = [
+                first_passage(
+                    case,
+                    any_of,
+                    known[label] if name in of_runs else None,
+                    accuracy,
+                    seed,
+                    tolerances=tolerances[label],
+                    worst_alone=decided is not None,
+                )
+                for name, any_of in zip(
+                    names, _groups(list(corridors_of[label].values())), strict=True
+                )
+            ]
+            if response is not None:
+                each = [_with_counts(part) for part in each]
+            if len(each) > 1:
+                each[-1] = _no_less(each[-1], each[:-1])
+            joined = xr.concat(each, "limit").assign_coords(limit=names)
+            exact = joined["exact"]
+            by_runs = joined["runs"] > 0 if "runs" in joined else exact
+            joined = bounded(joined, exact | by_runs, STATED, BETWEEN)
+            results[label] = bounded(joined, exact, AT_EACH).drop_vars("exact")
+    result = results[""] if "" in results else _over_choices(results)
+    if any(map(missed_tolerance, surrogates.values())):
+        kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
+        by_runs = {"surrogate_probability", *STATED, *BETWEEN} if "runs" in result else set()
+        others = [str(k) for k in result.data_vars if k not in kept | by_runs]
+        result = withheld(withheld(result, others), sorted(by_runs), result.get("runs", 0) == 0)
+    result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
+    case = next(iter(surrogates.values()))
+    corrected = response is not None and set(of_runs) >= set(names) - {ANY}
+    doubts = [
+        *([] if corrected or all(map(tails_are_judged, surrogates.values())) else [NO_JUDGE]),
+        *offsets_in_words(next(iter(corridors_of.values())), case.diagnostics.attrs),
+        *_unreliable(surrogates, corrected=corrected),
+    ]
+    attrs = {
+        "accuracy": accuracy,
+        "seed": seed,
+        "confidence": 0.95,
+        "error": error_of_runs(case)[0] or NOT_JUDGED,
+        "verdict": verdict_on(result.assign_attrs(doubts=doubts)),
+        "doubts": doubts,
+    }
+    return described(result.assign_attrs(remark(case.space) | attrs))
+
+
+def _unreliable(surrogates: Mapping[str, Surrogate], *, corrected: bool) -> list[str]:
+    """Return why surrogates are not reliable, whose probabilities runs may have corrected."""
+    return [
+        f"Not reliable: {reason}{f' with {label}' if label else ''}"
+        for label, case in surrogates.items()
+        for reason in doubts_of(case, corrected=corrected)
+    ]
+
+
+def _check(surrogates: Mapping[str, Surrogate], *, scatters: bool) -> None:
+    """Raise `InputError` if surrogates have no probability: no input is left to chance."""
+    spaces = [case.space for case in surrogates.values()]
+    if not scatters and not all(space.random_dimension for space in spaces):
         raise InputError(
             "surrogate must have random inputs; check_limits takes one with intervals alone"
         )
@@ -155,50 +257,12 @@ def failure_probability(
             f"surrogate must have no Compensator, which is adjusted, not left to chance; got "
             f"{chosen[0]}. check_limits and allocate adjust it"
         )
-    if len(names) > 1:
-        names.append(ANY)
-        for limit_corridors in corridors_of.values():
-            joint(limit_corridors)  # which refuses limits that leave nothing between them
-    results = {}
-    intervals = scatter is None and any(space.interval_dimension for space in spaces)
-    options = {"store": store, "executor": executor}
-    probabilities = len(names) * (1 + intervals)
-    with models(surrogates, response, runs, probabilities, progress, **options) as known:
-        for label, case in surrogates.items():
-            each = [
-                first_passage(
-                    case, any_of, known[label], accuracy, seed, tolerances=tolerances[label]
-                )
-                for any_of in _groups(list(corridors_of[label].values()))
-            ]
-            if len(each) > 1:
-                each[-1] = _no_less(each[-1], each[:-1])
-            joined = xr.concat(each, "limit").assign_coords(limit=names)
-            groups = (AT_EACH,) if "runs" in joined else (STATED, BETWEEN, AT_EACH)
-            results[label] = bounded(joined, joined["exact"], *groups).drop_vars("exact")
-    result = results[""] if "" in results else _over_choices(results)
-    if any(map(missed_tolerance, surrogates.values())):
-        kept = {"samples", "runs", "disagreements", "probability_at", "probability_choice"}
-        kept |= {"surrogate_probability", *STATED, *BETWEEN} if "runs" in result else set()
-        result = withheld(result, [str(k) for k in result.data_vars if k not in kept])
-    result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
-    label, case = next(iter(surrogates.items()))
-    source, _ = error_of_runs(case)
-    doubts = [] if source else ["The surrogate's error is not estimated"]
-    doubts += offsets_in_words(corridors_of[label], case.diagnostics.attrs)
-    for label, case in surrogates.items():
-        where = f" with {label}" if label else ""
-        reasons = doubts_of(case, corrected=known[label] is not None)
-        doubts += [f"Not reliable: {reason}{where}" for reason in reasons]
-    attrs = {
-        "accuracy": accuracy,
-        "seed": seed,
-        "confidence": 0.95,
-        "error": source or "not estimated",
-        "verdict": verdict_on(result.assign_attrs(doubts=doubts)),
-        "doubts": doubts,
-    }
-    return described(result.assign_attrs(remark(spaces[0]) | attrs))
+
+
+def _with_counts(result: xr.Dataset) -> xr.Dataset:
+    """Return a result with the numbers of runs, 0 if none correct it."""
+    missing = {"runs", "disagreements"} - set(result)
+    return result.assign({name: xr.zeros_like(result["samples"]) for name in missing})
 
 
 def _groups(limit_corridors: list[Corridor]) -> list[list[Corridor]]:

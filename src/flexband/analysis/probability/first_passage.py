@@ -13,9 +13,16 @@ from flexband.analysis.probability.correction import Correction, corrected
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
-from flexband.analysis.probability.statements import AT_EACH, BETWEEN, allowance, error_of_runs
+from flexband.analysis.probability.statements import (
+    ANYTHING,
+    AT_EACH,
+    BETWEEN,
+    allowance,
+    error_of_runs,
+    tails_are_judged,
+)
 from flexband.analysis.probability.states import LimitState
-from flexband.analysis.results import INDICATOR, Variables, places
+from flexband.analysis.results import Variables, is_judged, places
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
 from flexband.uncertainty.inputs.evaluation import coordinates
@@ -32,16 +39,18 @@ def first_passage(
     seed: int,
     *,
     tolerances: ScatteringTolerances | None = None,
+    worst_alone: bool = False,
     search: EndOptions = EndOptions(),
     max_unseen: float = 0.03,
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for limits of which any counts.
 
-    Where tolerances do not scatter, probabilities are bounded over the intervals. At most
-    `max_unseen` of a probability is at times that the search for bounds leaves out.
+    Where tolerances do not scatter, probabilities are bounded over the intervals. The model
+    corrects both bounds, or the larger one if it is `worst_alone` that counts. At most `max_unseen`
+    of a probability is at times that the search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
-    source, error = error_of_runs(surrogate)
+    error = error_of_runs(surrogate)[1]
     state = LimitState.of(surrogate, corridors, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     if tolerances is not None:
@@ -58,15 +67,14 @@ def first_passage(
         if max(unseen) <= max_unseen:
             break
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
-    final: list[Estimate] | list[Correction] = raw
+    final = list[Estimate | Correction](raw)
     if model is not None:
-        final = [
-            corrected(state, model, at, rare, accuracy, rng, part.noise)
-            for (at, rare), part in zip(pairs, raw, strict=True)
-        ]
+        for k in range(len(pairs))[-1 if worst_alone else 0 :]:
+            final[k] = corrected(state, model, *pairs[k], accuracy, rng, raw[k].noise)
     if not m:
         raw, final = raw * 2, final * 2
-    elif final[0].probability > final[1].probability:  # both ends of what hardly depends on η
+    elif type(final[0]) is type(final[1]) and final[0].probability > final[1].probability:
+        # both ends of what hardly depends on η
         if final[0].confidence()[0] > final[1].confidence()[1]:  # else the search tells them apart
             eta = eta[::-1]
         raw, final = raw[::-1], final[::-1]
@@ -76,16 +84,9 @@ def first_passage(
     else:
         limited = np.stack(raw[0].told_at_each())[:, None], np.zeros((1, state.width, 0))
     each, places_of = _everywhere(state, *limited, labels.shape[1:])
-    stated, between = np.array([part.confidence() for part in final]).T, _between(raw, final)
-    if source != INDICATOR and not state.exact:
-        grown = np.transpose([allowance(part) for part in raw])
-        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
-        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
-        if model is None:
-            stated = np.minimum(1.0, stated * grown)
-            between[1:] = np.minimum(1.0, between[1:] * grown)
+    values, stated, between = _with_errors(surrogate, state, raw, final, each)
     of_bounds = {
-        "probability": [part.probability for part in final],
+        "probability": values,
         "confidence_low": stated[0],
         "confidence_high": stated[1],
         "limit_looser": [part.looser for part in raw],
@@ -94,17 +95,55 @@ def first_passage(
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
     }
-    if corrections := [part for part in final if isinstance(part, Correction)]:
-        of_bounds["runs"] = [part.runs for part in corrections]
-        of_bounds["disagreements"] = [part.disagreements for part in corrections]
+    for name in ("runs", "disagreements") if model is not None else ():
+        of_bounds[name] = [getattr(part, name, 0) for part in final]
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
-    data["exact"] = bool(source) and state.exact
+    data["exact"] = _is_exact(state, surrogate)
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
     data |= places("probability_at", space, eta, ("bound",), (2,))
     data |= places("at_each_time_at", space, places_of, ("bound", *dims), each.shape[1:])
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
+
+
+def _is_exact(state: LimitState, surrogate: Surrogate) -> bool:
+    """Return whether what a surrogate misses is known, and negligible."""
+    return is_judged(surrogate) and state.exact
+
+
+def _with_errors(
+    surrogate: Surrogate,
+    state: LimitState,
+    raw: Sequence[Estimate],
+    final: Sequence[Estimate | Correction],
+    each: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return probabilities at any time, (bound,), their intervals, and those between the times.
+
+    What the surrogate may miss makes intervals wider that no runs correct; also those of `each`
+    time, (3, bound, …), which are changed. `raw` are estimates by the surrogate.
+    """
+    stated, between = np.array([part.confidence() for part in final]).T, _between(raw, final)
+    by_runs = np.array([isinstance(part, Correction) for part in final])
+    if _is_exact(state, surrogate):
+        pass
+    elif tails_are_judged(surrogate):
+        grown = np.transpose([allowance(part) for part in raw])
+        moved = each[1:] * grown.reshape(2, 2, *[1] * (each.ndim - 2))
+        each[1:] = np.sort(np.minimum(1.0, moved), axis=1)
+        grown = np.where(by_runs, 1.0, grown)
+        stated = np.minimum(1.0, stated * grown)
+        between[1:] = np.minimum(1.0, between[1:] * grown)
+    else:
+        anything = np.reshape(ANYTHING, (2, 1))
+        of_each = anything.reshape(2, *[1] * (each.ndim - 1))
+        each[1:] = np.where(np.isnan(each[1:]), np.nan, of_each)
+        stated, between[1:] = (np.where(by_runs, pair, anything) for pair in (stated, between[1:]))
+    values = np.array([part.probability for part in final])
+    for pair in (values, *stated, *between):  # the least probability is no larger than the largest
+        pair[0] = min(pair)
+    return values, stated, between
 
 
 def _everywhere(
@@ -117,7 +156,10 @@ def _everywhere(
     count = max(1, int(np.prod(shape)))
     each = np.full((3, 2, count), np.nan)
     places_of = np.full((2, count, eta.shape[-1]), np.nan)
-    each[:, :, state.series], places_of[:, state.series] = probabilities, eta
+    inside, every = state.inside, slice(None)
+    at = state.series[inside]  # several limits may be on one output: the most likely counts
+    np.fmax.at(each, (every, every, at), probabilities[..., inside])  # pyright: ignore
+    places_of[:, at] = eta[:, inside]
     return each.reshape(3, 2, *shape), places_of
 
 
@@ -136,7 +178,9 @@ def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) ->
                 grown = part.between / part.probability
             value, low, high = grown * [correction.probability, low, high]
         probabilities.append(np.minimum([value, low, high], 1.0))
-    return np.sort(np.transpose(probabilities), axis=1)
+    alike = len(set(map(type, final))) == 1
+    each = np.transpose(probabilities)
+    return np.sort(each, axis=1) if alike else each
 
 
 def _unseen(near: LimitState, eta: np.ndarray, raw: Estimate) -> float:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from flexband.analysis.results import POINTWISE_ERRORS, error_of
+from flexband.analysis.results import POINTWISE_ERRORS, error_of, is_judged
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import share
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -24,6 +25,12 @@ BETWEEN = "between_times", "between_times_low", "between_times_high"
 AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
 """Names of probabilities and the ends of their intervals."""
 
+ANYTHING = 0.0, 1.0
+"""Interval of a probability that no runs judge: those of `verify` say nothing about tails."""
+
+NO_JUDGE = "No runs judge its tails: runs of the model (response=…, --runs 64) do"
+"""Doubt about such a probability."""
+
 RARE = 1e-4
 """Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
 
@@ -32,6 +39,11 @@ def error_of_runs(surrogate: Surrogate) -> tuple[str, np.ndarray]:
     """Return which diagnostic tells what is missed of a run, and its values, (outputs …, times)."""
     source, error = error_of(surrogate.diagnostics, surrogate.labels, POINTWISE_ERRORS)
     return source, error / share(surrogate.space.interval_dimension)
+
+
+def tails_are_judged(surrogate: Surrogate) -> bool:
+    """Return whether the method of a surrogate has judged it, also at rare values."""
+    return is_judged(surrogate) and not BandRecord.read(surrogate.diagnostics).judged_by
 
 
 def allowance(estimate: Estimate) -> np.ndarray:
@@ -56,6 +68,10 @@ def bounded(result: xr.Dataset, exact: xr.DataArray, *groups: Sequence[str]) -> 
     return result
 
 
-def withheld(result: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
-    """Return a result with NaN in the place of these variables."""
-    return result.assign({name: result[name] * np.nan for name in names})
+def withheld(
+    result: xr.Dataset, names: Iterable[str], where: xr.DataArray | bool = True
+) -> xr.Dataset:
+    """Return a result with NaN in the place of these variables, where that is so."""
+    dims = {name: result[name].dims for name in names}
+    blank = {name: xr.where(where, np.nan, result[name]) for name in dims}
+    return result.assign({name: blank[name].transpose(*dims[name]) for name in dims})

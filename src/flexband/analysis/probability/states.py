@@ -185,6 +185,12 @@ class LimitState:
         """Numbers of outputs and times in the response, (series,)."""
         return np.concatenate([part.series.ravel() for part in self.parts])
 
+    @property
+    def inside(self) -> np.ndarray:
+        """Which of these are limited, (series,)."""
+        masks = [np.broadcast_to(part.inside, part.series.shape) for part in self.parts]
+        return np.concatenate([mask.ravel() for mask in masks])
+
     def tighter(self, count: float) -> LimitState:
         """Return the state with limits that are tighter by so many of the expected errors."""
         return replace(self, parts=tuple(part.tighter(count) for part in self.parts))

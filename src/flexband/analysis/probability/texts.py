@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.limits.least_margin import inputs_in_words
-from flexband.analysis.probability.statements import BETWEEN
+from flexband.analysis.probability.statements import ANYTHING, BETWEEN
 from flexband.analysis.results import AnswerRecord
 from flexband.words import number_of
 
@@ -19,16 +19,17 @@ def in_words(result: xr.Dataset) -> str:
     if np.isnan(result["between_times"]).any():
         return f"{result['limit'].values}: the probability of leaving it is {chance(result)}"
     tighter, alone = (float(result[k][1]) for k in ("limit_tighter", "surrogate_probability"))
+    low, high = (float(result[k][1]) for k in BETWEEN[1:])
     text = f"{result['limit'].values}: left with probability {chance(result, places=True)}"
     if "runs" in result:
         text += f", corrected with {number_of(int(result['runs'][1]), 'run')} of the model"
         text += " each" if _differs(result) else ""
-    elif alone and not result["probability"][1]:
+    elif alone and not result["probability"][1] and (low, high) != ANYTHING:
         text += (
             f"; the surrogate alone finds {alone:.2g}, too rare to be trusted without runs of the "
             f"model (response=…, --runs 64)"
         )
-    elif tighter > 0:
+    elif tighter > 0 and (low, high) != ANYTHING:
         more = _clearly_more(tighter, float(result["between_times"][1]))
         increase = f"up to {tighter:.2g}" if more else "hardly more"
         text += f"; {increase} with what the surrogate may miss"
@@ -54,6 +55,10 @@ def chance(result: xr.Dataset, *, places: bool = False) -> str:
             f"{NOT_GIVEN}, since the surrogate missed its tolerance; runs of the model correct it"
         )
     where = [_place(result.isel(bound=k)) if places else "" for k in range(2)]
+    if (low[-1], high[-1]) == ANYTHING:
+        lower, upper = (f"{v:.3g}{place}" for v, place in zip(values, where, strict=True))
+        bounds = f"from {lower} to {upper}" if _differs(result) and lower != upper else upper
+        return f"{bounds} by the surrogate alone"
     sure = [
         f" (95 % confidence: {a:.3g} to {b:.3g})" if f"{a:.3g}" != f"{b:.3g}" else ""
         for a, b in zip(low, high, strict=True)
@@ -93,6 +98,8 @@ def told(result: xr.Dataset) -> str:
     value, low, high = (float(result[k]) for k in BETWEEN)
     if np.isnan(value):
         return NOT_GIVEN
+    if (low, high) == ANYTHING:
+        return f"{value:.3g} by the surrogate alone"
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if value else f"below {high:.2g}"
 
 

@@ -22,7 +22,7 @@ lower confidence limit of the error; the expected error is confirmed where it is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -32,6 +32,7 @@ from flexband.analysis.results import error_of, remarks_on
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.analysis.verification import MAX_RUNS, RUNS
 from flexband.analysis.verification.expanded_runs import Runs, runs_as_expanded
+from flexband.analysis.verification.judgement import judged
 from flexband.errors import check_integer
 from flexband.progress import Progress, counted
 from flexband.remarks.collection import as_attribute
@@ -41,9 +42,18 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
-from flexband.uncertainty.surrogates.choices import verified_choices
-from flexband.uncertainty.surrogates.diagnostics import CONFIDENCE, SMALLEST, share
-from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, growth
+from flexband.uncertainty.surrogates.bands import BandRecord
+from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
+from flexband.uncertainty.surrogates.diagnostics import (
+    CONFIDENCE,
+    SMALLEST,
+    share,
+)
+from flexband.uncertainty.surrogates.sigmas import (
+    AT_ONE_TIME,
+    checked_sigmas,
+    growth,
+)
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.surrogates.verdicts import verdict
 
@@ -102,13 +112,18 @@ def verify(
     executor: ExecutorLike = None,
     failed: str = "stop",
     progress: Progress | None = None,
-) -> xr.Dataset:
-    """Return how far verification runs are from a surrogate, and a verdict.
+) -> AnySurrogate:
+    """Return a surrogate with what verification runs say of it.
 
     The verdict is about the expected error of the expansion: whether the surrogate misses more of
     these runs than it allows, as far as so many runs can tell. If the expected errors of all
     outputs are right, at most 5 % of verifications do not confirm them. The error of the
     discretization is not verified, since the verification runs have it too.
+
+    A method with given orders, such as `PCCI`, has no runs that judge it, so no answer of its
+    surrogate has an error, and no requirement is met or violated by it. The verification runs give
+    it one: the surrogate that is returned has the expected errors of `AdaptivePCCI`. It is
+    the largest that is missed of these runs, most of which are where bounds are.
 
     Parameters
     ----------
@@ -120,8 +135,9 @@ def verify(
 
     Returns
     -------
-    Dataset with the dims of the outputs: what is `missed` of the verification runs, root mean
-    square over runs and times; the inferred error of the error bar, `implied_error`, the
+    The surrogate, which keeps these runs also in a file. Its `verification` is a dataset with the
+    dims of the outputs: what is `missed` of the verification runs, root mean square over runs and
+    times; the inferred error of the error bar, `implied_error`, the
     `least_error` with a confidence of 95 %, and the `bar_width`, means over time; and, if the
     method expects an error, this `expected_error`, what it `allowed` to miss, and whether it is
     `confirmed`: whether it is above the least error.
@@ -145,21 +161,23 @@ def verify(
     ...
     >>> inputs = {"a": fb.Interval(1.0, 2.0), "b": fb.Normal(0.0, 0.1)}
     >>> surrogate = fb.expand(response, inputs, fb.AdaptivePCCI(tolerance=0.01))
-    >>> fb.verify(surrogate, response, runs=8).attrs["confirmed"]
+    >>> fb.verify(surrogate, response, runs=8).verification.attrs["confirmed"]
     'yes'
     """
-    surrogates = surrogates_of(surrogate)
+    surrogates = dict(surrogates_of(surrogate))
     runs, seed = check_integer("runs", runs, 2, MAX_RUNS), check_integer("seed", seed, 0)
     sigmas = checked_sigmas(sigmas)
     given = next(iter(surrogates.values())).space.given
-    advance, results = counted(progress, runs * len(surrogates)), {}
+    advance = counted(progress, runs * len(surrogates))
     execution = {"store": store, "executor": executor, "failed": failed}
     with runs_as_expanded(response, given, **execution) as runs_of:
         advance(0)
         for label, case_surrogate in surrogates.items():
             run = runs_of(case_surrogate, label, advance)
-            results[label] = _verified(case_surrogate, run, runs, sigmas, seed)
-    return results[""] if "" in results else verified_choices(results)
+            surrogates[label] = _verified(case_surrogate, run, runs, sigmas, seed)
+    if isinstance(surrogate, SurrogateOfChoices):
+        return replace(surrogate, surrogates=surrogates)
+    return surrogates[""]
 
 
 def _verified(
@@ -170,7 +188,7 @@ def _verified(
     seed: int,
     *,
     options: VerificationOptions = VerificationOptions(),
-) -> xr.Dataset:
+) -> Surrogate:
     space, labels = surrogate.space, surrogate.labels
     axes, times = axes_of(labels), surrogate.times
     orders = [expansion.hybrid.interval_orders for expansion in surrogate.expansions]
@@ -182,36 +200,34 @@ def _verified(
     good = np.setdiff1d(np.arange(runs), list(made.failed))
     pairs = np.searchsorted(good, points.pairs[np.isin(points.pairs, good).all(axis=1)])
     F = made.values.values[good]
-    missed = np.abs(F - surrogate.standard(xi[good], eta[good])).reshape(len(good), -1, times)
+    missed = np.abs(surrogate.standard(xi[good], eta[good]) - F).reshape(len(good), -1, times)
     F = F.reshape(missed.shape)
     size = np.abs(F).max(axis=(0, 2))
     spread = np.ptp(F, axis=0).max(axis=-1) + missed.max(axis=(0, 2)) + width
     missed[:, ~units_of(labels).varies(spread, size)] = 0.0  # what is constant has no error
     width = np.maximum(width, round_off := options.round_off * size + TINY)
-    square = np.mean(missed**2, axis=2)
-    worst = square.argmax(axis=0)
-    dims, shape = axes.dims, axes.shape
+    square, claim = np.mean(missed**2, axis=2), _expected(surrogate)
+    part, left_out_eta = share(int(left_out.sum())) * growth(sigmas), eta[good][:, left_out]
     weighted = points.weight[good, None] * square
     missed_by = np.sqrt(weighted.mean(axis=0))
     least_missed = _at_least(_independent(weighted, pairs), options)
-    part = share(int(left_out.sum())) * growth(sigmas)
-    least = np.maximum(SMALLEST * width, round_off)
-    at_corner = _at_corner(F, eta[good][:, left_out], pairs, options.min_pairs)
-    inferred = np.maximum(part * missed_by, at_corner)
+    inferred = np.maximum(part * missed_by, _at_corner(F, left_out_eta, pairs, options.min_pairs))
+    worst, outputs = square.argmax(axis=0), np.arange(square.shape[1])
     results = {
         "missed": missed_by,
         "implied_error": np.maximum(inferred, SMALLEST * width),
         "least_error": part * least_missed,
         "bar_width": width,
         "missed_most_in": good[worst],
-        "missed_most_at": missed[worst, np.arange(len(worst))].argmax(axis=1),
+        "missed_most_at": missed[worst, outputs].argmax(axis=1),
     }
-    claim = _expected(surrogate)
     if claim is not None:
+        least = np.maximum(SMALLEST * width, round_off)
         allowed = np.maximum(np.sqrt(np.mean(claim**2, axis=1)), least) * growth(sigmas) / part
         results["allowed"] = allowed
         results["expected_error"] = part * allowed
         results["confirmed"] = allowed > least_missed
+    dims, shape = axes.dims, axes.shape
     coords = {k: c for k, c in coordinates(labels).items() if set(c.dims) <= set(dims)}
     checked = xr.Dataset({k: (dims, v.reshape(shape)) for k, v in results.items()}, coords)
     in_run = np.full((runs, *shape), np.nan)
@@ -223,11 +239,15 @@ def _verified(
         checked["run_values"] = ("input", "sample"), np.array(list(values.values()))
         checked = checked.assign_coords(input=list(values))
     attrs = {"runs": runs, "sigmas": sigmas, "confidence": CONFIDENCE}
-    if made.failed:
-        attrs["runs_failed"] = len(made.failed)
+    attrs |= {"runs_failed": len(made.failed)} if made.failed else {}
     attrs |= as_attribute(remarks_on(surrogate, made.collected_remarks))
-    checked, sampled = checked.assign_attrs(attrs), int(points.sampled[good].sum())
-    return checked.assign_attrs(_judgement(checked, surrogate, good, sampled))
+    sampled = int(points.sampled[good].sum())
+    attrs |= _judgement(checked.assign_attrs(attrs), surrogate, good, sampled)
+    checked = checked.assign_attrs(attrs)
+    verified = replace(surrogate, verification=checked)
+    if claim is not None and not BandRecord.read(surrogate.diagnostics).judged_by:
+        return verified
+    return judged(verified, (xi[good], eta[good], F), missed, points.weight[good])
 
 
 def _judgement(

@@ -27,7 +27,9 @@ def digits_for(value: Any, finest: float) -> int:
 
 
 def percent(part: float) -> str:
-    """Return a part in per cent, with two digits below 100 %."""
+    """Return a part in per cent, with two digits below 100 %; of huge ones only that they are."""
+    if part > (huge := 10.0):
+        return f"more than {100 * huge:.0f} %"
     return f"{100 * part:.2g} %" if part < 0.995 else f"{100 * part:.0f} %"
 
 

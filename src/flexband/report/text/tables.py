@@ -141,9 +141,15 @@ def expected_errors(bands: xr.Dataset) -> dict[str, float]:
     judged = judged_errors(bands)
     if not {"mean_expected_error", "error_bar_expected_error"} <= set(bands):
         return judged
-    errors = relative_errors(bands, "expected_error", bands["error_bar"].transpose("bound", ...))
-    pairs = zip(judged.items(), map(float, errors.ravel()), strict=True)
-    return {name: error if error > apart * share else share for (name, share), error in pairs}
+    bar = bands["error_bar"].transpose("bound", ...)
+    relative = xr.DataArray(relative_errors(bands, "expected_error", bar), dims=axes_of(bar).dims)
+    if "output" in bar.coords:
+        relative = relative.assign_coords(output=bar["output"])
+    errors = {name: float(select(relative, name).max()) for name in judged}
+    return {
+        name: errors[name] if errors[name] > apart * share else share
+        for name, share in judged.items()
+    }
 
 
 def judged_errors(bands: xr.Dataset) -> dict[str, float]:
@@ -272,10 +278,14 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
     if record.expected_error is not None:
         generic, checks = record.runs_generic, record.runs_checked
         sampled = checks if generic is None else generic
+        source = "the verification runs that are missed most"
+        if not record.judged_by:
+            missed = percent(unseen(sampled))
+            source = f"{number_of(checks, 'held-out run')}, which can miss what happens in {missed}"
+            source += " of the space"
         lines.append(
             f"Expected error{averaged(bands)}: {percent(record.expected_error)} of the error "
-            f"bar's width ({number_of(checks, 'held-out run')}, which "
-            f"can miss what happens in {percent(unseen(sampled))} of the space)"
+            f"bar's width ({source})"
         )
         lines += [
             f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst

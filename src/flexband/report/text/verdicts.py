@@ -53,7 +53,7 @@ def reason_text(verdict: RequirementVerdict) -> str:
         "output_step",
         Reason.RUNS_DIFFER: f"but {'no' if verdict.margin < 0 else 'a'} run leaves the bounds, and "
         "here the expansion alone does not decide",
-        Reason.NO_ERROR: "but the method states no error",
+        Reason.NOT_JUDGED: "but no runs judge the surrogate",
         Reason.NOT_TRUSTED: "but the method does not trust this output",
         Reason.NOT_CONFIRMED: "but verification runs refute the stated accuracy",
     }
@@ -101,6 +101,9 @@ def _share_text(verdict: RequirementVerdict) -> str:
             f"no {'yield' if parts else 'probability'}, the accuracy target was missed; {allowed}"
         )
     of_parts = " of the parts fail" if parts else ""
+    if verdict.reason is Reason.NOT_JUDGED:
+        amount = f"about {_share(value, parts=parts)}{of_parts} by the surrogate alone"
+        return f"{'' if parts else 'probability '}{amount}, which no runs judge; {allowed}"
     if value:
         between = f"{_share(low, parts=parts)} to {_share(high, parts=parts)}"
         amount = f"{_share(value, parts=parts)}{of_parts} (95 % confidence: {between})"

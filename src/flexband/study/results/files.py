@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from flexband.errors import InputError
 from flexband.execution.names import FileName
 from flexband.files import try_write
 from flexband.study.folder import StudyFolder
 from flexband.study.results.answers import mark_stale, stale_files
 from flexband.study.results.netcdf import write_netcdf
-from flexband.uncertainty.surrogates.files import save_surrogate
+from flexband.uncertainty.surrogates.files import load_surrogate, same_expansions, save_surrogate
 
 if TYPE_CHECKING:
     from flexband.analysis.selection import AnySurrogate
@@ -52,6 +54,13 @@ class ResultFiles:
             mark_stale(self.folder.path)  # before anything may end this process
             if surrogate is not None and FileName.SURROGATE in self.names:
                 self._delete_report()
+
+    def write_unjudged(self, surrogate: AnySurrogate) -> None:
+        """Write a surrogate that runs are about to judge, unless it is there as they judged it."""
+        with suppress(InputError):
+            if same_expansions(load_surrogate(self.folder.path / FileName.SURROGATE), surrogate):
+                return
+        self.write_surrogate(surrogate)
 
     def write_bands(self, bands: xr.Dataset) -> None:
         """Write the bands; delete the report of other ones."""

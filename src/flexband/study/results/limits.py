@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,13 @@ import xarray as xr
 from flexband.analysis.allocation.adjustment import compensators
 from flexband.analysis.limits.least_margin import MarginRecord
 from flexband.analysis.limits.margins import check_limits
-from flexband.analysis.limits.production import production_yield
+from flexband.analysis.limits.production import production_of
 from flexband.analysis.limits.verdicts import LimitCheck
-from flexband.analysis.probability.failure import failure_probability
+from flexband.analysis.probability.failure import limit_probabilities
 from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.files import try_write
-from flexband.requirements.requirement import Requirement
+from flexband.requirements.criteria import Probability, ShareOfParts
+from flexband.requirements.requirement import Requirement, by_name
 from flexband.requirements.scatter import Scatter
 from flexband.study.results.answers import OF_QUESTION, OF_STUDY, answer_file
 from flexband.study.results.netcdf import read_netcdf, write_netcdf
@@ -44,6 +45,14 @@ def has_probability(surrogate: AnySurrogate) -> bool:
     )
 
 
+def _judged(
+    limits: Sequence[Requirement], criterion: type, judge: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """Return the arguments of probabilities of which runs decide about those with a criterion."""
+    names = [name for name, each in by_name(limits).items() if type(each.criterion) is criterion]
+    return {**judge, "decided": names} if names and judge else {}
+
+
 def check_limits_in(
     folder: Path,
     surrogate: AnySurrogate,
@@ -54,13 +63,15 @@ def check_limits_in(
     scatter: Scatter | None = None,
     run_margin: Callable[[xr.Dataset], xr.Dataset] = lambda margins: margins,
     production: xr.Dataset | None = None,
+    judge: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> LimitCheck:
     """Check limits, and write limits.nc, probability.nc and yield.nc into a folder.
 
     The limits are those `of_study`, or of a question; `scatter` is as for `production_yield`, and
     `options` as for `failure_probability`. `run_margin` returns margins with what runs tell of
-    them; `production` is the yield, if it is known from sampled parts.
+    them; `production` is the yield, if it is known from sampled parts. `judge` has the response,
+    store and executor of runs that decide about probabilities and shares that are required.
     """
     margins = run_margin(check_limits(surrogate, limits, sigmas=sigmas))
     probability = None
@@ -73,9 +84,12 @@ def check_limits_in(
     if written:
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if production is None and has_probability(surrogate):
-        probability = failure_probability(surrogate, limits, **options)
+        probability = limit_probabilities(
+            surrogate, limits, **options, **_judged(limits, Probability, judge)
+        )
     if scatter and production is None:
-        production = production_yield(surrogate, limits, scatter, **options)
+        shares = _judged(limits, ShareOfParts, judge)
+        production = production_of(surrogate, limits, scatter, **options, **shares)
     for name, answer in (("probability", probability), ("yield", production)):
         file = answer_file(folder, name)
         if written and answer is not None:

@@ -59,6 +59,7 @@ class BandRecord(AttributeRecord):
     impacts : whether bodies may hit each other.
     constant_offsets : outputs whose bounds hold for plays that are constant in each run only.
     offsets_stated : whether all plays are stated to be so.
+    judged_by : which runs tell the expected error; "" for those of the method.
     """
 
     sigmas: float = 1.0
@@ -97,6 +98,7 @@ class BandRecord(AttributeRecord):
     impacts: int = 0
     constant_offsets: Sequence[str] = ()
     offsets_stated: int = 0
+    judged_by: str = ""
 
     @property
     def error_of_runs(self) -> float | None:

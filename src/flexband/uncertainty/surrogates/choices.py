@@ -115,6 +115,13 @@ class SurrogateOfChoices:
         """The discrete inputs, in the order of their names."""
         return choices_of(self.given)
 
+    @cached_property
+    def verification(self) -> xr.Dataset | None:
+        """What verification runs say of the surrogates, dim "choice"; None without such runs."""
+        made = {label: case.verification for label, case in self.surrogates.items()}
+        known = {label: each for label, each in made.items() if each is not None}
+        return verified_choices(known) if len(known) == len(made) else None
+
     def evaluate(self, **values: Any) -> xr.DataArray:
         """Return the response at values of the inputs, dims ("sample", …).
 

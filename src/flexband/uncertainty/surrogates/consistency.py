@@ -38,14 +38,19 @@ def check(surrogate: Surrogate) -> None:
             f"the expansions must be those of {number_of(outputs, 'output')}, each once; earlier "
             "versions took outputs without a time for one: make the surrogate again"
         )
-    if surrogate.correction:
-        for expansion, part in zip(surrogate.expansions, surrogate.correction, strict=True):
-            shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
-            if shapes[0] != shapes[1] or not np.array_equal(expansion.outputs, part.outputs):
-                raise InputError("a correction must be that of its expansions")
+    corrected = surrogate.expansions if surrogate.correction else ()
+    for expansion, part in zip(corrected, surrogate.correction, strict=True):
+        shapes = expansion.hybrid.coefficients.shape[1], part.hybrid.coefficients.shape[1]
+        if shapes[0] != shapes[1] or not np.array_equal(expansion.outputs, part.outputs):
+            raise InputError("a correction must be that of its expansions")
+    verifies = False
     if surrogate.held_out is not None:
         _check_held_out(surrogate.held_out, *dimensions, outputs, times)
+        verifies = surrogate.held_out.verifies
+    if verifies != bool(diagnostics.attrs.get("judged_by")):
+        raise InputError("verification runs must have weights")
     _check_attributes(diagnostics.attrs)
+    _check_attributes({} if surrogate.verification is None else surrogate.verification.attrs)
     for variable in (*labels.coords.values(), *diagnostics.variables.values()):
         _check_attributes(variable.attrs)
     if VARIABLES & set(diagnostics.variables):
@@ -76,7 +81,8 @@ def _check_expansion(expansion: Expansion, n: int, m: int, times: int) -> None:
 def _check_held_out(held: HeldOut, n: int, m: int, outputs: int, times: int) -> None:
     runs = len(held.missed)
     shapes = {"xi": (runs, n), "eta": (runs, m), "missed": (runs, outputs, times)}
-    for name, shape in (shapes | {"overshoot": (outputs, times)}).items():
+    shapes |= {"overshoot": (outputs, times), "weight": (runs * held.verifies,)}
+    for name, shape in shapes.items():
         array = getattr(held, name)
         if array.dtype.kind != "f" or array.shape != shape or not np.all(np.abs(array) <= LARGEST):
             raise InputError(f"{name} of held-out runs must be finite, of shape {shape}")

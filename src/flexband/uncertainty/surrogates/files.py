@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -38,11 +38,12 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 if TYPE_CHECKING:
     from flexband.uncertainty.expansions.expansion import Expansion
 
-FORMAT = 8
+FORMAT = 9
 """Version of the format: since 2 inputs are in the order of their names, since 3 every random
 variable has its family of polynomials, since 4 expansions have no terms that are zero, since 5
 inputs may be correlated or have intervals as parameters, since 6 a digest tells of damage, since 7
-held-out runs are kept, since 8 the error of the discretization may be corrected."""
+held-out runs are kept, since 8 the error of the discretization may be corrected, since 9 there may
+be verification runs."""
 
 Entry = TypeVar("Entry")
 
@@ -94,6 +95,9 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
     named = {f"coords/{k}": c for k, c in coordinates(labels).items()}
     variables = diagnostics.drop_vars(labels.coords, errors="ignore").variables
     named |= {f"diagnostics/{k}": v for k, v in variables.items()}
+    verification = surrogate.verification
+    if verification is not None:
+        named |= {f"verification/{k}": v for k, v in verification.variables.items()}
     arrays: dict[str, np.ndarray] = {
         name: values.values.astype(str) if values.dtype == object else values.values
         for name, values in named.items()
@@ -103,7 +107,8 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
             arrays |= {f"{group}/{k}/{name}": v for name, v in expansion.arrays().items()}
     held = surrogate.held_out
     if held is not None:
-        arrays |= {f"held_out/{name}": np.asarray(v) for name, v in vars(held).items()}
+        fields_of_runs = {name: np.asarray(v) for name, v in vars(held).items()}
+        arrays |= {f"held_out/{name}": v for name, v in fields_of_runs.items() if v.shape != (0,)}
     about = {
         "inputs": _recorded_inputs(surrogate.space.given),
         "dims": labels.dims,
@@ -112,6 +117,9 @@ def _record(surrogate: Surrogate) -> tuple[dict[str, Any], dict[str, np.ndarray]
         "attributes": _attributes(diagnostics.attrs),
         "expansions": [type(expansion).__name__ for expansion in surrogate.expansions],
     }
+    if verification is not None:
+        coords = sorted(map(str, verification.coords))
+        about["verification"] = {"attributes": _attributes(verification.attrs), "coords": coords}
     return about, arrays
 
 
@@ -145,7 +153,7 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         raise InputError(f"there is no file {file}")
     try:
         about, arrays, intact = read_archive(file)
-        if about["format"] not in (7, FORMAT):  # what is in a later one may be absent
+        if about["format"] not in (7, 8, FORMAT):  # what is in a later one may be absent
             raise InputError(
                 f"the format of the surrogate is {about['format']!r}, not {FORMAT}; "
                 "save it again with this version of flexband"
@@ -163,6 +171,28 @@ def load_surrogate(file: str | Path, *, outdated: bool = False) -> Surrogate | S
         raise InputError(f"{file}: {error}") from None
     except Exception:  # whatever a damaged file raises
         raise InputError(f"{file} holds no surrogate; save_surrogate writes one") from None
+
+
+def same_expansions(
+    first: Surrogate | SurrogateOfChoices, second: Surrogate | SurrogateOfChoices
+) -> bool:
+    """Return whether surrogates have the same inputs and values, whatever judges them."""
+    both = [
+        each.surrogates if isinstance(each, SurrogateOfChoices) else {"": each}
+        for each in (first, second)
+    ]
+    if both[0].keys() != both[1].keys():
+        return False
+    for label, one in both[0].items():
+        alone = [replace(case, held_out=None, verification=None) for case in (one, both[1][label])]
+        (about, arrays), (other_about, others) = map(_record, alone)
+        expanded = {name for name in {*arrays, *others} if name.startswith("expansions/")}
+        if about["inputs"] != other_about["inputs"] or not all(
+            name in arrays and name in others and np.array_equal(arrays[name], others[name])
+            for name in expanded
+        ):
+            return False
+    return True
 
 
 def _path(file: str | PathLike[str]) -> Path:
@@ -215,7 +245,15 @@ def _surrogate(about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Su
     }
     diagnostics = xr.Dataset(variables, attrs=about["attributes"])
     held_out = HeldOut(**held | {"window": held["window"][()]}) if held else None  # pyright: ignore
-    surrogate = Surrogate(space, labels, diagnostics=diagnostics, held_out=held_out, **expansions)
+    verification = None
+    if "verification" in about:
+        record = about["verification"]
+        dataset = xr.Dataset(_under("verification/", named), attrs=record["attributes"])
+        verification = dataset.set_coords(record["coords"])
+    surrogate = Surrogate(
+        space, labels, diagnostics=diagnostics, held_out=held_out, verification=verification,
+        **expansions,
+    )  # fmt: skip
     check(surrogate)
     return surrogate
 

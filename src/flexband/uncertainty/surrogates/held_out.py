@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from flexband.uncertainty.surrogates.diagnostics import running, share
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out runs, and what the expansion misses in them."""
+    """Runs that were not fitted, and what the expansion misses in them."""
 
     # shapes (runs, n) and (runs, m)
     xi: np.ndarray
@@ -21,9 +21,20 @@ class HeldOut:
     # runs for rare values of random variables, root mean square, shape (outputs, times)
     overshoot: np.ndarray
     window: int  # half of the number of times over which errors are averaged
+    # Verification runs: they count by a weight, (runs,), and the one that is missed most decides,
+    # since they are where bounds are. No weights of runs at generic points: all count alike.
+    weight: np.ndarray = field(default_factory=lambda: np.ones(0))
+
+    @property
+    def verifies(self) -> bool:
+        """Whether these are verification runs."""
+        return len(self.weight) > 0
 
     def expected_error(self, intervals: int) -> np.ndarray:
         """Return the error expected of the error bar over so many intervals, (outputs, times)."""
+        if self.verifies:
+            counted = np.sqrt(np.minimum(self.weight, 1.0))[:, None, None] * np.abs(self.missed)
+            return running(np.hypot(counted.max(axis=0), self.overshoot), self.window)
         missed = np.sqrt(np.mean(self.missed**2, axis=0))
         return running(np.hypot(share(intervals) * missed, self.overshoot), self.window)
 

@@ -22,7 +22,8 @@ def runs_in(part: NarrowedInputs, held: HeldOut) -> HeldOut:
     old = np.concatenate([held.eta, held.xi], axis=1)
     near = held.nearest(part.distance(old))
     xi, eta = part.points(old[near])
-    return replace(held, xi=xi, eta=eta, missed=held.missed[near])
+    weight = held.weight[near] if held.verifies else held.weight
+    return replace(held, xi=xi, eta=eta, missed=held.missed[near], weight=weight)
 
 
 def narrowed_diagnostics(

@@ -36,9 +36,10 @@ class Surrogate:
     labels : a response without runs, shape (0, …), for its dims and coordinates.
     expansions : each of some of its outputs: all dims but that of time together (`axes_of`).
     diagnostics : expected errors, carriers, orders: whatever the method reports.
-    held_out : what it misses in runs that were not fitted; None if the method has no such runs.
+    held_out : what it misses in runs that were not fitted: those of the method, or of `verify`.
     correction : how much of each expansion corrects the error of step and elements, which runs
         have: expansions of the same outputs and parts; none if nothing is corrected.
+    verification : what verification runs say of it (`verify`); None without such runs.
 
     Examples
     --------
@@ -56,6 +57,7 @@ class Surrogate:
     diagnostics: xr.Dataset
     held_out: HeldOut | None = None
     correction: tuple[Expansion, ...] = ()
+    verification: xr.Dataset | None = None
 
     def __post_init__(self) -> None:
         check_instance("labels", self.labels, xr.DataArray)
@@ -168,7 +170,12 @@ class Surrogate:
             for expansions in (self.expansions, self.correction)
         )
         surrogate = replace(
-            self, space=part.space, expansions=expansions, correction=correction, held_out=None
+            self,
+            space=part.space,
+            expansions=expansions,
+            correction=correction,
+            held_out=None,
+            verification=None,
         )
         held, values = None, np.zeros((0, 1, 1))
         if self.held_out is not None:

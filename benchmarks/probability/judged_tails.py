@@ -1,0 +1,242 @@
+"""Whether verdicts and intervals of probabilities hold, whatever the surrogate misses in its tails.
+
+A response f(x, y) + c e of two standard normal inputs and an interval is even, odd, a product, a
+centred product, a ridge, has a kink or a pole. It is expanded with orders that may be blind to it,
+by PCCI, improved PCCI, perturbation or regression. The probability of exceeding a limit, from 0.3
+to 10⁻⁵, is known: for every y, all crossings on a fine grid of x are found, and the normal
+distribution function says how likely x is to be between two of them.
+
+``python -m benchmarks.probability.judged_tails --samples 200`` prints how many verdicts and
+intervals are wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtr
+from scipy.stats import norm
+
+import flexband as fb
+
+SEED = 410_000
+LARGEST, LEAST = 0.3, 1e-5
+"""Levels of the probability, between which its logarithm is uniform."""
+
+FARTHEST, POINTS, NODES = 7.5, 3001, 301
+"""Largest |x| and |y|, and points of each."""
+
+Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def even(rng: np.random.Generator) -> Formula:
+    """Return cosh, cos or a square of x, and b y."""
+    a, b, kind = rng.uniform(0.3, 1.2), rng.uniform(-0.4, 0.4), rng.integers(3)
+    shape = (lambda x: np.cosh(a * x), lambda x: -np.cos(0.8 * a * x), lambda x: a * x**2)[kind]
+    return lambda x, y: shape(x) + b * y
+
+
+def odd(rng: np.random.Generator) -> Formula:
+    """Return sinh, a cube or an inverse tangent of x, and b y."""
+    a, b, kind = rng.uniform(0.3, 1.2), rng.uniform(-0.4, 0.4), rng.integers(3)
+    shapes = (
+        lambda x: np.sinh(a * x),
+        lambda x: x + 0.2 * a * x**3,
+        lambda x: np.arctan(2 * a * x),
+    )
+    return lambda x, y: shapes[kind](x) + b * y
+
+
+def product(rng: np.random.Generator) -> Formula:
+    """Return x + b y + a x y."""
+    a, b = rng.uniform(0.2, 1.0), rng.uniform(0.0, 1.0)
+    return lambda x, y: x + b * y + a * x * y
+
+
+def centred_product(rng: np.random.Generator) -> Formula:
+    """Return a x y, or a (x² − 1) y, of which no single variable tells."""
+    a, b, power = rng.uniform(0.3, 1.0), rng.uniform(0.0, 0.1), rng.integers(1, 3)
+    return lambda x, y: a * (x if power == 1 else x**2 - 1) * y + b * x
+
+
+def ridge(rng: np.random.Generator) -> Formula:
+    """Return a function of one direction."""
+    angle, a, kind = rng.uniform(0, np.pi), rng.uniform(0.3, 0.9), rng.integers(3)
+    shape = (np.exp, np.tanh, lambda z: np.logaddexp(0, 3 * z - 3))[kind]
+    return lambda x, y: shape(a * (np.cos(angle) * x + np.sin(angle) * y)) + 0.05 * y
+
+
+def kink(rng: np.random.Generator) -> Formula:
+    """Return x + a y + b max(0, x − c), or |x − c| + a y."""
+    a, b, c = rng.uniform(-0.5, 0.5), rng.uniform(0.5, 3.0), rng.uniform(-1.0, 2.5)
+    if rng.integers(2):
+        return lambda x, y: np.abs(x - c) + a * y
+    return lambda x, y: x + a * y + b * np.maximum(0.0, x - c)
+
+
+def pole(rng: np.random.Generator) -> Formula:
+    """Return a function that is large beyond all runs of low order: 1/cos, or a resonance."""
+    a, b, d = rng.uniform(0.1, 0.35), rng.uniform(0.0, 0.2), rng.uniform(1.15, 2.0)
+    if rng.integers(2):
+        return lambda x, y: 1 / np.cos(1.5 * np.tanh(a * x)) + b * y
+    return lambda x, y: (1 + 0.3 * b * y) / (d - np.tanh(2 * a * x))
+
+
+FORMULAS = (even, odd, product, centred_product, ridge, kink, pole)
+
+
+def method_of(rng: np.random.Generator) -> Any:
+    """Return a method with given orders."""
+    order, interval = int(rng.integers(1, 6)), int(rng.integers(1, 4))
+    return rng.choice(
+        [
+            fb.PCCI(order, interval),
+            fb.ImprovedPCCI(order, interval),
+            fb.methods.PerturbationChebyshev(interval),
+            fb.methods.RegressionPCCI(order),
+        ],
+        p=[0.4, 0.3, 0.15, 0.15],
+    )
+
+
+@dataclass(frozen=True)
+class Case:
+    """A formula, the slope c of e, a method, the side of the limit and the probability."""
+
+    kind: str
+    formula: Formula
+    slope: float
+    method: Any
+    above: bool
+    level: float
+    factor: float  # of the probability that is allowed
+
+    @staticmethod
+    def drawn(seed: int) -> Case:
+        """Return a case; the formulas take turns."""
+        rng = np.random.default_rng(seed)
+        kind = FORMULAS[seed % len(FORMULAS)]
+        formula, method = kind(rng), method_of(rng)
+        level = float(np.exp(rng.uniform(np.log(LEAST), np.log(LARGEST))))
+        x, y = rng.standard_normal((2, 1000))
+        slope = float(rng.choice([0.0, 0.2]) * formula(x, y).std())
+        above = bool(rng.integers(2))
+        factor = float(np.exp(rng.choice([-1, 1]) * rng.uniform(np.log(1.1), np.log(10))))
+        return Case(kind.__name__, formula, slope, method, above, level, factor)
+
+    def response(self, x: np.ndarray, y: np.ndarray, e: np.ndarray) -> np.ndarray:
+        """Return the response, (samples, 1)."""
+        sign = -1.0 if self.above else 1.0
+        return sign * (self.formula(x, y) + self.slope * e)[:, None]
+
+    def probability(self, values: np.ndarray, limit: float) -> float:
+        """Return the probability of exceeding a limit, of values on the grid at the worst e."""
+        x, y = np.linspace(-FARTHEST, FARTHEST, POINTS), np.linspace(-FARTHEST, FARTHEST, NODES)
+        beyond = values - limit
+        first, second = beyond[:, :-1], beyond[:, 1:]
+        cross = first * second < 0
+        part = np.divide(first, first - second, out=np.zeros(first.shape), where=cross)
+        place = ndtr(x[:-1] + part * np.diff(x))
+        low, high = ndtr(x[:-1]), ndtr(x[1:])
+        chance = np.where(
+            cross,
+            np.where(second > 0, high - place, place - low),
+            np.where(first > 0, high - low, 0.0),
+        )
+        return float(np.trapezoid(norm.pdf(y) * chance.sum(axis=1), y))
+
+    def limit(self) -> float:
+        """Return the limit that is exceeded with the probability `level` at the worst e."""
+        x, y = np.linspace(-FARTHEST, FARTHEST, POINTS), np.linspace(-FARTHEST, FARTHEST, NODES)
+        sign = -1.0 if self.above else 1.0
+        values = sign * self.formula(x[None], y[:, None]) + self.slope
+        low, high = float(values.min()), float(values.max())
+        for _ in range(60):
+            middle = (low + high) / 2
+            more = self.probability(values, middle) > self.level
+            low, high = (middle, high) if more else (low, middle)
+        return high
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a study states of a case."""
+
+    case: Case
+    verdict: str
+    low: float
+    high: float
+
+    @property
+    def right(self) -> str:
+        """The verdict that is right."""
+        return "PASS" if self.case.factor >= 1 else "FAIL"
+
+    @property
+    def held(self) -> bool:
+        """Whether the interval holds the probability."""
+        return self.low <= self.case.level <= self.high
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the verdict is contradicted."""
+        return self.verdict not in (self.right, "UNDECIDED")
+
+
+def outcome(case: Case) -> Outcome:
+    """Return the verdict of a study of a case, and its interval of the probability."""
+    limit, allowed = case.limit(), case.level * case.factor
+    requirement = fb.Requirement(
+        "q", below=limit, criterion=fb.analysis.Probability(min(0.999, allowed))
+    )
+    inputs = {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
+    study = fb.Study(case.response, inputs, case.method, requirements=[requirement])
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        (verdict,) = study.run_in(folder, fb.RunOptions(failed="stop")).verdicts
+    _, low, high = verdict.share
+    return Outcome(case, str(verdict.verdict), low, high)
+
+
+def summary(outcomes: list[Outcome]) -> dict[str, Any]:
+    """Return the rates of some outcomes."""
+    frequent = [each for each in outcomes if each.case.level >= 1e-3]
+    spans = [each.high / max(each.low, 1e-300) for each in frequent]
+    clear = [each for each in outcomes if not 0.5 < each.case.factor < 2]
+    undecided = [each for each in clear if each.verdict == "UNDECIDED"]
+    return {
+        "cases": len(outcomes),
+        "PASS that is FAIL": sum(each.wrong and each.right == "FAIL" for each in outcomes),
+        "FAIL that is PASS": sum(each.wrong and each.right == "PASS" for each in outcomes),
+        "intervals that miss": sum(not each.held for each in outcomes),
+        "high/low for P ≥ 1e-3, median": round(float(np.median(spans)), 2) if spans else None,
+        "allowed is a factor of 2 off or more": len(clear),
+        "of these undecided": len(undecided),
+        "verdicts": dict(Counter(each.verdict for each in outcomes)),
+    }
+
+
+def main() -> None:
+    """Draw cases and print how many statements are wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--samples", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=SEED)
+    options = parser.parse_args()
+    outcomes = []
+    for seed in range(options.seed, options.seed + options.samples):
+        outcomes.append(each := outcome(Case.drawn(seed)))
+        if each.wrong or not each.held:
+            case = each.case
+            print(
+                f"{seed} {case.kind} {case.method.label}: P = {case.level:.3g}, allowed "
+                f"{case.level * case.factor:.3g}, {each.verdict}, {each.low:.3g} … {each.high:.3g}"
+            )
+    for name, number in summary(outcomes).items():
+        print(f"{name}: {number}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""The error of a surrogate whose method estimates none, from verification runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flexband.uncertainty.surrogates.axes import axes_of, units_of
+from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, trust, varying
+from flexband.uncertainty.surrogates.held_out import HeldOut
+from flexband.uncertainty.surrogates.sigmas import bars_vary, growth, relative_errors
+from flexband.uncertainty.surrogates.surrogate import Surrogate
+
+OWN_RUNS = "verification runs"
+"""What judges surrogates of methods that hold no runs out."""
+
+
+def judged(
+    surrogate: Surrogate,
+    runs: tuple[np.ndarray, np.ndarray, np.ndarray],
+    missed: np.ndarray,
+    weight: np.ndarray,
+    *,
+    window: float = 0.02,
+    beyond: float = 1e6,
+) -> Surrogate:
+    """Return a surrogate with the error that is expected from its verification runs.
+
+    Parameters
+    ----------
+    runs : ξ, η and values of the runs, (runs, outputs, times).
+    missed : what the surrogate misses of them, of the same shape.
+    weight : of each run, (runs,).
+    window : part of the times over which the error at each is averaged.
+    beyond : error of what varies, but whose error bar has no width, in parts of this width.
+    """
+    (xi, eta, F), labels = runs, surrogate.labels
+    times = F.shape[-1]
+    half, no_overshoot = min(times, max(1, round(window * times))), np.zeros(F.shape[1:])
+    held = HeldOut(xi, eta, missed, no_overshoot, half, weight)
+    error = held.expected_error(surrogate.space.interval_dimension)
+    error = np.maximum(error, np.finfo(float).eps * rms(F)[:, None]).reshape(labels.shape[1:])
+    of_mean = growth(0) if surrogate.space.random_dimension else 1.0
+    parts, dims = missed_part(missed, F, units_of(labels)), labels.dims[1:]
+    trusted = trust(labels, parts, "its variation in verification runs")
+    diagnostics = surrogate.diagnostics.assign(
+        mean_expected_error=(dims, of_mean * error),
+        error_bar_expected_error=(dims, error),
+        trusted=trusted["trusted"],
+    )
+    bar = surrogate.bands()["error_bar"].transpose("bound", *dims)
+    relative = relative_errors(diagnostics, "expected_error", bar)
+    hidden = varying(F, units_of(labels)).reshape(relative.shape) & ~bars_vary(bar)
+    relative = np.where(hidden, beyond, relative)
+    diagnostics = diagnostics.assign(relative_expected_error=(axes_of(labels).dims, relative))
+    attrs = {"judged_by": OWN_RUNS, "expected_error": float(np.max(relative)), **trusted.attrs}
+    return replace(surrogate, held_out=held, diagnostics=diagnostics.assign_attrs(attrs))

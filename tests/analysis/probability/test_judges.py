@@ -1,0 +1,154 @@
+"""Methods with given orders have no judge of their own: answers with one and without.
+
+Each response is of a kind at which the terms of the highest order do not show what is missed.
+"""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import flexband as fb
+from flexband.analysis.limits.least_margin import LimitVerdict
+from flexband.requirements.verdict import Reason, Verdict
+
+ANGLE = fb.TruncatedNormal(0.0, 0.35, lower=-1.4, upper=1.4)
+LENGTH = fb.Interval(0.99, 1.01)
+
+
+def lever(L, t):
+    """Return a response that is even in t, which the odd order 3 does not see."""
+    return (L / np.cos(t))[:, None]
+
+
+def catenary(L, t):
+    return (L * np.cosh(1.2 * t))[:, None]
+
+
+def kink(x):
+    return np.abs(x)[:, None]
+
+
+def wave(e):
+    return np.cos(4 * e)[:, None]
+
+
+def bilinear(x, y):
+    return (x + y + x * y / 2)[:, None]
+
+
+def interval_of(result, kind="confidence"):
+    return [float(result[f"{kind}_{end}"].values.ravel()[-1]) for end in ("low", "high")]
+
+
+def lever_is_longer(limit):
+    """Return the largest probability that L/cos t exceeds a limit."""
+    part = np.arccos(1.01 / limit) / 0.35
+    ends = norm.cdf(1.4 / 0.35) - norm.cdf(-1.4 / 0.35)
+    return 2 * (norm.cdf(1.4 / 0.35) - norm.cdf(part)) / ends
+
+
+def test_a_surrogate_without_a_judge_states_no_probability_and_runs_give_it_one():
+    surrogate = fb.expand(lever, {"L": LENGTH, "t": ANGLE}, fb.PCCI())
+    limit, exact = fb.Limit(below=2.5), lever_is_longer(2.5)
+    alone = fb.analysis.failure_probability(surrogate, limit)
+    assert interval_of(alone) == interval_of(alone, "between_times") == [0.0, 1.0]
+    assert alone.attrs["error"] == "not judged by runs"
+    assert "No runs judge its tails" in alone.attrs["verdict"]
+    verified = fb.verify(surrogate, lever)
+    of_verified = fb.analysis.failure_probability(verified, limit)
+    assert interval_of(of_verified) == [0.0, 1.0]  # they say nothing about tails
+    low, high = interval_of(
+        fb.analysis.failure_probability(verified, limit, response=lever, runs=64)
+    )
+    assert low <= exact <= high < 0.1
+    share = fb.production_yield(surrogate, limit, {"L": fb.Uniform(0.99, 1.01)})
+    assert interval_of(share, "yield") == [0.0, 1.0]
+    plan = fb.analysis.allocate(surrogate, limit, {"L": 1e-3}, probability=1e-2)
+    assert interval_of(plan) == [0.0, 1.0]
+    assert "not judged by runs" in plan.attrs["verdict"]
+    quantile = fb.analysis.quantiles(surrogate, 0.99)
+    assert quantile.attrs["surrogate_expected_error"] == "not judged by runs"
+    assert "expected_error" in fb.analysis.quantiles(verified, 0.99)
+
+
+@pytest.mark.parametrize(
+    ("response", "inputs", "method", "limit"),
+    [
+        (kink, {"x": fb.Interval(-1, 1)}, fb.PCCI(), fb.Limit(above=0.02)),
+        (wave, {"e": fb.Interval(-1, 1)}, fb.ImprovedPCCI(3, 3), fb.Limit(below=0.5)),
+    ],
+)
+def test_worst_cases_are_not_decided_by_what_no_run_has_judged(response, inputs, method, limit):
+    surrogate = fb.expand(response, inputs, method)
+    for each in (surrogate, fb.verify(surrogate, response)):
+        found = fb.analysis.check_limits(each, limit)
+        assert found["verdict"].values.item() == LimitVerdict.UNDECIDED
+    verified = fb.verify(surrogate, response)
+    bands = verified.bands()
+    place = np.linspace(-1, 1, 401)
+    (name,) = inputs
+    true = response(place)
+    for bound, value in (("lower", true.min()), ("upper", true.max())):
+        missed = abs(bands["mean"].sel(bound=bound).item() - value)
+        assert missed < 2 * float(bands["mean_expected_error"].max()), name
+
+
+def test_what_an_exact_surrogate_keeps_is_kept_once_runs_have_judged_it():
+    def line(x, e):
+        return (2 * x + e)[:, None]
+
+    inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
+    surrogate = fb.expand(line, inputs, fb.PCCI(2, 1))
+    limit = fb.Limit(below=8.0)
+    assert fb.analysis.check_limits(surrogate, limit)["verdict"].values.item() == "undecided"
+    verified = fb.verify(surrogate, line, runs=8)
+    assert fb.analysis.check_limits(verified, limit)["verdict"].values.item() == "kept"
+    low, high = interval_of(fb.analysis.failure_probability(verified, limit))
+    assert low < norm.sf(3.5) < high < 1.5 * low
+    assert verified.bands().attrs["runs"] == surrogate.bands().attrs["runs"]
+
+
+def test_a_verified_surrogate_is_saved_with_its_runs(tmp_path):
+    inputs = {"x": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
+    surrogate = fb.expand(lambda x, e: np.exp(x / 4 + e)[:, None], inputs, fb.PCCI(2, 2))
+    verified = fb.verify(surrogate, lambda x, e: np.exp(x / 4 + e)[:, None])
+    fb.save_surrogate(verified, tmp_path / "s.npz")
+    loaded = fb.load_surrogate(tmp_path / "s.npz")
+    assert loaded.verification.identical(verified.verification)
+    part = {"e": fb.Interval(-0.5, 0.5)}
+    for one, other in ((loaded, verified), (loaded.narrowed(**part), verified.narrowed(**part))):
+        np.testing.assert_array_equal(
+            one.bands()["error_bar_expected_error"], other.bands()["error_bar_expected_error"]
+        )
+    narrow = verified.narrowed(**part).bands()["error_bar_expected_error"]
+    assert float(narrow.max()) <= float(verified.bands()["error_bar_expected_error"].max())
+
+
+@pytest.mark.parametrize(
+    ("response", "inputs", "method", "limit", "exact"),
+    [
+        (catenary, {"L": LENGTH, "t": fb.Normal(0, 1)}, fb.PCCI(), 20.0, 2.17e-3),
+        (lever, {"L": LENGTH, "t": ANGLE}, fb.PCCI(), 2.5, lever_is_longer(2.5)),
+        (
+            bilinear,
+            {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1)},
+            fb.methods.PerturbationChebyshev(2),
+            6.0,
+            1.874e-3,
+        ),
+    ],
+)
+@pytest.mark.parametrize("factor", [0.2, 5.0])
+def test_a_study_runs_the_model_where_a_required_probability_is_decided(
+    tmp_path, response, inputs, method, limit, exact, factor
+):
+    allowed = fb.Requirement("q", below=limit, criterion=fb.analysis.Probability(factor * exact))
+    study = fb.Study(response, inputs, method, requirements=[allowed])
+    result = study.run_in(tmp_path)
+    (verdict,) = result.verdicts
+    assert verdict.verdict in (Verdict.PASS if factor > 1 else Verdict.FAIL, Verdict.UNDECIDED)
+    assert verdict.share[1] <= exact <= verdict.share[2]
+    assert int(result.limits.probability["runs"].max()) == 64
+    without = study.run_in(tmp_path / "without", fb.RunOptions(verification_runs=0))
+    (verdict,) = without.verdicts
+    assert (verdict.verdict, verdict.reason) == (Verdict.UNDECIDED, Reason.NOT_JUDGED)

@@ -12,8 +12,12 @@ intervals are wrong.
 
 from __future__ import annotations
 
+import argparse
+import warnings
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np

@@ -148,7 +148,7 @@ def test_a_study_runs_the_model_where_a_required_probability_is_decided(
     (verdict,) = result.verdicts
     assert verdict.verdict in (Verdict.PASS if factor > 1 else Verdict.FAIL, Verdict.UNDECIDED)
     assert verdict.share[1] <= exact <= verdict.share[2]
-    assert int(result.limits.probability["runs"].max()) == 64
+    assert int(result.limits.probability["runs"].max()) == 80
     without = study.run_in(tmp_path / "without", fb.RunOptions(verification_runs=0))
     (verdict,) = without.verdicts
     assert (verdict.verdict, verdict.reason) == (Verdict.UNDECIDED, Reason.NOT_JUDGED)

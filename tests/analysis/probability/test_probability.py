@@ -365,7 +365,7 @@ def test_runs_correct_a_wrong_surrogate():
     agrees(found, exact)
     assert float(found["surrogate_probability"][0, 0]) < 0.25 * exact
     assert found["runs"].values[0, 0] == 64
-    assert "corrected with 64 runs of the model" in found.attrs["verdict"]
+    assert "corrected with 80 runs of the model" in found.attrs["verdict"]
 
     def wavy(x):
         return constant(x + 0.25 * np.sin(3 * x))
@@ -403,7 +403,7 @@ def test_runs_correct_at_intervals_and_choices(tmp_path):
     agrees(found, [beyond(4.3), beyond(3.7 / 1.2)], 0.15)
     assert found["probability_choice"].values[:, 0].tolist() == ["steel", "brass"]
     assert sum(calls) >= 120  # a sample may be drawn twice
-    assert told[-1] == (128, 128)
+    assert told[-1] == (144, 144)
     calls.clear()
     xr.testing.assert_identical(found, fb.analysis.failure_probability(surrogate, limit, **options))
     assert sum(calls) <= 4  # the others are in the store
@@ -494,4 +494,4 @@ def test_no_probability_of_a_surrogate_that_missed_its_tolerance():
     by_runs = fb.analysis.failure_probability(rough, limit, response=response)
     agrees(by_runs, norm.sf(np.arctanh(0.8) / 2), 0.15)
     assert np.isnan(by_runs["at_each_time"]).all()
-    assert "corrected with 64 runs of the model" in by_runs.attrs["verdict"]
+    assert "corrected with 80 runs of the model" in by_runs.attrs["verdict"]

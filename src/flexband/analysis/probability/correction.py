@@ -9,19 +9,19 @@ g* − g − b scatters. With h = g + b, the probability is
 The first term takes no runs; importance sampling finds it anew. The second is due to samples near
 h = 0, so that the other runs are drawn there and counted with the inverse of their chance (Horvitz
 and Thompson, 1952). It makes the estimate unbiased, whatever b is. The confidence interval is that
-of the Bayesian bootstrap (Rubin, 1981), with one more disagreement of the usual size on both sides:
-what was not seen in so many runs may exist.
+of the Bayesian bootstrap (Rubin, 1981). Its ends have one more disagreement of the usual size each,
+which lowers the one and raises the other: what was not seen in so many runs may exist.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import erf, ndtr
 
+from flexband.analysis.probability.discrepancy import DiscrepancyModel
 from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.states import LimitState
@@ -32,6 +32,10 @@ from flexband.analysis.probability.subset import Margins, Rare, rare
 class CorrectionOptions:
     """How runs of the model correct a probability."""
 
+    farthest: float = 3.5
+    """Standard deviations to which these are spread."""
+    vertex_share: float = 0.5
+    """Part of these that are at vertices of the intervals."""
     learning_part: int = 8
     """Runs per run of a round that learns what is missed."""
     min_rounds: int = 2
@@ -51,44 +55,41 @@ class CorrectionOptions:
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 
-@dataclass(frozen=True)
-class DiscrepancyModel:
-    """Margins of the model less those of a surrogate, learnt from few runs.
+def with_missed(
+    state: LimitState,
+    model: ResponseModel,
+    n: int,
+    m: int,
+    rng: np.random.Generator,
+    *,
+    options: CorrectionOptions = CorrectionOptions(),
+) -> LimitState:
+    """Return a state with what the surrogate misses, learnt from first runs.
 
-    It is a Gaussian process with the covariance (1 + u·v)², that is a quadratic function of u, and
-    noise. Their ratio is that with the least leave-one-out errors, which scale the variances as
-    well (Rasmussen and Williams, 2006, section 5.4.2).
+    Half of the runs are at rare samples of u and η, if the surrogate has any; the others are at all
+    distances from the middle, at vertices of the intervals or anywhere in them.
     """
+    count = model.first_runs
 
-    u: np.ndarray  # where they are known, shape (runs, n)
-    missed: np.ndarray  # their values, shape (runs,)
+    def least(z: np.ndarray) -> np.ndarray:
+        return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
-    @cached_property
-    def _fit(self) -> tuple[np.ndarray, float, float]:
-        """The inverse of the covariance, the variance of its noise, and the factor of both."""
-        covariance = (1 + self.u @ self.u.T) ** 2
-        fits = []
-        for ratio in (1e-8, 1e-4, 1e-2, 0.1, 1.0):  # of the noise to the quadratic function
-            noise = ratio * float(np.mean(np.diag(covariance)))
-            inverse = np.linalg.inv(covariance + noise * np.eye(len(self.u)))
-            left_out = inverse @ self.missed / np.diag(inverse)
-            scale = float(np.mean(left_out**2 * np.diag(inverse)))
-            fits.append((float(np.sum(left_out**2)), inverse, noise, scale))
-        _, inverse, noise, scale = min(fits, key=lambda fit: fit[0])
-        return inverse, noise, scale
-
-    def expected(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is expected to be missed at u (points, n), and its scatter, each (points,).
-
-        Without runs these are 0 and ∞.
-        """
-        if not len(self.u):
-            return np.zeros(len(u)), np.full(len(u), np.inf)
-        inverse, noise, scale = self._fit
-        across = (1 + u @ self.u.T) ** 2
-        prior = (1 + np.sum(u**2, axis=1)) ** 2
-        variance = np.maximum(prior - np.sum(across @ inverse * across, axis=1), 0.0) + noise
-        return across @ (inverse @ self.missed), np.sqrt(scale * variance)
+    found = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
+    found = found[rng.permutation(len(found))[: count // 2]]
+    others = count - len(found)
+    direction = rng.standard_normal((others, n))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True) + 1e-300
+    spread = direction * options.farthest * (np.arange(others)[:, None] + 0.5) / others
+    places = np.where(
+        rng.random((others, 1)) < options.vertex_share,
+        rng.choice([-1.0, 1.0], (others, m)),
+        rng.uniform(-1, 1, (others, m)),
+    )
+    u = np.concatenate([found[:, :n], spread])
+    eta = np.concatenate([erf(found[:, n:] / np.sqrt(2)), places])
+    runs = state.least_of_response(model(*state.places(u, eta)))
+    missed = DiscrepancyModel(np.concatenate([u, eta], axis=1), runs - state.least(u, eta))
+    return replace(state, missed=missed)
 
 
 @dataclass(frozen=True)
@@ -158,13 +159,15 @@ def corrected(
     differences = (least_of_runs(u[which]) < 0).astype(float) - inside[which]
     z = (differences * values[which])[differences != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
-    sizes = np.concatenate([z, [usual[0], -usual[1]]])
-    repeats = options.repeats
-    parts = rng.standard_exponential((repeats, len(sizes)))
-    rest = rng.standard_gamma(len(which) - len(z), repeats)
-    moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
+    repeats, ends = options.repeats, np.empty(2)
     of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
-    low, high = np.quantile(moved * of_base, (0.025, 0.975))
+    rest = rng.standard_gamma(len(which) - len(z), repeats)
+    for k, (one_more, part) in enumerate(((-usual[1], 0.025), (usual[0], 0.975))):
+        sizes = np.append(z, one_more)
+        parts = rng.standard_exponential((repeats, len(sizes)))
+        moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
+        ends[k] = np.quantile(moved * of_base, part)
+    low, high = ends
     if importance.uneven(w[inside], len(w)):
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += near.probability * (not len(near.u))

@@ -114,6 +114,18 @@ def ends(
     return eta, [search.rare(state, place) for place in eta], noise, state
 
 
+def rare_at(
+    state: LimitState,
+    eta: np.ndarray,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    options: EndOptions = EndOptions(),
+) -> Rare:
+    """Return rare samples of n variables u at one η."""
+    return rare(partial(state.least, eta=eta), n, rng, options=options.importance.subset)
+
+
 @dataclass(frozen=True)
 class _EndSearch:
     """A search over η with common samples of n variables u."""

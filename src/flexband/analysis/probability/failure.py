@@ -81,7 +81,8 @@ def failure_probability(
         case unless given.
     response : what the surrogate was made of, if its runs shall correct the probability.
     runs : number of these runs for each bound over the interval inputs, each limit and each
-        combination of options, 16 or more.
+        combination of options, 16 or more. A quarter as many come before them for each limit: they
+        tell for which values of the interval inputs the probability is largest.
     accuracy : relative standard error at which sampling ends.
     seed : seed of the random numbers.
     store, executor, progress : as in `propagate`, for the runs of the response.
@@ -185,8 +186,9 @@ def limit_probabilities(
     intervals = scatter is None and any(boxes)
     options = {"store": store, "executor": executor}
     of_runs = [name for name in names if decided is None or name in decided]
-    probabilities = len(of_runs) * (1 + (intervals and decided is None))
-    with models(surrogates, response, runs, probabilities, progress, **options) as known:
+    each_bound = 1 + (intervals and decided is None)
+    counts = len(of_runs), each_bound
+    with models(surrogates, response, runs, counts, progress, **options) as known:
         for label, case in surrogates.items():
             each = [
                 first_passage(

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from flexband.analysis.probability.at_each import at_each_time
-from flexband.analysis.probability.correction import Correction, corrected
-from flexband.analysis.probability.ends import EndOptions, ends
+from flexband.analysis.probability.correction import Correction, corrected, with_missed
+from flexband.analysis.probability.ends import EndOptions, ends, rare_at
 from flexband.analysis.probability.estimates import Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import (
@@ -56,28 +56,27 @@ def first_passage(
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0
         state = replace(state, tolerances=tolerances)
+    searched = state if model is None else with_missed(state, model, n, m, rng)
     for thin in (True, False):
-        eta, known, noise, near = ends(state, n, m, rng, thin=thin, options=search)
-        pairs = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
+        eta, known, noise, near = ends(searched, n, m, rng, thin=thin, options=search)
+        by_model, near = known, replace(near, missed=None)
+        if model is not None:
+            known = [rare_at(state, place, n, rng, options=search) for place in eta]
+        places_and_rare = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
         estimates = [
             estimate(state, near, at, rare, accuracy, rng, options=search.importance)
-            for at, rare in pairs
+            for at, rare in places_and_rare
         ]
-        unseen = [_unseen(near, at, part) for (at, _), part in zip(pairs, estimates, strict=True)]
+        unseen = [_unseen(near, at, part) for at, part in zip(eta, estimates, strict=False)]
         if max(unseen) <= max_unseen:
             break
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final = list[Estimate | Correction](raw)
     if model is not None:
-        for k in range(len(pairs))[-1 if worst_alone else 0 :]:
-            final[k] = corrected(state, model, *pairs[k], accuracy, rng, raw[k].noise)
-    if not m:
-        raw, final = raw * 2, final * 2
-    elif type(final[0]) is type(final[1]) and final[0].probability > final[1].probability:
-        # both ends of what hardly depends on η
-        if final[0].confidence()[0] > final[1].confidence()[1]:  # else the search tells them apart
-            eta = eta[::-1]
-        raw, final = raw[::-1], final[::-1]
+        for k in range(len(raw))[-1 if worst_alone else 0 :]:
+            at_end = eta[k], by_model[k]
+            final[k] = corrected(searched, model, *at_end, accuracy, rng, raw[k].noise)
+    eta, raw, final = _ordered(eta, raw, final)
     dims = labels.dims[1:]
     if m:
         limited = at_each_time(state, m, known, raw, rng)
@@ -97,6 +96,8 @@ def first_passage(
     }
     for name in ("runs", "disagreements") if model is not None else ():
         of_bounds[name] = [getattr(part, name, 0) for part in final]
+    if model is not None:
+        of_bounds["runs"][-1] += model.first_runs
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = _is_exact(state, surrogate)
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}
@@ -105,6 +106,20 @@ def first_passage(
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
+
+
+def _ordered(
+    eta: np.ndarray, raw: list[Estimate], final: list[Estimate | Correction]
+) -> tuple[np.ndarray, list[Estimate], list[Estimate | Correction]]:
+    """Return places and estimates of the least and the largest probability, in this order."""
+    if len(final) == 1:  # without intervals
+        return eta, raw * 2, final * 2
+    least, largest = final
+    if type(least) is not type(largest) or least.probability <= largest.probability:
+        return eta, raw, final
+    # both ends of what hardly depends on η
+    apart = least.confidence()[0] > largest.confidence()[1]  # else the search tells them apart
+    return eta[::-1] if apart else eta, raw[::-1], final[::-1]
 
 
 def _is_exact(state: LimitState, surrogate: Surrogate) -> bool:

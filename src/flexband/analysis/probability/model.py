@@ -18,6 +18,9 @@ from flexband.uncertainty.surrogates.surrogate import Surrogate
 MIN_RUNS, MAX_RUNS = 16, 100_000
 """Of a probability."""
 
+FIRST_PART = 4
+"""Runs of a probability per run that learns before the search for its place."""
+
 
 @dataclass(frozen=True)
 class ResponseModel:
@@ -25,6 +28,11 @@ class ResponseModel:
 
     runs: int  # how many a probability may take
     evaluate: Runs
+
+    @property
+    def first_runs(self) -> int:
+        """How many further runs learn before that what a surrogate misses."""
+        return self.runs // FIRST_PART
 
     def __call__(self, xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the response, (points, …), at ξ (points, n) and at η (points, m) or (m,)."""
@@ -38,20 +46,23 @@ def models(
     surrogates: Mapping[str, Surrogate],
     response: ResponseFunction | None,
     runs: int,
-    probabilities: int,
+    counts: tuple[int, int],
     progress: Progress | None,
     **options: Any,
 ) -> Iterator[dict[str, ResponseModel | None]]:
     """Give the model of every combination of options, None without a response.
 
-    It makes so many `runs` for each of the `probabilities`; `options` are store and executor.
+    It makes so many `runs` for each bound of each limit, whose `counts` are those of limits and
+    bounds; `options` are store and executor.
     """
     if response is None:
         yield dict.fromkeys(surrogates)
         return
     runs = check_integer("runs", runs, MIN_RUNS, MAX_RUNS)
     inputs = next(iter(surrogates.values())).space.given
-    advance = counted(progress, runs * probabilities * len(surrogates))
+    limits, bounds = counts
+    of_limit = runs * bounds + runs // FIRST_PART
+    advance = counted(progress, of_limit * limits * len(surrogates))
     with runs_as_expanded(response, inputs, **options) as runs_of:
         yield {
             label: ResponseModel(runs, runs_of(surrogate, label, advance))

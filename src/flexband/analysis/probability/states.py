@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from flexband.analysis.peaks import LeastBetween, TimeAxis, least_between, lowest_of_impacts
+from flexband.analysis.probability.discrepancy import DiscrepancyModel
 from flexband.analysis.results import beyond_neighbours
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
@@ -122,6 +123,8 @@ class LimitState:
     parts: tuple[LimitedOutputs, ...]
     impacts: bool  # whether outputs may turn at once between times
     tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
+    missed: DiscrepancyModel | None = None  # of least margins, as a function of u and η
+    unit: float = 1.0  # of these, in that of the margins, on average
 
     @staticmethod
     def of(
@@ -233,7 +236,11 @@ class LimitState:
     def least(self, u: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Return the least margin of each sample, shape (points,)."""
         blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
-        return np.concatenate([np.zeros(0), *blocks])
+        least = np.concatenate([np.zeros(0), *blocks])
+        if self.missed is not None and len(u):
+            places = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
+            least += self.missed.expected(np.concatenate([u, places], axis=1))[0] / self.unit
+        return least
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:
         """Return the least margin of runs of the response, shape (points, …), in (points,)."""
@@ -256,7 +263,9 @@ class LimitState:
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:
         """Return the state with margins in parts of these, each (outputs, times)."""
         pairs = zip(self.parts, scatter, strict=True)
-        return replace(self, parts=tuple(replace(p, scale=p.scale * unit) for p, unit in pairs))
+        parts = tuple(replace(p, scale=p.scale * unit) for p, unit in pairs)
+        mean = float(np.mean(np.concatenate([unit.ravel() for unit in scatter])))
+        return replace(self, parts=parts, unit=self.unit * mean)
 
     def deciding(self, u: np.ndarray, eta: np.ndarray, slack: float) -> list[np.ndarray]:
         """Return which times of each part decide about some samples, (times,).

@@ -48,8 +48,8 @@ def allocated_by_chance(
     stated, high, tuning = chance.probability, chance.tolerances.bounds[1], chance.options
     for k in range(tuning.max_corrections if response is not None else 0):
         narrow = chance.surrogate.narrowed(**chance.tolerances.inputs(solution.x))
-        with models({"": narrow}, response, RUNS, (1, 1), None, **options) as known:
-            model = known[""]
+        with models({"": narrow}, response, [RUNS], 1, None, **options) as known:
+            model = known[""](RUNS)
             assert model is not None
             correction = chance.by_runs(solution, model)
         runs += correction.runs

@@ -67,7 +67,8 @@ def with_missed(
     """Return a state with what the surrogate misses, learnt from first runs.
 
     Half of the runs are at rare samples of u and η, if the surrogate has any; the others are at all
-    distances from the middle, at vertices of the intervals or anywhere in them.
+    distances from the middle, in pairs on both sides of it, at vertices of the intervals or
+    anywhere in them. What leaves limits is where more is looked for.
     """
     count = model.first_runs
 
@@ -77,9 +78,11 @@ def with_missed(
     found = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
     found = found[rng.permutation(len(found))[: count // 2]]
     others = count - len(found)
-    direction = rng.standard_normal((others, n))
+    half = (others + 1) // 2  # of them, and their mirror images: there may be a limit on each side
+    direction = rng.standard_normal((half, n))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True) + 1e-300
-    spread = direction * options.farthest * (np.arange(others)[:, None] + 0.5) / others
+    spread = direction * options.farthest * (np.arange(half)[:, None] + 0.5) / half
+    spread = np.concatenate([spread, -spread])[:others]
     places = np.where(
         rng.random((others, 1)) < options.vertex_share,
         rng.choice([-1.0, 1.0], (others, m)),
@@ -89,7 +92,7 @@ def with_missed(
     eta = np.concatenate([erf(found[:, n:] / np.sqrt(2)), places])
     runs = state.least_of_response(model(*state.places(u, eta)))
     missed = DiscrepancyModel(np.concatenate([u, eta], axis=1), runs - state.least(u, eta))
-    return replace(state, missed=missed)
+    return replace(state, missed=missed, beyond=u[runs < 0])
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,8 @@ def corrected(
     def margin(u: np.ndarray) -> np.ndarray:
         return least(u) + known.expected(u)[0]
 
-    remaining = model.runs
+    beyond, remaining = state.beyond.reshape(-1, n), model.runs
+    near = replace(near, u=np.concatenate([near.u, beyond]))
     for k in range(options.max_rounds):
         at = near.u[rng.permutation(len(near.u))[: model.runs // options.learning_part]]
         if not len(at):
@@ -148,7 +152,7 @@ def corrected(
         known = DiscrepancyModel(np.concatenate([known.u, at]), missed)
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
         near = rare(margin, n, rng, scouts=False, options=importance.subset)
-        kept = kept[: importance.subset.level_samples]
+        kept = np.concatenate([kept[: importance.subset.level_samples], beyond])
         near = replace(near, u=np.concatenate([near.u, kept]))
     u, w, h = _samples(margin, near, accuracy, rng, importance)
     inside = h < 0

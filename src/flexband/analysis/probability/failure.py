@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import xarray as xr
 
@@ -36,6 +36,7 @@ from flexband.requirements.corridors import (
 from flexband.requirements.requirement import Requirements, corridors
 from flexband.requirements.scatter import Scatter, scattering
 from flexband.response import ResponseFunction
+from flexband.uncertainty.inputs.distributions.samples import Samples
 from flexband.uncertainty.surrogates.bands import remark
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
@@ -153,12 +154,12 @@ def limit_probabilities(
     store: StoreLike = None,
     executor: ExecutorLike = None,
     progress: Progress | None = None,
-    decided: Container[str] | None = None,
+    decided: Mapping[str, int] | None = None,
 ) -> xr.Dataset:
     """Return what `failure_probability` does.
 
-    With a response, its runs correct all probabilities, or, of the limits that are to be `decided`,
-    the largest one over the intervals.
+    With a response, its runs correct all probabilities, or, of limits that are to be `decided` with
+    numbers of runs, the largest one over the intervals.
     """
     surrogates = surrogates_of(surrogate)
     accuracy = float(check_numbers("accuracy", accuracy))
@@ -185,16 +186,16 @@ def limit_probabilities(
     boxes = [case.space.interval_dimension for case in surrogates.values()]
     intervals = scatter is None and any(boxes)
     options = {"store": store, "executor": executor}
-    of_runs = [name for name in names if decided is None or name in decided]
-    each_bound = 1 + (intervals and decided is None)
-    counts = len(of_runs), each_bound
-    with models(surrogates, response, runs, counts, progress, **options) as known:
+    runs_of_limit = dict.fromkeys(names, runs) if decided is None else decided
+    bounds = 1 + (intervals and decided is None)
+    counts = list(runs_of_limit.values())
+    with models(surrogates, response, counts, bounds, progress, **options) as known:
         for label, case in surrogates.items():
             each = [
                 first_passage(
                     case,
                     any_of,
-                    known[label] if name in of_runs else None,
+                    known[label](runs_of_limit.get(name)),
                     accuracy,
                     seed,
                     tolerances=tolerances[label],
@@ -221,11 +222,12 @@ def limit_probabilities(
         result = withheld(withheld(result, others), sorted(by_runs), result.get("runs", 0) == 0)
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     case = next(iter(surrogates.values()))
-    corrected = response is not None and set(of_runs) >= set(names) - {ANY}
+    corrected = response is not None and set(runs_of_limit) >= set(names) - {ANY}
     doubts = [
         *([] if corrected or all(map(tails_are_judged, surrogates.values())) else [NO_JUDGE]),
         *offsets_in_words(next(iter(corridors_of.values())), case.diagnostics.attrs),
         *_unreliable(surrogates, corrected=corrected),
+        *_beyond_samples(surrogates, result),
     ]
     attrs = {
         "accuracy": accuracy,
@@ -244,6 +246,19 @@ def _unreliable(surrogates: Mapping[str, Surrogate], *, corrected: bool) -> list
         f"Not reliable: {reason}{f' with {label}' if label else ''}"
         for label, case in surrogates.items()
         for reason in doubts_of(case, corrected=corrected)
+    ]
+
+
+def _beyond_samples(surrogates: Mapping[str, Surrogate], result: xr.Dataset) -> list[str]:
+    """Return which measured inputs have too few values for the largest of the probabilities."""
+    largest = result["between_times"].isel(bound=-1)
+    rarest = float(largest.where(result["between_times_high"].isel(bound=-1) > 0).min())
+    inputs = dict(pair for case in surrogates.values() for pair in case.space.inputs.items())
+    return [
+        f"Probabilities below 1/{len(given.values)} rest on the smoothing of {name}, which is "
+        f"known from {len(given.values)} values"
+        for name, given in inputs.items()
+        if isinstance(given, Samples) and rarest < 1 / len(given.values)
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -45,26 +45,27 @@ class ResponseModel:
 def models(
     surrogates: Mapping[str, Surrogate],
     response: ResponseFunction | None,
-    runs: int,
-    counts: tuple[int, int],
+    counts: Sequence[int],
+    bounds: int,
     progress: Progress | None,
     **options: Any,
-) -> Iterator[dict[str, ResponseModel | None]]:
-    """Give the model of every combination of options, None without a response.
+) -> Iterator[dict[str, Callable[[int | None], ResponseModel | None]]]:
+    """Give what returns the model of every combination of options by its number of runs.
 
-    It makes so many `runs` for each bound of each limit, whose `counts` are those of limits and
-    bounds; `options` are store and executor.
+    It is None without a response or runs. The `counts` are numbers of runs of each limit for each
+    of its `bounds`; `options` are store and executor.
     """
     if response is None:
-        yield dict.fromkeys(surrogates)
+        yield dict.fromkeys(surrogates, lambda runs: None)
         return
-    runs = check_integer("runs", runs, MIN_RUNS, MAX_RUNS)
+    counts = [check_integer("runs", runs, MIN_RUNS, MAX_RUNS) for runs in counts]
     inputs = next(iter(surrogates.values())).space.given
-    limits, bounds = counts
-    of_limit = runs * bounds + runs // FIRST_PART
-    advance = counted(progress, of_limit * limits * len(surrogates))
+    total = sum(runs * bounds + runs // FIRST_PART for runs in counts)
+    advance = counted(progress, total * len(surrogates))
     with runs_as_expanded(response, inputs, **options) as runs_of:
-        yield {
-            label: ResponseModel(runs, runs_of(surrogate, label, advance))
-            for label, surrogate in surrogates.items()
-        }
+        runs_by_label = {k: runs_of(surrogate, k, advance) for k, surrogate in surrogates.items()}
+
+        def model_of(label: str) -> Callable[[int | None], ResponseModel | None]:
+            return lambda runs: None if runs is None else ResponseModel(runs, runs_by_label[label])
+
+        yield {label: model_of(label) for label in surrogates}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TypeVar
 
@@ -125,6 +125,7 @@ class LimitState:
     tolerances: ScatteringTolerances | None = None  # how they scatter, if they do
     missed: DiscrepancyModel | None = None  # of least margins, as a function of u and η
     unit: float = 1.0  # of these, in that of the margins, on average
+    beyond: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # runs that leave limits
 
     @staticmethod
     def of(

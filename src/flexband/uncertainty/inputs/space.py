@@ -269,6 +269,12 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
     if not space.uncertain:
         raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
     names = space.arguments
+    if isinstance(response, np.ufunc):
+        own = response.__name__
+        raise InputError(
+            f"response must take every input by name; numpy.{own} takes them by position: write "
+            f"lambda {', '.join(names)}: np.{own}({', '.join(names)})"
+        )
     try:
         parameters = inspect.signature(response).parameters.values()
     except (TypeError, ValueError):

@@ -10,8 +10,9 @@ from numpy.polynomial import hermite_e
 from scipy.special import ndtr, ndtri
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_finite, check_numbers, check_positive, warn
+from flexband.errors import InputError, check_finite, check_numbers, warn
 from flexband.uncertainty.inputs.distribution import NO_SCATTER, Distribution
+from flexband.uncertainty.inputs.distributions.bandwidth import bandwidth, resolution, widths
 from flexband.words import number_of
 
 
@@ -20,13 +21,17 @@ class Samples(Distribution):
     """Measured values of a random number, smoothed by normal kernels.
 
     Mean and standard deviation are those of the values (with n − 1): the kernels, which would add
-    their own variance, are moved towards the mean (Silverman and Young, 1987).
+    their own variance, are moved towards the mean (Silverman and Young, 1987). Values may come from
+    several suppliers or machines whose means are far apart: the bandwidth does not assume one
+    group. What is beyond all values, or rarer than one of their number, rests on the smoothing.
 
     Parameters
     ----------
     values : independent measurements, shape (n,).
-    bandwidth : standard deviation of the kernels before that, in the unit of the values; by
-        default Silverman's 0.9 min(s, quartile range/1.34) n^(−1/5).
+    bandwidth : standard deviation of the kernels before that, in the unit of the values; 0 for the
+        values themselves, each as likely as the others. By default it is the smaller one of
+        Silverman's 0.9 min(s, quartile range/1.34) n^(−1/5) and 0.6 of that of Botev, Grotowski
+        and Kroese (2010), and kernels are wider where values are rare (Abramson, 1982).
 
     Raises
     ------
@@ -64,9 +69,16 @@ class Samples(Distribution):
             raise InputError(f"Samples values must differ; {same}. {NO_SCATTER}")
         object.__setattr__(self, "values", tuple(values.tolist()))
         if self.bandwidth is not None:
-            width = check_positive("Samples bandwidth", check_numbers("bandwidth", self.bandwidth))
-            object.__setattr__(self, "bandwidth", float(width))
-        n = len(values)
+            width = float(check_numbers("Samples bandwidth", self.bandwidth))
+            if not width >= 0:
+                raise InputError(f"Samples bandwidth must be 0 or more; got {width:g}")
+            object.__setattr__(self, "bandwidth", width)
+        n, step = len(values), resolution(values)
+        if step and self.bandwidth is None:
+            warn(
+                f"{self!r} are multiples of {step:g}, which is taken for the resolution of the "
+                "measurement; discrete values are a Choice with probabilities"
+            )
         if n < few:
             warn(
                 f"{self!r} are few: their mean is uncertain by {100 / np.sqrt(n):.2g} % of the "
@@ -90,29 +102,33 @@ class Samples(Distribution):
         return -np.inf, np.inf
 
     @cached_property
-    def kernels(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Centres, weights and standard deviation of the kernels, one for almost equal values."""
+    def kernels(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Centres, weights and standard deviations of kernels, one for almost equal values."""
         # in standard deviations of the values. Wider kernels give the same distribution,
-        # a normal one.
-        largest_bandwidth = 1e8
+        # a normal one; narrower ones are the values
+        smallest, largest = 1e-6, 1e8
         x = np.array(self.values)
         mean, std = x.mean(), x.std(ddof=1)
-        quartiles = np.ptp(np.quantile(x, [0.25, 0.75])) / 1.34
-        width = self.bandwidth or 0.9 * min(std, quartiles or std) * len(x) ** -0.2
-        width = min(width, largest_bandwidth * std)
-        near = 0.05 * width  # values that are nearer to each other share a kernel
+        if self.bandwidth is None:
+            each = widths(x, bandwidth(x))
+        else:
+            each = np.full(len(x), np.clip(self.bandwidth, smallest * std, largest * std))
+        near = 0.05 * each.min()  # values that are nearer to each other share a kernel
         group = np.unique(np.round((x - mean) / near), return_inverse=True)[1]
         count = np.bincount(group)
         centres, weights = np.bincount(group, x - mean) / count, count / len(x)
-        shrink = std / np.sqrt(weights @ centres**2 + width**2)
-        return mean + shrink * centres, weights, float(shrink * width)
+        each = np.sqrt(np.bincount(group, each**2) / count)
+        shrink = std / np.sqrt(weights @ (centres**2 + each**2))
+        if self.bandwidth == 0:
+            shrink = 1.0
+        return mean + shrink * centres, weights, shrink * each
 
     def to_normal(self, value: np.ndarray) -> np.ndarray:
         at_once = 10**6  # numbers in memory when kernels are summed
         value = np.asarray(value, dtype=float)
-        centres, weights, width = self.kernels
+        centres, weights, each = self.kernels
         parts = np.array_split(value.ravel(), 1 + value.size * len(centres) // at_once)
-        apart = [(part[:, None] - centres) / width for part in parts]
+        apart = [(part[:, None] - centres) / each for part in parts]
         below, above = (np.concatenate([ndtr(s * d) @ weights for d in apart]) for s in (1, -1))
         z = np.where(below < 0.5, ndtri(below), -ndtri(above))
         return z.reshape(value.shape)
@@ -122,14 +138,17 @@ class Samples(Distribution):
         from scipy.optimize import elementwise  # noqa: PLC0415
 
         z = np.asarray(z, dtype=float)
-        centres, _, width = self.kernels
-        ends = centres.min() + width * (z - 1e-9), centres.max() + width * (z + 1e-9)
+        centres, _, each = self.kernels
+        widest, narrowest = each.max(), each.min()
+        low = np.where(z < 0, widest, narrowest) * z - 1e-9 * widest
+        high = np.where(z < 0, narrowest, widest) * z + 1e-9 * widest
+        ends = centres.min() + low, centres.max() + high
         solution = elementwise.find_root(lambda x, z: self.to_normal(x) - z, ends, args=(z,))
         return solution.x
 
     def rule(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss points of all kernels, and weights; polynomials are integrated exactly."""
-        centres, weights, width = self.kernels
+        centres, weights, each = self.kernels
         t, w = hermite_e.hermegauss(count + 1)
-        points = centres[:, None] + width * t
+        points = centres[:, None] + each[:, None] * t
         return points.ravel(), np.outer(weights, w / w.sum()).ravel()

@@ -10,7 +10,9 @@ The first term takes no runs; importance sampling finds it anew. The second is d
 h = 0, so that the other runs are drawn there and counted with the inverse of their chance (Horvitz
 and Thompson, 1952). It makes the estimate unbiased, whatever b is. The confidence interval is that
 of the Bayesian bootstrap (Rubin, 1981). Its ends have one more disagreement of the usual size each,
-which lowers the one and raises the other: what was not seen in so many runs may exist.
+which lowers the one and raises the other: what was not seen in so many runs may exist. Where
+margins of these runs scatter about h by more than was learnt, the interval holds what this scatter
+makes of the probability.
 """
 
 from __future__ import annotations
@@ -50,6 +52,10 @@ class CorrectionOptions:
     """Least chance to be drawn of samples beyond the limit; it is ½ at the limit."""
     anywhere_share: float = 0.1
     """Part of the runs that are drawn anywhere."""
+    negligible: float = 1e-5
+    """Differences of margins that count as none, in parts of their standard deviation."""
+    max_misfit: float = 1.5
+    """Scatter of margins of runs in parts of what was learnt, beyond which it counts itself."""
     repeats: int = 4000
     """Repeats of the bootstrap."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
@@ -75,9 +81,9 @@ def with_missed(
     def least(z: np.ndarray) -> np.ndarray:
         return state.least(z[:, :n], erf(z[:, n:] / np.sqrt(2)))
 
-    found = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
-    found = found[rng.permutation(len(found))[: count // 2]]
-    others = count - len(found)
+    rare_samples = rare(least, n + m, rng, scouts=False, options=options.importance.subset).u
+    near = rare_samples[rng.permutation(len(rare_samples))[: count // 2]]
+    others = count - len(near)
     half = (others + 1) // 2  # of them, and their mirror images: there may be a limit on each side
     direction = rng.standard_normal((half, n))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True) + 1e-300
@@ -88,8 +94,8 @@ def with_missed(
         rng.choice([-1.0, 1.0], (others, m)),
         rng.uniform(-1, 1, (others, m)),
     )
-    u = np.concatenate([found[:, :n], spread])
-    eta = np.concatenate([erf(found[:, n:] / np.sqrt(2)), places])
+    u = np.concatenate([near[:, :n], spread])
+    eta = np.concatenate([erf(near[:, n:] / np.sqrt(2)), places])
     runs = state.least_of_response(model(*state.places(u, eta)))
     missed = DiscrepancyModel(np.concatenate([u, eta], axis=1), runs - state.least(u, eta))
     return replace(state, missed=missed, beyond=u[runs < 0])
@@ -158,11 +164,15 @@ def corrected(
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     scatter = options.widened * known.expected(u)[1]
-    scatter = np.maximum(scatter, options.min_scatter * np.std(least(u)))
+    size = float(np.std(least(u)))
+    scatter = np.maximum(scatter, options.min_scatter * size)
     which, values = _drawn(h / scatter, w, remaining, rng, options)
-    differences = (least_of_runs(u[which]) < 0).astype(float) - inside[which]
+    run_margins = least_of_runs(u[which])
+    differences = (run_margins < 0).astype(float) - inside[which]
     z = (differences * values[which])[differences != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
+    if np.all(np.abs(run_margins - h[which]) <= options.negligible * size):
+        usual = [0.0, 0.0]  # the surrogate is exact near the limit
     repeats, ends = options.repeats, np.empty(2)
     of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
     rest = rng.standard_gamma(len(which) - len(z), repeats)
@@ -177,6 +187,10 @@ def corrected(
     high += near.probability * (not len(near.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
     low *= bool(base or len(z))  # nothing was found that leaves the limit
+    wider = scatter * np.sqrt(np.mean(((run_margins - h[which]) / scatter[which]) ** 2))
+    if np.median(wider / scatter) > options.max_misfit:  # margins scatter more than was learnt
+        low = min(low, float(np.mean(w * (h < -2 * wider))))
+        high = max(high, float(np.mean(w * ndtr(-h / wider))))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
     return Correction(probability, low, high, model.runs, len(z), noise)
 

@@ -13,7 +13,6 @@ from flexband.analysis.probability.model import models
 from flexband.analysis.probability.statements import (
     AT_EACH,
     BETWEEN,
-    NO_JUDGE,
     STATED,
     bounded,
     error_of_runs,
@@ -223,8 +222,9 @@ def limit_probabilities(
     result = result.transpose("input", "bound", "limit", ..., missing_dims="ignore")
     case = next(iter(surrogates.values()))
     corrected = response is not None and set(runs_of_limit) >= set(names) - {ANY}
+    no_judge = "No runs judge its tails: runs of the model (response=…, --runs 64) do"
     doubts = [
-        *([] if corrected or all(map(tails_are_judged, surrogates.values())) else [NO_JUDGE]),
+        *([] if corrected or all(map(tails_are_judged, surrogates.values())) else [no_judge]),
         *offsets_in_words(next(iter(corridors_of.values())), case.diagnostics.attrs),
         *_unreliable(surrogates, corrected=corrected),
         *_beyond_samples(surrogates, result),

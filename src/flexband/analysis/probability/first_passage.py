@@ -94,10 +94,14 @@ def first_passage(
         "surrogate_probability": [part.probability for part in raw],
         "samples": [len(part.u) for part in raw],
     }
-    for name in ("runs", "disagreements") if model is not None else ():
-        of_bounds[name] = [getattr(part, name, 0) for part in final]
     if model is not None:
-        of_bounds["runs"][-1] += model.first_runs
+        counts = [
+            (part.runs, part.disagreements) if isinstance(part, Correction) else (0, 0)
+            for part in final
+        ]
+        runs, disagreements = np.transpose(counts)
+        runs[-1] += model.first_runs
+        of_bounds |= {"runs": runs, "disagreements": disagreements}
     data: Variables = {name: ("bound", values) for name, values in of_bounds.items()}
     data["exact"] = _is_exact(state, surrogate)
     data |= {name: (("bound", *dims), v) for name, v in zip(AT_EACH, each, strict=True)}

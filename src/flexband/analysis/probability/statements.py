@@ -28,9 +28,6 @@ AT_EACH = "at_each_time", "at_each_time_low", "at_each_time_high"
 ANYTHING = 0.0, 1.0
 """Interval of a probability that no runs judge: those of `verify` say nothing about tails."""
 
-NO_JUDGE = "No runs judge its tails: runs of the model (response=…, --runs 64) do"
-"""Doubt about such a probability."""
-
 RARE = 1e-4
 """Smaller probabilities of a surrogate are only bounded, unless its error is negligible."""
 

@@ -7,13 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
+from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, trust, varying
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import bars_vary, growth, relative_errors
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-
-OWN_RUNS = "verification runs"
-"""What judges surrogates of methods that hold no runs out."""
 
 
 def judged(
@@ -27,6 +25,8 @@ def judged(
 ) -> Surrogate:
     """Return a surrogate with the error that is expected from its verification runs.
 
+    It is the surrogate itself if its method has runs of its own that judge it.
+
     Parameters
     ----------
     runs : ξ, η and values of the runs, (runs, outputs, times).
@@ -35,6 +35,9 @@ def judged(
     window : part of the times over which the error at each is averaged.
     beyond : error of what varies, but whose error bar has no width, in parts of this width.
     """
+    record = BandRecord.read(surrogate.diagnostics)
+    if "error_bar_expected_error" in surrogate.diagnostics and not record.judged_by:
+        return surrogate
     (xi, eta, F), labels = runs, surrogate.labels
     times = F.shape[-1]
     half, no_overshoot = min(times, max(1, round(window * times))), np.zeros(F.shape[1:])
@@ -54,5 +57,9 @@ def judged(
     hidden = varying(F, units_of(labels)).reshape(relative.shape) & ~bars_vary(bar)
     relative = np.where(hidden, beyond, relative)
     diagnostics = diagnostics.assign(relative_expected_error=(axes_of(labels).dims, relative))
-    attrs = {"judged_by": OWN_RUNS, "expected_error": float(np.max(relative)), **trusted.attrs}
+    attrs = {
+        "judged_by": "verification runs",
+        "expected_error": float(np.max(relative)),
+        **trusted.attrs,
+    }
     return replace(surrogate, held_out=held, diagnostics=diagnostics.assign_attrs(attrs))

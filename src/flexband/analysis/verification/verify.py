@@ -42,7 +42,6 @@ from flexband.uncertainty.expansions.expansion import extremes_of
 from flexband.uncertainty.inputs.evaluation import coordinates
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, of_normals, stretched
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
-from flexband.uncertainty.surrogates.bands import BandRecord
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.diagnostics import (
     CONFIDENCE,
@@ -245,8 +244,6 @@ def _verified(
     attrs |= _judgement(checked.assign_attrs(attrs), surrogate, good, sampled)
     checked = checked.assign_attrs(attrs)
     verified = replace(surrogate, verification=checked)
-    if claim is not None and not BandRecord.read(surrogate.diagnostics).judged_by:
-        return verified
     return judged(verified, (xi[good], eta[good], F), missed, points.weight[good])
 
 

@@ -46,37 +46,11 @@ def has_probability(surrogate: AnySurrogate) -> bool:
 
 
 def _decided(
-    probabilities: Callable[..., xr.Dataset],
-    limits: Sequence[Requirement],
-    criterion: type,
-    judge: Mapping[str, Any] | None,
-    name: str,
-    *,
-    more: int = 4,
-) -> xr.Dataset:
-    """Return probabilities, of which runs of the model decide about those with a criterion.
-
-    Where the interval of one, which has this name, holds what is allowed, so many times `more` runs
-    are made.
-    """
-    allowed = {
-        limit: each.criterion.at_most
-        for limit, each in by_name(limits).items()
-        if isinstance(each.criterion, Probability | ShareOfParts)
-        and type(each.criterion) is criterion
-    }
-    if not allowed or not judge:
-        return probabilities()
-    runs = dict.fromkeys(allowed, RUNS)
-    result = probabilities(**judge, decided=runs)
-    ends = [result[f"{name}_{end}"] for end in ("low", "high")]
-    low, high = (end.isel(bound=-1) if "bound" in end.dims else end for end in ends)
-    undecided = {
-        limit: more * RUNS
-        for limit, most in allowed.items()
-        if float(low.sel(limit=limit)) <= most < float(high.sel(limit=limit))
-    }
-    return probabilities(**judge, decided=runs | undecided) if undecided else result
+    limits: Sequence[Requirement], criterion: type, judge: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """Return the arguments of probabilities of which runs decide about those with a criterion."""
+    names = [name for name, each in by_name(limits).items() if type(each.criterion) is criterion]
+    return {**judge, "decided": dict.fromkeys(names, RUNS)} if names and judge else {}
 
 
 def check_limits_in(
@@ -110,17 +84,11 @@ def check_limits_in(
     if written:
         try_write(lambda: write_netcdf(margins, answer_file(folder, "limits")))
     if production is None and has_probability(surrogate):
-
-        def probabilities(**how: Any) -> xr.Dataset:
-            return limit_probabilities(surrogate, limits, **options, **how)
-
-        probability = _decided(probabilities, limits, Probability, judge, "between_times")
+        by_runs = _decided(limits, Probability, judge)
+        probability = limit_probabilities(surrogate, limits, **options, **by_runs)
     if scatter and production is None:
-
-        def shares(**how: Any) -> xr.Dataset:
-            return production_of(surrogate, limits, scatter, **options, **how)
-
-        production = _decided(shares, limits, ShareOfParts, judge, "failing")
+        by_runs = _decided(limits, ShareOfParts, judge)
+        production = production_of(surrogate, limits, scatter, **options, **by_runs)
     for name, answer in (("probability", probability), ("yield", production)):
         file = answer_file(folder, name)
         if written and answer is not None:

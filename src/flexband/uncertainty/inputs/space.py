@@ -270,10 +270,10 @@ def check_names(response: ResponseFunction, inputs: GivenInputs) -> None:
         raise InputError(f"inputs must name at least one uncertain input; got {shown(inputs)}")
     names = space.arguments
     if isinstance(response, np.ufunc):
-        own = response.__name__
+        ufunc, arguments = response.__name__, ", ".join(names)
         raise InputError(
-            f"response must take every input by name; numpy.{own} takes them by position: write "
-            f"lambda {', '.join(names)}: np.{own}({', '.join(names)})"
+            f"response must take every input by name; numpy.{ufunc} takes them by position: write "
+            f"lambda {arguments}: np.{ufunc}({arguments})"
         )
     try:
         parameters = inspect.signature(response).parameters.values()

@@ -177,22 +177,24 @@ def same_expansions(
     first: Surrogate | SurrogateOfChoices, second: Surrogate | SurrogateOfChoices
 ) -> bool:
     """Return whether surrogates have the same inputs and values, whatever judges them."""
-    both = [
-        each.surrogates if isinstance(each, SurrogateOfChoices) else {"": each}
-        for each in (first, second)
-    ]
-    if both[0].keys() != both[1].keys():
+    cases_of_first, cases_of_second = (
+        surrogate.surrogates if isinstance(surrogate, SurrogateOfChoices) else {"": surrogate}
+        for surrogate in (first, second)
+    )
+    if cases_of_first.keys() != cases_of_second.keys():
         return False
-    for label, one in both[0].items():
-        alone = [replace(case, held_out=None, verification=None) for case in (one, both[1][label])]
-        (about, arrays), (other_about, others) = map(_record, alone)
-        expanded = {name for name in {*arrays, *others} if name.startswith("expansions/")}
-        if about["inputs"] != other_about["inputs"] or not all(
-            name in arrays and name in others and np.array_equal(arrays[name], others[name])
-            for name in expanded
-        ):
-            return False
-    return True
+    pairs = ((case, cases_of_second[label]) for label, case in cases_of_first.items())
+    return all(_same_expansions(*pair) for pair in pairs)
+
+
+def _same_expansions(first: Surrogate, second: Surrogate) -> bool:
+    unjudged = (replace(case, held_out=None, verification=None) for case in (first, second))
+    (about, arrays), (other_about, other_arrays) = map(_record, unjudged)
+    names = {name for name in {*arrays, *other_arrays} if name.startswith("expansions/")}
+    return about["inputs"] == other_about["inputs"] and all(
+        name in arrays and name in other_arrays and np.array_equal(arrays[name], other_arrays[name])
+        for name in names
+    )
 
 
 def _path(file: str | PathLike[str]) -> Path:

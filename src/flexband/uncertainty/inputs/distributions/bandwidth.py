@@ -6,24 +6,19 @@ import numpy as np
 from scipy.fft import dct
 from scipy.optimize import brentq
 
-BINS = 1024
-"""Bins of the histogram from which the bandwidth is found."""
 
-PART = 0.6
-"""Bandwidth in parts of that with the least mean square error of the density, which is too wide for
-kernels that are wider where values are rare."""
-
-
-def bandwidth(values: np.ndarray) -> float:
+def bandwidth(values: np.ndarray, *, part: float = 0.6) -> float:
     """Return the standard deviation of kernels around sorted values, (n,), that differ.
 
-    It is the smaller one of Silverman's rule, which takes the values for one group, and `PART` of
-    that of Botev, Grotowski and Kroese (2010), which assumes no distribution.
+    It is the smaller one of Silverman's rule, which takes the values for one group, and `part` of
+    that of Botev, Grotowski and Kroese (2010), which assumes no distribution. All of that, with the
+    least mean square error of the density, is too wide for kernels that are wider where values are
+    rare.
     """
     std, quartiles = values.std(ddof=1), np.ptp(np.quantile(values, [0.25, 0.75])) / 1.34
     silverman = 0.9 * min(std, quartiles or std) * len(values) ** -0.2
     by_diffusion = _by_diffusion(_spread(values))
-    return min(silverman, PART * by_diffusion) if np.isfinite(by_diffusion) else silverman
+    return min(silverman, part * by_diffusion) if np.isfinite(by_diffusion) else silverman
 
 
 def resolution(values: np.ndarray, *, share: float = 0.25) -> float:
@@ -71,11 +66,11 @@ def _by_diffusion(values: np.ndarray) -> float:
     The integrals of squared derivatives of the density follow from each other, and close at the
     seventh: equation numbers are those of Botev, Grotowski and Kroese (2010).
     """
-    highest, length = 7, 2 * np.ptp(values)
+    highest, bins, length = 7, 1024, 2 * np.ptp(values)
     start = values.min() - length / 4
-    histogram = np.histogram(values, BINS, (start, start + length))[0] / len(values)
+    histogram = np.histogram(values, bins, (start, start + length))[0] / len(values)
     squares = (np.asarray(dct(histogram))[1:] / 2) ** 2
-    frequencies, count = np.arange(1.0, BINS) ** 2, len(np.unique(values))
+    frequencies, count = np.arange(1.0, bins) ** 2, len(np.unique(values))
 
     def norm(order: int, t: float) -> float:
         """Return ‖f⁽ˢ⁾‖² of the density that has been smoothed for a time t."""

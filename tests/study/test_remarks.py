@@ -1,6 +1,7 @@
 """What runs warn of is kept with the runs, in every result, on the screen and on the page."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import flexband as fb
+from flexband.analysis.results import remarks_on
 from flexband.cli import app
 from flexband.remarks.collection import CollectedRemark, collected, remarks_of
 from flexband.remarks.remark import Doubted, Remark, RemarkKind
@@ -197,3 +199,27 @@ def test_the_worst_of_a_topic_stands_for_it():
     assert collected(several[::-1])[1].worst.text == "0.3"
     again = [CollectedRemark.from_json(one.as_json()) for one in worst]
     assert [one.as_json() for one in again] == [one.as_json() for one in worst]
+
+
+def test_a_remark_on_a_whole_call_is_one_on_each_of_its_runs(tmp_path):
+    remark = Remark(RemarkKind.ADVICE, "what is remarked")
+    inputs, method = {"a": fb.Interval(0.0, 1.0)}, fb.PCCI(0, 2)
+    with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
+        bands = fb.propagate(response_with(remark), inputs, method, store=tmp_path)
+    (whole,) = remarks_of(bands.attrs)
+    assert whole.runs == bands.attrs["runs"] - bands.attrs["runs_repeated"] > 1
+
+
+def test_an_error_of_the_step_that_the_bands_include_counts_once():
+    """It undecides a margin that is smaller, unless it is part of the expected error already."""
+    remark = Remark(RemarkKind.COARSE_STEP, "a coarse step", error=0.5)
+    with pytest.warns(fb.errors.FlexbandWarning, match="what is remarked"):
+        surrogate = fb.expand(response_with(remark), {"a": fb.Interval(0, 1)}, fb.AdaptivePCCI())
+    errors = surrogate.diagnostics["error_bar_expected_error"]
+    included = replace(
+        surrogate,
+        diagnostics=surrogate.diagnostics.assign(error_bar_discretization_error=errors),
+    )
+    for case, error in ((surrogate, 0.5), (included, 0.0)):
+        (each,) = remarks_on(case)
+        assert each.worst.error == error

@@ -165,7 +165,7 @@ def corrected(
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
     scatter = options.widened * known.expected(u)[1]
     size = float(np.std(least(u)))
-    scatter = np.maximum(scatter, options.min_scatter * size)
+    scatter = np.maximum(scatter, options.min_scatter * size + 1e-300)
     which, values = _drawn(h / scatter, w, remaining, rng, options)
     run_margins = least_of_runs(u[which])
     differences = (run_margins < 0).astype(float) - inside[which]
@@ -173,26 +173,42 @@ def corrected(
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
     if np.all(np.abs(run_margins - h[which]) <= options.negligible * size):
         usual = [0.0, 0.0]  # the surrogate is exact near the limit
-    repeats, ends = options.repeats, np.empty(2)
-    of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
-    rest = rng.standard_gamma(len(which) - len(z), repeats)
-    for k, (one_more, part) in enumerate(((-usual[1], 0.025), (usual[0], 0.975))):
-        sizes = np.append(z, one_more)
-        parts = rng.standard_exponential((repeats, len(sizes)))
-        moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
-        ends[k] = np.quantile(moved * of_base, part)
-    low, high = ends
+    low, high = _ends(base, error, z, len(which), usual, rng, options)
     if importance.uneven(w[inside], len(w)):
         low, high = low / importance.rough_factor, high * importance.rough_factor
     high += near.probability * (not len(near.u))
     low, high = (min(1.0, max(0.0, float(end))) for end in (low, high))
     low *= bool(base or len(z))  # nothing was found that leaves the limit
     wider = scatter * np.sqrt(np.mean(((run_margins - h[which]) / scatter[which]) ** 2))
-    if np.median(wider / scatter) > options.max_misfit:  # margins scatter more than was learnt
+    if np.any(wider > options.max_misfit * scatter):  # margins scatter more than was learnt
         low = min(low, float(np.mean(w * (h < -2 * wider))))
         high = max(high, float(np.mean(w * ndtr(-h / wider))))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
     return Correction(probability, low, high, model.runs, len(z), noise)
+
+
+def _ends(
+    base: float,
+    error: float,
+    z: np.ndarray,
+    count: int,
+    usual: list[float],
+    rng: np.random.Generator,
+    options: CorrectionOptions,
+) -> np.ndarray:
+    """Return the ends of the Bayesian bootstrap's interval, with one more disagreement each.
+
+    Of `count` runs, those that disagree count z; `usual` are the sizes outside and inside.
+    """
+    repeats, ends = options.repeats, np.empty(2)
+    of_base = np.exp(error / base * rng.standard_normal(repeats)) if base else np.ones(repeats)
+    rest = rng.standard_gamma(count - len(z), repeats)
+    for k, (one_more, part) in enumerate(((-usual[1], 0.025), (usual[0], 0.975))):
+        sizes = np.append(z, one_more)
+        parts = rng.standard_exponential((repeats, len(sizes)))
+        moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
+        ends[k] = np.quantile(moved * of_base, part)
+    return ends
 
 
 def _samples(
@@ -231,7 +247,7 @@ def _drawn(
     chance = np.sqrt(ndtr(-np.abs(t)))
     chance = np.where(t < 0, np.maximum(chance, options.min_chance_beyond), chance)
     anywhere = options.anywhere_share * np.mean(weights * chance) / np.mean(weights)
-    chance = np.maximum(chance, anywhere)
+    chance = np.maximum(chance, max(float(anywhere), 1e-100))  # all may be far from the limit
     order = np.argsort(t, kind="stable")
     ends = np.cumsum((weights * chance)[order])
     at = (np.arange(count) + rng.random()) / count * ends[-1]

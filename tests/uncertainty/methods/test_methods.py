@@ -252,7 +252,7 @@ def test_bands_do_not_depend_on_the_batch():
         ),
         (
             lambda: fb.propagate(np.log, {"x": fb.Interval(0, 1)}, fb.PCCI(1, 1)),
-            "inputs name x",
+            "takes them by position",
         ),
         (
             lambda: fb.propagate(lambda x: 1 / x, {"x": fb.Interval(-1, 1)}, fb.PCCI(0, 2)),

@@ -255,8 +255,7 @@ def _beyond_samples(surrogates: Mapping[str, Surrogate], result: xr.Dataset) -> 
     rarest = float(largest.where(result["between_times_high"].isel(bound=-1) > 0).min())
     inputs = dict(pair for case in surrogates.values() for pair in case.space.inputs.items())
     return [
-        f"Probabilities below 1/{len(given.values)} rest on the smoothing of {name}, which is "
-        f"known from {len(given.values)} values"
+        f"Probabilities below 1/{len(given.values)} rest on the smoothing of {name}, {given!r}"
         for name, given in inputs.items()
         if isinstance(given, Samples) and rarest < 1 / len(given.values)
     ]

@@ -150,7 +150,9 @@ def share_in_words(production: xr.Dataset, what: str = "it") -> str:
         return "no yield, since the accuracy target was missed; runs of the model correct it"
     confidence = f"{100 * production.attrs.get('confidence', 0.95):g} % confidence"
     sure = f" ({confidence}: {interval})" if interval else ""
-    return f"{share} of the parts meet {what}{sure}"
+    runs = int(production["runs"]) if "runs" in production else 0
+    corrected = f", corrected with {number_of(runs, 'run')} of the model" if runs else ""
+    return f"{share} of the parts meet {what}{sure}{corrected}"
 
 
 def share_and_interval(production: xr.Dataset) -> tuple[str, str]:

@@ -76,6 +76,8 @@ def production_yield(
         production = fb.production_yield(surrogate, requirements, spread, **options)
     of_study = not (below or above or only or scatter)
     remarks = [f"Scatter: {production.attrs['scatter']}", RANDOM_SAMPLES]
+    if runs:
+        remarks.append(f"Runs of the model that correct it: {int(production['runs'].max())}")
     if doubt := AnswerRecord.read(production).surrogate_not_reliable:
         remarks.append(str(doubt))
     return CommandOutput(

@@ -35,9 +35,9 @@ class CorrectionOptions:
     """How runs of the model correct a probability."""
 
     farthest: float = 3.5
-    """Standard deviations to which these are spread."""
+    """Standard deviations to which runs are spread that learn before the search for η."""
     vertex_share: float = 0.5
-    """Part of these that are at vertices of the intervals."""
+    """Part of such runs that are at vertices of the intervals."""
     learning_part: int = 8
     """Runs per run of a round that learns what is missed."""
     min_rounds: int = 2

@@ -119,11 +119,12 @@ def rare_at(
     eta: np.ndarray,
     n: int,
     rng: np.random.Generator,
+    count: int | None = None,
     *,
     options: EndOptions = EndOptions(),
 ) -> Rare:
-    """Return rare samples of n variables u at one η."""
-    return rare(partial(state.least, eta=eta), n, rng, options=options.importance.subset)
+    """Return rare samples of n variables u at one η; `count` is that of a level."""
+    return rare(partial(state.least, eta=eta), n, rng, count, options=options.importance.subset)
 
 
 @dataclass(frozen=True)
@@ -146,8 +147,7 @@ class _EndSearch:
 
     def rare(self, state: LimitState, eta: np.ndarray, count: int | None = None) -> Rare:
         """Return rare samples at one η."""
-        least, subset = partial(state.least, eta=eta), self.options.importance.subset
-        return rare(least, self.n, self.rng, count, options=subset)
+        return rare_at(state, eta, self.n, self.rng, count, options=self.options)
 
     def mixture(self, groups: Iterable[np.ndarray]) -> Mixture:
         """Return a mixture around several groups of rare samples, in equal parts."""

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.honesty import formulas, hidden, ringing
+from benchmarks.honesty import bends, formulas, hidden, ringing
 from benchmarks.honesty import inputs as by_inputs
 from benchmarks.honesty import kinks as kinked
 from benchmarks.honesty.problems import Case, Problem, case
@@ -89,6 +89,9 @@ FAMILIES: dict[str, Family] = {
     **{name: _chosen(make) for name, make in CHOSEN.items()},
     **{name: partial(stepped, makers) for name, makers in STEPPED.items()},
     **{name: _mechanism(kind) for name, kind in KINDS.items()},
+    "bent": bends.bent,
+    "swinging": bends.swinging,
+    "stiffening": bends.stiffening,
 }
 
 

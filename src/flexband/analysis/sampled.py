@@ -23,8 +23,8 @@ from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.integration.rules import scan_points
 from flexband.uncertainty.phases.layout import PartColumns
-from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.terms import PartTerms
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 

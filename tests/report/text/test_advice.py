@@ -19,6 +19,11 @@ RINGING = {"ringing_output": ["F"], "ringing_frequency": [41.8], "ringing_share"
 REFUTED = xr.Dataset(attrs={"confirmed": "no"})
 CASES = {
     "budget": ({}, [Shortfall.BUDGET], "NOT met: allow more runs"),
+    "integration": (
+        {"integration_error": 0.05},
+        [Shortfall.INTEGRATION],
+        "NOT met: most is due to the integration of the moments",
+    ),
     "kinks": (
         {"orders_used": ["a (9)"], "advice": "more runs hardly help"},
         [Shortfall.KINKS],

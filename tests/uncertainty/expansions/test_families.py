@@ -12,7 +12,7 @@ from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE, mean_squ
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.methods.scanning import Scanning
 from flexband.uncertainty.phases import terms
-from flexband.uncertainty.phases.rules import sobol_normal
+from flexband.uncertainty.phases.integration.rules import sobol_normal
 from tests.uncertainty.phases.test_phases import surrogate
 
 FAMILIES = pytest.mark.parametrize("family", [HERMITE, LEGENDRE], ids=lambda one: one.name)

@@ -17,7 +17,7 @@ from flexband.uncertainty.expansions.families import HERMITE, transform
 from flexband.uncertainty.expansions.sequences import GENZ_KEISTER, PATTERSON
 from flexband.uncertainty.inputs.distributions.bandwidth import bandwidth
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
-from flexband.uncertainty.phases.rules import rule
+from flexband.uncertainty.phases.integration.rules import rule
 
 DATA = np.random.default_rng(5).gamma(6.0, 0.5, 60)
 KINDS = {

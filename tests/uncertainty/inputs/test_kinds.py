@@ -7,7 +7,7 @@ import xarray as xr
 import flexband as fb
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
 from flexband.uncertainty.expansions.hybrid import tensor_points
-from flexband.uncertainty.phases.rules import resolving_rule
+from flexband.uncertainty.phases.integration.rules import PhaseChange, resolving_rule
 
 TIMES = np.linspace(0.0, 8.0, 161)
 SPREAD = 0.02
@@ -151,4 +151,5 @@ def test_points_of_forty_variables():
 def test_a_rule_in_forty_variables_is_too_large():
     orders, reach = np.full(40, np.int64(3)), np.full(40, 0.1)
     for family in (HERMITE, LEGENDRE):
-        assert resolving_rule([family] * 40, orders, reach, np.ones((1, 40))) is None
+        change = PhaseChange([family] * 40, orders, reach, np.ones((1, 40)))
+        assert resolving_rule(change) is None

@@ -19,9 +19,9 @@ from flexband.uncertainty.phases import terms
 from flexband.uncertainty.phases.carriers import split, track
 from flexband.uncertainty.phases.decomposition import decompose
 from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.integration.rules import PhaseChange, axis_rule, scan_points
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
-from flexband.uncertainty.phases.rules import axis_rule, scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.trigonometry import cos_and_sin
 
@@ -285,7 +285,7 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
 @pytest.mark.parametrize("others", [HERMITE, LEGENDRE])
 def test_a_rule_along_axes_has_exact_expectations_of_a_wave(others):
     families, slope = (HERMITE, others, others), np.array([2.0, 0.15, 0.1])
-    xi, weights = axis_rule(families, np.array([2, 2, 2]), slope, slope[None] * (others == HERMITE))
+    xi, weights = axis_rule(PhaseChange(families, np.array([2, 2, 2]), slope, slope[None]))
     assert len(weights) < 600
     assert weights.sum() == pytest.approx(1.0)
     own = np.exp(-(slope**2) / 2) if others == HERMITE else np.sinc(slope / np.pi)

@@ -11,7 +11,7 @@ from flexband.report.text.numbers import number, percent
 from flexband.study.results.shortfall import Shortfall, shortfalls
 from flexband.study.start_vibrations import of_attributes
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.unconverged import why_not_finer
+from flexband.uncertainty.surrogates.unconverged import INTEGRATION, why_not_finer
 from flexband.words import number_of
 
 
@@ -89,6 +89,7 @@ SENTENCES: dict[Shortfall, Callable[[Attributes], str]] = {
     Shortfall.SIGMAS: _of_sigmas,
     Shortfall.KINKS: _of_expansion,
     Shortfall.BUDGET: _of_expansion,
+    Shortfall.INTEGRATION: lambda attrs: f"{_unmet(attrs)} NOT met: most is due to {INTEGRATION}",
     Shortfall.STEP: lambda attrs: _of_discretization(attrs, "a shorter step"),
     Shortfall.ELEMENTS: lambda attrs: _of_discretization(attrs, "more elements"),
     Shortfall.RARE_EFFECTS: _of_rare_effects,

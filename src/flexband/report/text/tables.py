@@ -290,6 +290,10 @@ def remarks(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[str]:
         lines += [
             f"At single times it may be up to {worst}" for worst in [worst_time(bands)] if worst
         ]
+        if record.integration_error > 0.1 * (record.expansion_error or 0.0):
+            lines.append(
+                f"Of this, the integration of the moments: {percent(record.integration_error)}"
+            )
         if len(record.refined):
             parts = {name: bands.attrs[f"{name}_error"] for name in record.refined}
             errors = ", ".join(f"{name} {percent(error)}" for name, error in parts.items())

@@ -24,6 +24,8 @@ class Shortfall(StrEnum):
     KINKS = "kinks"
     """The highest orders are in use, as where a response jumps or has a corner."""
     BUDGET = "budget"
+    INTEGRATION = "integration"
+    """Moments that no affordable rule integrates."""
     STEP = "step"
     ELEMENTS = "elements"
     RARE_EFFECTS = "rare-effects"
@@ -60,8 +62,10 @@ def shortfalls(bands: xr.Dataset, checked: xr.Dataset | None = None) -> list[Sho
     if start_vibrations_of(bands.attrs) and (of_expansion or of_discretization):
         reasons.append(Shortfall.RINGING)
     elif of_expansion:
+        integrated = record.integration_error > (record.expansion_error or 0.0) / 2
         kinks = record.stop_reason == StopReason.ORDERS_USED or record.orders_used is not None
-        reasons.append(Shortfall.KINKS if kinks else Shortfall.BUDGET)
+        of_values = Shortfall.KINKS if kinks else Shortfall.BUDGET
+        reasons.append(Shortfall.INTEGRATION if integrated else of_values)
     if of_discretization:
         worst = max(record.refined, key=lambda name: bands.attrs[f"{name}_error"])
         reasons.append(Shortfall.ELEMENTS if worst == "elements" else Shortfall.STEP)

@@ -10,7 +10,13 @@ import numpy as np
 
 from flexband.rounding import ROUNDING, Units
 from flexband.uncertainty.adaptive.choice import BestFits
-from flexband.uncertainty.expansions.expansion import Expansion, Extremes, extremes_of, joined
+from flexband.uncertainty.expansions.expansion import (
+    SIGMAS,
+    Expansion,
+    Extremes,
+    extremes_of,
+    joined,
+)
 from flexband.uncertainty.expansions.families import Family
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.diagnostics import (
@@ -68,6 +74,32 @@ class ExpectedError:
         moments = [expansion.moments(eta) for expansion in self.expansions]
         mean, std = (joined(self.expansions, values, 1) for values in zip(*moments, strict=True))
         return mean, std
+
+    @cached_property
+    def of_integration(self) -> np.ndarray:
+        """The error of mean and error bar since moments are integrated, (2, outputs, times).
+
+        It is known at some of the times; others have the largest of the nearest three of these.
+        """
+        errors = [
+            expansion.integration_error(
+                [
+                    Extremes(e.values[:, expansion.outputs], e.places[:, expansion.outputs])
+                    for e in self.extremes
+                ],
+                SIGMAS,
+            )
+            for expansion in self.expansions
+        ]
+        d = joined(self.expansions, errors, 2)
+        both = np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
+        order = np.argsort(self.times)
+        edges = [(0, 0)] * 2 + [(1, 1)]
+        around = np.pad(both[..., order], edges, mode="edge")
+        largest = np.maximum(np.maximum(around[..., :-2], around[..., 1:-1]), around[..., 2:])
+        at = np.arange(self.values.shape[-1])
+        nearest = np.abs(at[:, None] - self.times[order]).argmin(axis=1)
+        return largest[..., nearest]
 
     @cached_property
     def expansions(self) -> list[Expansion]:

@@ -26,7 +26,7 @@ from flexband.uncertainty.surrogates.diagnostics import diagnostics, share, trus
 from flexband.uncertainty.surrogates.held_out import HeldOut
 from flexband.uncertainty.surrogates.sigmas import growth
 from flexband.uncertainty.surrogates.surrogate import Surrogate
-from flexband.uncertainty.surrogates.unconverged import in_words, why_not_finer
+from flexband.uncertainty.surrogates.unconverged import INTEGRATION, in_words, why_not_finer
 from flexband.uncertainty.surrogates.verdicts import in_percent
 from flexband.words import number_of
 
@@ -92,13 +92,15 @@ def judged(
     finer_runs : number of runs on finer discretizations.
     """
     choice, finer = error.choice, {name: part.error for name, part in corrections.items()}
-    parts = {"expansion": np.maximum(of_expansion, error.steps)}
+    integration = error.of_integration
+    parts = {"expansion": np.maximum(of_expansion, error.steps) + integration}
+    told = {"integration": integration} if choice.carriers.any() else {}
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
     trusted, relative = trust(labels, error.missed), error.of_outputs(total)
     dataset = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
-    for name, errors in parts.items():
+    for name, errors in (parts | told).items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
             dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     numbers = evaluate.description.discretization
@@ -106,7 +108,7 @@ def judged(
         {"discretization_error": "not estimated"}
         | {
             f"{name}_error": error.relative(band_errors)
-            for name, band_errors in (finer | parts).items()
+            for name, band_errors in (finer | parts | told).items()
         },
         expected_error=error.relative(total),
         runs_refined=finer_runs,
@@ -160,6 +162,8 @@ def advice(course: Adaptation, stopped: StopReason) -> str:
 
 def what_helps(attrs: Mapping[str, Any]) -> str:
     """Return what helps against the larger part of an error, expansion's or discretization's."""
+    if attrs.get("integration_error", 0.0) > attrs["expansion_error"] / 2:
+        return f"most of it is due to {INTEGRATION}"
     of_discretization = attrs["refined"] and (
         attrs["discretization_error"] > attrs["expansion_error"] or in_words(attrs)
     )

@@ -47,6 +47,9 @@ class DirectExpansion:
         places = [e.places.reshape(*v.shape, -1) for e, v in zip(bounds, values, strict=True)]
         return list(map(Extremes, values, places))
 
+    def integration_error(self, bounds: Sequence[Extremes], sigmas: Sequence[float]) -> np.ndarray:
+        return np.zeros((len(sigmas), *bounds[0].values.shape))
+
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> DirectExpansion:
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))

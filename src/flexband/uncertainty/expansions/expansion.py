@@ -58,6 +58,13 @@ class Expansion(Protocol):
         """Return bounds of μ + c σ, c in `sigmas`, (2, outputs, times), and their η, (…, m)."""
         ...
 
+    def integration_error(self, bounds: Sequence[Extremes], sigmas: Sequence[float]) -> np.ndarray:
+        """Return how far bounds of each μ + c σ are off as moments are integrated numerically.
+
+        The shape is (sigmas, 2, outputs, times); zero where moments have a closed form.
+        """
+        ...
+
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
         ...

@@ -20,12 +20,13 @@ OF_BANDS = frozenset((
     "above_between", "above_between_least", "allowed", "bar_width", "below_between",
     "below_between_least", "carriers", "confirmed", "error_bar", "error_bar_at",
     "error_bar_by_choice", "error_bar_choice", "error_bar_discretization_error",
-    "error_bar_expansion_error", "mean_discretization_error",
+    "error_bar_expansion_error", "error_bar_integration_error", "mean_discretization_error",
     "error_bar_expected_error", "error_bar_lower", "error_bar_upper", "expected_error",
     "implied_error", "least_error", "mean", "mean_at", "mean_by_choice", "mean_choice",
-    "mean_expansion_error", "mean_expected_error", "missed", "missed_in_run", "missed_most_at",
-    "missed_most_in", "orders", "pointwise_error", "relative_expected_error", "run_place",
-    "run_values", "run_weight", "std", "truncation", "trusted",
+    "mean_expansion_error", "mean_expected_error", "mean_integration_error", "missed",
+    "missed_in_run", "missed_most_at", "missed_most_in", "orders", "pointwise_error",
+    "relative_expected_error", "run_place", "run_values", "run_weight", "std", "truncation",
+    "trusted",
 ))  # fmt: skip
 """Variables of bands and of what new runs tell of them, which a response cannot have either."""
 

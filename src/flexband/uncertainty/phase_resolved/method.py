@@ -99,7 +99,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(design, held, error), least)
         dataset = xr.Dataset()
-        worst = AT_ONE_TIME * np.maximum(largest_error(error, len(nodes)), least)
+        worst = np.maximum(largest_error(error, len(nodes)), least) + error.of_integration[1]
+        worst *= AT_ONE_TIME
         dataset["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
         made = fitted, held
         if self.correct:

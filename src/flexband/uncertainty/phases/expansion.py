@@ -23,11 +23,12 @@ from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.substitution import Substitution, substituted
 from flexband.uncertainty.expansions.threads import in_threads
 from flexband.uncertainty.phases.carriers import CarrierOptions
+from flexband.uncertainty.phases.integration.rules import scan_points
+from flexband.uncertainty.phases.integration.second_rule import integration_error
 from flexband.uncertainty.phases.layout import PartColumns
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
-from flexband.uncertainty.phases.rules import scan_points
 from flexband.uncertainty.phases.search import search
 from flexband.uncertainty.phases.terms import PartTerms
 
@@ -78,6 +79,9 @@ class PhaseExpansion:
 
         in_threads(solve, range(len(blocks)))
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
+
+    def integration_error(self, bounds: Sequence[Extremes], sigmas: Sequence[float]) -> np.ndarray:
+        return integration_error(PartTerms.of(self.parts, self.columns), bounds, sigmas)
 
     def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> PhaseExpansion:
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))

@@ -12,7 +12,7 @@ class MomentOptions(NamedTuple):
     # points than late ones
     max_blocks: int = 12
     min_block_times: int = 64
-    max_rule_points: int = 700  # of a rule for ξ that resolves the phase
+    max_rule_points: int = 4000  # of a rule for ξ that resolves the phase
     small_reach: float = 0.2  # phase change [rad] below which Gauss points of the density suffice
     # standard deviations up to which the trapezoidal rule extends: 6e-7 of all values are beyond.
     # Rules of the what-if panel, whose steps are others, agree with those of Python to better than
@@ -23,9 +23,13 @@ class MomentOptions(NamedTuple):
     trapezoidal_band: float = 5.5
     # as `trapezoidal_end`, of a normal variable of which ξ is another function without bounds
     far_end: float = 6.0
-    # the slope of this function at 5 over its value there divided by 5: about two for an
-    # exponential tail
-    tail_slope: float = 2.0
+    # where slopes of phases are looked at: standard deviations along each normal variable and in
+    # some directions, and the most η and times per block. Waves farther out have e^{−12.5} of the
+    # whole
+    slope_distances: tuple[float, ...] = (1.25, 2.5, 3.75, 5.0)
+    slope_directions: int = 32
+    max_slope_places: int = 9
+    max_slope_times: int = 6
     axis_points: int = 5  # of an axis, in Filon's quadrature: the first of a nested sequence
     plane_points: int = 3  # of an axis in a plane
     max_paired_axes: int = 20  # up to so many, all pairs are integrated along saddles: 800 points
@@ -60,5 +64,18 @@ class PhaseSearchOptions(NamedTuple):
     min_relative_gain: float = 1e-9
 
 
-MOMENTS, SEARCH = MomentOptions(), PhaseSearchOptions()
+class SecondRuleOptions(NamedTuple):
+    """The rule by which integrated moments are judged."""
+
+    fineness: float = 1.25  # how much denser, and farther into the tails, than the rule in use
+    evaluations: int = 4_000_000  # most points ξ times η times outputs times times
+    least_points: int = 16_000  # of a product rule that always is affordable
+    least_times: int = 12  # at which moments are judged
+    places: int = 4  # η between those of bounds
+    # points ξ in each of several samples, where a product rule has too many
+    samples: int = 8192
+    repetitions: int = 4
+
+
+MOMENTS, SEARCH, SECOND_RULE = MomentOptions(), PhaseSearchOptions(), SecondRuleOptions()
 """Numba takes the fields of global tuples as constants."""

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
-from flexband.uncertainty.expansions.families import HERMITE, Family
+from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.phases.filon import Grid, by_axes
+from flexband.uncertainty.inputs.sampling import of_normals
+from flexband.uncertainty.phases.integration.filon import Grid, by_axes
+from flexband.uncertainty.phases.integration.rules import (
+    PhaseChange,
+    Rule,
+    resolving_rule,
+    saddle_rule,
+    sobol_normal,
+)
+from flexband.uncertainty.phases.integration.saddles import by_saddles
 from flexband.uncertainty.phases.layout import MomentColumns, PartColumns, turning_parts
 from flexband.uncertainty.phases.moments import Sections, by_points, without_turning
 from flexband.uncertainty.phases.options import MOMENTS
-from flexband.uncertainty.phases.rules import Rule, resolving_rule, saddle_rule, sobol_normal
-from flexband.uncertainty.phases.saddles import by_saddles
 
 
 @dataclass(frozen=True)
@@ -94,6 +101,29 @@ class PartTerms:
         reach = self.reach()[self.interval_dimension :]
         return np.where(self.normal, reach, self.reach(self.random_orders.T * beyond))
 
+    def slopes(self) -> np.ndarray:
+        """Return ∂φ/∂x, (values, n), where ξ is a function of a standard normal variable x.
+
+        These are values at some times and η, at x along each axis and in some directions.
+        """
+        n, m = len(self.normal), self.interval_dimension
+        step = 1e-4
+        x = _far_normals(n)
+        eta = corners(m)
+        times = np.unique(np.linspace(0, len(self.phases) - 1, MOMENTS.max_slope_times).astype(int))
+        expansion = self.expansion
+        sections = expansion.chebyshev(eta)[:, expansion.i]  # (η, terms)
+        phases = np.einsum("ek,tkc->ketc", sections, self.phases[times]).reshape(
+            len(self.phases[0]), -1
+        )
+        slopes = np.zeros((len(x), phases.shape[1], n))
+        for v, shift in enumerate(step * np.eye(n)):
+            ends = [
+                expansion.orthogonal(of_normals(x + s * shift, expansion.families)) for s in (1, -1)
+            ]
+            slopes[:, :, v] = ((ends[0] - ends[1]) / (2 * step))[:, expansion.j] @ phases
+        return slopes.reshape(len(x) * phases.shape[1], n)
+
     def slope(self) -> np.ndarray:
         """Return ∂φ/∂ξ at ξ = η = 0, shape (times, carriers, n)."""
         first = (self.expansion.index.sum(axis=1) == 1)[:, None] * self.random_orders
@@ -118,10 +148,11 @@ class PartTerms:
                 return False
         return True
 
-    def over_random(self) -> tuple[tuple[Family, ...], np.ndarray, np.ndarray, np.ndarray]:
-        """Return families, orders, phase changes and slopes over ξ, which rules are made for."""
+    @cached_property
+    def over_random(self) -> PhaseChange:
+        """What phases do over ξ, of which rules are made."""
         orders = self.orders[self.interval_dimension :]
-        return self.expansion.families, orders, self.turns(), np.concatenate(self.slope())
+        return PhaseChange(self.expansion.families, orders, self.turns(), self.slopes())
 
     def table(self, eta: np.ndarray, rule: Rule | None = None) -> np.ndarray:
         """Return the smooth moments at η of shape (points, m), shape (times, points, width).
@@ -129,7 +160,7 @@ class PartTerms:
         The rule has points ξ and weights of expectations; by default it is the best that is
         affordable.
         """
-        m, expansion = self.interval_dimension, self.expansion
+        expansion = self.expansion
         families, norms = expansion.families, expansion.norms
         table = np.empty((len(self.coefficients), len(eta), self.moments.width))
         phi = np.ascontiguousarray(expansion.chebyshev(eta))  # loops are compiled for one layout
@@ -139,7 +170,7 @@ class PartTerms:
         if rule is None and self.saturated:
             without_turning(sections, norms, *filled)
             return table
-        rule = rule or resolving_rule(*self.over_random())
+        rule = rule or resolving_rule(self.over_random)
         if rule is not None:
             xi, weights = rule
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
@@ -149,7 +180,24 @@ class PartTerms:
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
             by_saddles(sections, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
-            grid = Grid.of(families, self.orders[m:], self.turns())
+            grid = Grid.of(self.over_random)
             psi = grid.values(index)
             by_axes(sections, index, norms, grid, psi, *filled)
         return table
+
+
+@cache
+def _far_normals(n: int) -> np.ndarray:
+    """Return standard normal variables along each axis and in some directions, (points, n)."""
+    directions = sobol_normal(n, MOMENTS.slope_directions) if n > 1 else np.zeros((0, n))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    lines = np.concatenate([np.eye(n), -np.eye(n), directions])
+    points = [distance * lines for distance in MOMENTS.slope_distances]
+    return np.concatenate([np.zeros((1, n)), *points])
+
+
+@cache
+def corners(m: int) -> np.ndarray:
+    """Return the middle of a box and corners, (places, m)."""
+    corners = np.array(list(itertools.islice(itertools.product((-1.0, 1.0), repeat=m), 256)))
+    return np.concatenate([np.zeros((1, m)), corners[: MOMENTS.max_slope_places - 1]])

@@ -54,6 +54,7 @@ class BandRecord(AttributeRecord):
     tolerance, expected_error : in parts of the error bar's width; None without one.
     expected_error_of_runs : that of the intervals that were run, where these are narrowed.
     expansion_error, discretization_error : its parts; a text says if one is not estimated.
+    integration_error : what the integration of the moments adds to the expansion's.
     refined, halved : what was made finer: to estimate its error, and to reduce it.
     corrected, not_trusted, not_refined, advice, largest_miss, remark : texts, "" without one.
     impacts : whether bodies may hit each other.
@@ -81,6 +82,7 @@ class BandRecord(AttributeRecord):
     expected_error_of_runs: float | None = None
     expansion_error: float | None = None
     discretization_error: float = 0.0
+    integration_error: float = 0.0
     refined: Sequence[str] = ()
     halved: Sequence[str] | None = None
     corrected: str = ""
@@ -176,6 +178,8 @@ LONG_NAMES = {
     "relative_expected_error": "estimated error{averaged}, in parts of the error bar's width",
     "mean_expansion_error": "error that is due to the expansion",
     "error_bar_expansion_error": "error that is due to the expansion",
+    "mean_integration_error": "error that is due to the integration of the moments",
+    "error_bar_integration_error": "error that is due to the integration of the moments",
     "mean_discretization_error": "error that is due to step and elements",
     "error_bar_discretization_error": "error that is due to step and elements",
     "carriers": "number of carriers",

@@ -35,11 +35,11 @@ def narrowed_diagnostics(
 ) -> xr.Dataset:
     """Return the diagnostics of a surrogate for a part of its inputs, from those of the whole.
 
-    Without held-out runs, and of the discretization, errors are those of the whole: in a part they
-    are hardly more. `values` are those of the surrogate at the runs that judge the part.
+    Without held-out runs, and of discretization and integration, errors are those of the whole: in
+    a part they are hardly more. `values` are those of the surrogate at the runs that judge it.
     """
     # errors as parts of the width of the bands, which are found with the bands
-    relative = ("expected_error", "expansion_error", "discretization_error")
+    relative = ("expected_error", "expansion_error", "integration_error", "discretization_error")
     diagnostics = diagnostics.drop_vars(
         ["orders", "relative_expected_error"], errors="ignore"
     ).drop_dims("variable", errors="ignore")
@@ -66,6 +66,7 @@ def narrowed_diagnostics(
     new: dict[str, xr.Variable] = {}
     for band, factor in (("mean", of_mean), ("error_bar", 1.0)):
         expansion_error = xr.Variable(labels.dims[1:], factor * error)
+        expansion_error += diagnostics.variables.get(f"{band}_integration_error", 0.0)
         finer = diagnostics.variables.get(f"{band}_discretization_error", 0.0)
         new |= {
             f"{band}_expansion_error": expansion_error,

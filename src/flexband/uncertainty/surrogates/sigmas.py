@@ -65,7 +65,12 @@ def _of_sigmas(sigmas: float, diagnostics: xr.Dataset, bar: xr.DataArray) -> xr.
     bar_diagnostics = with_relative_errors(others.assign(errors), bar)
     relative = {
         name: float(np.max(relative_errors(bar_diagnostics, name, bar)))
-        for name in ("expected_error", "expansion_error", "discretization_error")
+        for name in (
+            "expected_error",
+            "expansion_error",
+            "integration_error",
+            "discretization_error",
+        )
         if f"error_bar_{name}" in errors
         and (narrowed or isinstance(bar_diagnostics.attrs.get(name), float))
     }

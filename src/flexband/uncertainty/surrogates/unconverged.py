@@ -49,6 +49,13 @@ REMEDIES = {
     ),
     Cause.STAGNANT: (Remedy.LEAVE_OUT,),
 }
+INTEGRATION = (
+    "the integration of the moments: the phase varies by too many turns over the random inputs "
+    "for any affordable rule, and more runs do not help. A shorter duration, less scatter, or a "
+    "method without an expansion (MonteCarlo, LHSScanning) does"
+)
+"""What is missed where no rule resolves the phases, and what helps."""
+
 PREFIX = "unconverged_"
 
 

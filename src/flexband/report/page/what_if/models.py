@@ -19,16 +19,20 @@ from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
+from flexband.uncertainty.expansions.sobol import scrambled_sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
+from flexband.uncertainty.phases.integration.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders
 from flexband.uncertainty.phases.moments import mean_and_std
 from flexband.uncertainty.phases.options import SEARCH
-from flexband.uncertainty.phases.rules import Rule, axis_rule, resolving_rule
-from flexband.uncertainty.phases.terms import PartTerms
+from flexband.uncertainty.phases.terms import PartTerms, corners
 
 
 def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
-    """Return an expansion over the scale of its outputs as a tree with packed arrays."""
+    """Return an expansion over the scale of its outputs as a tree with packed arrays.
+
+    Its `error` is by how much μ ± σ of a page is off from that of the expansion, of each output.
+    """
     tree = {"outputs": expansion.outputs.tolist(), "scale": scale.tolist()}
     if isinstance(expansion, PhaseExpansion):
         return tree | _of_phases(expansion, scale)
@@ -37,7 +41,8 @@ def model(expansion: Expansion, scale: np.ndarray) -> JsonRecord:
     rows = values.coefficients.reshape(len(values.index), len(scale), -1) / scale[:, None]
     points, beside = scan(values.interval_orders)
     points = _polar(in_discs(points, values.discs), values.discs)
-    return tree | _terms(values, rows) | _scan(points, beside) | {"kind": "direct"}
+    error = {"error": [0.0] * len(scale)}
+    return tree | _terms(values, rows) | _scan(points, beside) | {"kind": "direct"} | error
 
 
 def _polar(points: np.ndarray, discs: Sequence[int]) -> np.ndarray:
@@ -52,13 +57,15 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     parts, columns = expansion.parts, expansion.columns
     terms = PartTerms.of(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
-    polynomials, eta, inverse = MomentPolynomials.of(*moment_orders([terms]))
+    smooth_moments = MomentPolynomials.of(*moment_orders([terms]))
+    polynomials, eta, inverse = smooth_moments
     rule = _rule(terms, eta, scale)
     tree = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
         "kind": "phases",
         "carriers": columns.carriers,
         "turning": terms.turning.tolist(),
         "orders": polynomials.index.tolist(),
+        "error": _difference(expansion, terms, smooth_moments, rule).tolist(),
     }
     if rule is None:
         smooth = np.moveaxis(inverse @ terms.table(eta), 0, 2)
@@ -80,6 +87,26 @@ def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     return tree | _terms(parts, rows) | packed_rules | {"polynomials": values}
 
 
+def _difference(
+    expansion: PhaseExpansion, terms: PartTerms, smooth: MomentPolynomials, rule: Rule | None
+) -> np.ndarray:
+    """Return the largest difference of μ ± σ from that of the expansion, (outputs,).
+
+    It is measured at some times, and at the middle, corners and other places of the intervals.
+    """
+    most_times, places = 40, 8
+    times = np.unique(np.linspace(0, len(terms.coefficients) - 1, most_times).astype(int))
+    few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[times]))
+    m = terms.interval_dimension
+    further = 2 * scrambled_sobol(places * (m > 0), m, seed=2) - 1
+    eta = np.concatenate([corners(m), further])
+    basis = smooth.expansion.chebyshev(eta)[:, smooth.expansion.i]
+    table = basis @ (smooth.inverse @ few.table(smooth.eta, rule))
+    own = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
+    python = np.moveaxis(np.array(expansion.of(expansion.outputs, times).moments(eta)), 3, 1)
+    return np.abs(own - python).sum(axis=0).max(axis=(0, 1))
+
+
 def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     """Return ξ and weights for the smooth moments at η, along axes if they do; or None."""
     # Largest error of moments by a rule along axes, in parts of the width of the bands, and
@@ -87,8 +114,8 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     tolerance, checked = 3e-7, 10
     # Most points times η times times at which a page may compute an output for a new scatter: 3 s
     max_evaluations = 3e7
-    families = terms.over_random()
-    if (rule := resolving_rule(*families)) is not None:
+    change = terms.over_random
+    if (rule := resolving_rule(change)) is not None:
         return rule
     every = [
         slice(0, None, max(1, -(-len(array) // checked))) for array in (terms.coefficients, eta)
@@ -96,7 +123,7 @@ def _rule(terms: PartTerms, eta: np.ndarray, scale: np.ndarray) -> Rule | None:
     few = replace(terms, coefficients=np.ascontiguousarray(terms.coefficients[every[0]]))
     known = np.array(mean_and_std(few.table(eta[every[1]]), terms.moments))
     for in_pairs in (3, 5):  # points per axis for pairs of axes
-        points, weights = axis_rule(*families, in_pairs)
+        points, weights = axis_rule(change, in_pairs)
         if len(terms.coefficients) * len(eta) * len(weights) * len(scale) > max_evaluations:
             return None
         table = few.table(eta[every[1]], (points, weights))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
@@ -9,6 +11,7 @@ from flexband.analysis.selection import AnySurrogate, surrogates_of
 from flexband.report.page.arrays import JsonRecord
 from flexband.report.page.what_if.inputs import RELATIVE, intervals_of, sizes_of
 from flexband.report.page.what_if.models import model
+from flexband.report.text.numbers import percent
 from flexband.study.presentation.display import Display
 from flexband.uncertainty.surrogates.axes import names_of_outputs
 from flexband.uncertainty.surrogates.bands import BandRecord
@@ -47,7 +50,7 @@ def what_if(
     outputs = _outputs(every[0].labels, bands)
     scale = np.array(outputs["scale"])
     outputs = _outputs(every[0].labels, display.data(bands))
-    models = [
+    models: list[JsonRecord] = [
         model(each, scale[each.outputs]) | {"scale": [outputs["scale"][k] for k in each.outputs]}
         for each in expansions
     ]
@@ -63,6 +66,7 @@ def what_if(
         name, relative = input_["name"], input_.get("of") == RELATIVE
         input_["unit"] = "" if relative else display.input_units().get(name, "")
         input_["scale"] = 1.0 if relative else display.scale(name)
+    why += _with_differences(outputs, models)
     panel = {
         "intervals": intervals,
         "sizes": sizes,
@@ -74,6 +78,24 @@ def what_if(
         **outputs,
     }
     return panel, []
+
+
+def _with_differences(outputs: JsonRecord, models: Sequence[JsonRecord]) -> list[str]:
+    """Add how far a page's bounds are from Python's to the errors; return what is to be said."""
+    visible = 1e-4  # in parts of the width
+    errors, largest = outputs["expected_error"], 0.0
+    for each in models:
+        for output, error, scale in zip(each["outputs"], each["error"], each["scale"], strict=True):
+            largest = max(largest, error)
+            if errors is not None and errors[output] is not None:
+                errors[output] += error * scale
+    if largest < visible:
+        return []
+    return [
+        f"Bounds on this page differ by up to {percent(largest)} of an error bar's largest width "
+        "from those of Python, since moments are integrated by fewer points; the expected errors "
+        "include this."
+    ]
 
 
 def _outputs(labels: xr.DataArray, bands: xr.Dataset) -> JsonRecord:

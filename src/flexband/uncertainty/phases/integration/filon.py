@@ -15,7 +15,6 @@ with five points along each axis and three by three in each plane.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -24,10 +23,9 @@ import numpy as np
 from flexband.compilation.caching import cached_on_disk
 from flexband.compilation.functions import compiled
 from flexband.uncertainty.expansions.bounds.terms import multiply, sum_of
-from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.phases.integration.rules import PhaseChange, rule
 from flexband.uncertainty.phases.moments import fill, moment_arrays, section, squares
 from flexband.uncertainty.phases.options import MOMENTS
-from flexband.uncertainty.phases.rules import rule
 
 
 class Grid(NamedTuple):
@@ -40,11 +38,15 @@ class Grid(NamedTuple):
     products: np.ndarray  # rows (v, k, u, l, point): node k of the axis v, and l of u; −1 for none
 
     @staticmethod
-    def of(families: Sequence[Family], orders: np.ndarray, reach: np.ndarray) -> Grid:
-        """Return the grid for these polynomials, highest orders, and phase changes [rad]."""
+    def of(change: PhaseChange) -> Grid:
+        """Return the grid for these families, highest orders, and changes of phases."""
+        families, orders = change.families, change.orders
         axis, plane = MOMENTS.axis_points, MOMENTS.plane_points
         n, highest = len(families), int(orders.max(initial=0))
-        rules = [rule(f, max(k, plane), a) for f, k, a in zip(families, orders, reach, strict=True)]
+        rules = [
+            rule(f, max(k, plane), a)
+            for f, k, a in zip(families, orders, change.turns, strict=True)
+        ]
         fine = np.zeros((n, max(len(x) for x, _ in rules), highest + 1))
         lagrange = np.zeros((*fine.shape[:2], axis + plane))
         nodes = np.zeros((n, axis, highest + 1))

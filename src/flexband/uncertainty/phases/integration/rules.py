@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import hermite_e
@@ -20,43 +21,66 @@ Rule = tuple[np.ndarray, np.ndarray]
 """Points ξ, (points, n), and weights of an expectation."""
 
 
+class PhaseChange(NamedTuple):
+    """What the phases of parts do over ξ, of which rules are made.
+
+    Attributes
+    ----------
+    families : of every ξ.
+    orders : the highest order in every ξ, (n,).
+    reach : how far every ξ moves a phase at most [rad], (n,); counts where ξ has bounds.
+    slopes : ∂φ/∂x at values far into the tails, (values, n), where ξ is a function of a standard
+        normal variable x; counts where ξ has no bounds.
+    """
+
+    families: Sequence[Family]
+    orders: np.ndarray
+    reach: np.ndarray
+    slopes: np.ndarray
+
+    @property
+    def turns(self) -> np.ndarray:
+        """The reach of ξ with bounds, and the largest slope of others, (n,)."""
+        bounded = np.array([family.bounded for family in self.families], dtype=bool)
+        return np.where(bounded, self.reach, np.abs(self.slopes).max(axis=0, initial=0.0))
+
+
 def resolving_rule(
-    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
+    change: PhaseChange, most: int = MOMENTS.max_rule_points, fineness: float = 1.0
 ) -> Rule | None:
-    """Return points ξ, shape (points, n), and weights of the expectation; None if too many.
+    """Return points ξ, shape (points, n), and weights of the expectation; None if above `most`.
 
     The rule is a product of rules in one variable, for normal ξ along rotated axes; a rotation does
     not change their density. If the phase depends on several normal ξ, the axes are the principal
-    directions of `slope`, ∂φ/∂ξ at ξ = η = 0, (carriers × times, n). The phase then changes along
-    few of them, often one, and the others need few points.
-
-    `orders` and `reach` are the order and the largest phase change [rad] of every ξ.
+    directions of its slopes. The phase then changes along few of them, often one, and the others
+    need few points. With another `fineness`, a rule is so many times as dense, and goes so many
+    times as far where ξ has no bounds.
     """
-    axes, orders, reach = _principal_axes(families, orders, reach, slope)
-    if math.prod(map(_rule_size, families, orders, reach)) > MOMENTS.max_rule_points:
+    families = change.families
+    axes, orders, turns = _axes(change)
+    sizes = [
+        math.ceil(size * (fineness if family.bounded else fineness**2)) if size > 1 else 1
+        for family, size in zip(families, map(_rule_size, families, orders, turns), strict=True)
+    ]
+    if math.prod(sizes) > most:
         return None
-    rules = list(map(rule, families, orders, reach))
+    rules = [rule(*own, fineness) for own in zip(families, orders, turns, sizes, strict=True)]
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
     return tensor_points([points for points, _ in rules]) @ axes, weights
 
 
-def axis_rule(
-    families: Sequence[Family],
-    orders: np.ndarray,
-    reach: np.ndarray,
-    slope: np.ndarray,
-    in_pairs: int = 3,
-) -> Rule:
+def axis_rule(change: PhaseChange, in_pairs: int = 3) -> Rule:
     """Return points ξ and weights for phases that change along one axis more than along others.
 
     With rules G_v along the axes of `resolving_rule`, G₁ that of most points, and values at 0,
 
         G₁ (1 + Σ_v (G_v − 1) + Σ_{v<w} (G_v − 1)(G_w − 1)),   v, w > 1,
 
-    the second sum with `in_pairs` points per axis. Other parameters are those of `resolving_rule`.
+    the second sum with `in_pairs` points per axis.
     """
-    axes, orders, reach = _principal_axes(families, orders, reach, slope)
-    sizes = list(map(_rule_size, families, orders, reach))
+    families = change.families
+    axes, orders, turns = _axes(change)
+    sizes = list(map(_rule_size, families, orders, turns))
     first, n = int(np.argmax(sizes)), len(families)
 
     def beyond(v: int, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,44 +89,56 @@ def axis_rule(
 
     further = [v for v in range(n) if v != first and orders[v] > 0]
     rules = [(np.zeros((1, n)), np.ones(1))]
-    rules += [beyond(v, *rule(families[v], orders[v], reach[v])) for v in further]
+    rules += [beyond(v, *rule(families[v], orders[v], turns[v], sizes[v])) for v in further]
     for v, u in combinations(further, 2):
         (x, a), (y, b) = (beyond(k, *families[k].gauss(in_pairs)) for k in (v, u))
         rules.append(((x[:, None] + y).reshape(-1, n), np.outer(a, b).ravel()))
     points, which = np.unique(np.concatenate([x for x, _ in rules]), axis=0, return_inverse=True)
     weights = np.bincount(which.ravel(), np.concatenate([w for _, w in rules]))
-    x, w = rule(families[first], orders[first], reach[first])
+    x, w = rule(families[first], orders[first], turns[first], sizes[first])
     points = points + x[:, None, None] * (np.arange(n) == first)
     return points.reshape(-1, n) @ axes, np.outer(w, weights).ravel()
 
 
-def _principal_axes(
-    families: Sequence[Family], orders: np.ndarray, reach: np.ndarray, slope: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return axes, (n, n), and the order and the largest phase change along each."""
+def _axes(change: PhaseChange) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return axes, (n, n), and the order and the change of phase along each, as `rule` takes it.
+
+    They are rotated if the rule has fewer points then.
+    """
+    families, orders, turns = change.families, change.orders, change.turns
     normal = np.array([family == HERMITE for family in families], dtype=bool)
     axes = np.eye(len(orders))
-    moving = np.flatnonzero(normal & (orders > 0) & (reach >= MOMENTS.small_reach))
-    if len(moving) > 1:
-        slope = slope[:, moving]
-        turned = np.linalg.svd(slope, full_matrices=len(slope) < len(moving))[2]
-        axes[np.ix_(moving, moving)] = turned
-        bent = reach[moving] - np.abs(slope).max(axis=0)
-        orders, reach = orders.copy(), reach.copy()
-        reach[moving] = np.abs(slope @ turned.T).max(axis=0) + np.abs(turned) @ bent
-        orders[moving] = orders[moving].max() + 1
-    return axes, orders, reach
+    moving = np.flatnonzero(normal & (orders > 0) & (turns >= MOMENTS.small_reach))
+    if len(moving) < 2:
+        return axes, orders, turns
+    slopes = change.slopes[:, moving]
+    turned = np.linalg.eigh(slopes.T @ slopes)[1].T[::-1]
+    own_orders, own_turns = orders.copy(), turns.copy()
+    own_turns[moving] = np.abs(slopes @ turned.T).max(axis=0)
+    own_orders[moving] = orders[moving].max() + 1
+    sizes = [
+        map(_rule_size, families, *pair) for pair in ((orders, turns), (own_orders, own_turns))
+    ]
+    before, after = map(math.prod, sizes)
+    if after >= before:
+        return axes, orders, turns
+    axes[np.ix_(moving, moving)] = turned
+    return axes, own_orders, own_turns
 
 
-def rule(family: Family, order: float, a: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and weights of E over one ξ, for P_j, j ≤ 2k, times e^{2iφ}, |φ| ≤ a.
+def rule(
+    family: Family, order: float, turns: float, size: int | None = None, farther: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and weights of E over one ξ, for P_j, j ≤ 2k, times e^{2iφ}.
 
     A Gauss rule, except for a ξ without bounds that changes the phase: then the trapezoidal rule
-    for a normal variable, exact to e^{−15} if its step is at most 2π/(2a + 5.5).
+    for a normal variable, exact to e^{−15} if its step is at most 2π/(2a + 5.5), where a is the
+    largest slope of φ. The `turns` are those of `PhaseChange`. Without a `size` the rule resolves
+    the phase; it ends so many times `farther` out.
     """
-    size = _rule_size(family, order, a)
-    if not family.bounded and order > 0 and a >= MOMENTS.small_reach:
-        end = MOMENTS.trapezoidal_end if family == HERMITE else MOMENTS.far_end
+    size = _rule_size(family, order, turns) if size is None else size
+    if not family.bounded and order > 0 and turns >= MOMENTS.small_reach:
+        end = farther * (MOMENTS.trapezoidal_end if family == HERMITE else MOMENTS.far_end)
         x = np.linspace(-end, end, size)
         w = np.exp(-x * x / 2)
         return family.of_normal(x), w / w.sum()
@@ -116,11 +152,8 @@ def _rule_size(family: Family, order: float, a: float) -> int:
         return int(order) + 1 + math.ceil(a + 4 * np.cbrt(2 * a))
     if a < MOMENTS.small_reach:
         return int(order) + 1 + 2 * bool(a > 0)  # Python's integers do not overflow in a product
-    if family != HERMITE:
-        a *= MOMENTS.tail_slope / MOMENTS.trapezoidal_end
-        waves = 2 * a + MOMENTS.trapezoidal_band + order
-        return math.ceil(2 * MOMENTS.far_end * waves / (2 * np.pi)) + 1
-    end, waves = MOMENTS.trapezoidal_end, 2 * a + MOMENTS.trapezoidal_band
+    end = MOMENTS.trapezoidal_end if family == HERMITE else MOMENTS.far_end
+    waves = 2 * a + MOMENTS.trapezoidal_band + order * (family != HERMITE)
     return math.ceil(2 * end * waves / (2 * np.pi)) + 1
 
 
@@ -154,9 +187,9 @@ def _with_exact_zero(x: np.ndarray) -> np.ndarray:
     return np.where(np.abs(x) < 1e-12, 0.0, x)
 
 
-def sobol_normal(n: int, count: int) -> np.ndarray:
+def sobol_normal(n: int, count: int, seed: int = 0) -> np.ndarray:
     """Return quasi-random normal points, the same at every call."""
-    return ndtri(scrambled_sobol(count, n))
+    return ndtri(scrambled_sobol(count, n, seed))
 
 
 def scan_points(orders: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,1 @@
+"""How moments over random variables are integrated where phases turn, and a second rule."""

@@ -10,12 +10,12 @@ import numpy as np
 
 from flexband.uncertainty.expansions.families import HERMITE
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, tensor_index, tensor_points
-from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
-from flexband.uncertainty.expansions.sequences import (
+from flexband.uncertainty.expansions.points.sequences import (
     GENZ_KEISTER,
     interval_sequence,
     normal_sequence,
 )
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 
 Points = Callable[[int], np.ndarray]
 COUNT = 21  # length of the longest sequences, for orders up to 20

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import xarray as xr
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtri
 
-from flexband.analysis.intervals import over_intervals
+from flexband.analysis.intervals import over_intervals, over_options
 from flexband.analysis.results import Variables, answer, expected_error
 from flexband.analysis.selection import AnySurrogate, Labels
 from flexband.errors import InputError, check_numbers
@@ -15,6 +17,7 @@ from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.expansion import joined
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.surrogates.extrapolation import warn_of_extrapolation
 from flexband.uncertainty.surrogates.surrogate import Surrogate
@@ -27,7 +30,8 @@ def value_range(
 
     Every random variable is between its quantiles (1 − q)/2 and (1 + q)/2, with q such that all n
     of them are with the given probability: q = probability^(1/n). So the output is in the range at
-    least with this probability, whatever the values of the interval inputs are.
+    least with this probability, whatever the values of the interval inputs are. All options of a
+    `Choice` are in the box.
 
     Parameters
     ----------
@@ -55,7 +59,7 @@ def value_range(
     array([0.7, 1.3])
     """
     part = checked_probability(probability)
-    return over_intervals(lambda case: range_of(case, part), surrogate, at)
+    return over_intervals(lambda case: _over_random_options(case, part), surrogate, at)
 
 
 def checked_probability(probability: float) -> float:
@@ -64,6 +68,21 @@ def checked_probability(probability: float) -> float:
     if not 0 < part <= 1:
         raise InputError(f"probability must be above 0 and at most 1; got {part:g}")
     return part
+
+
+def _over_random_options(surrogate: Surrogate, probability: float) -> xr.Dataset:
+    """Return the range over all options that have probabilities."""
+    inputs = surrogate.space.inputs.items()
+    options = {name: each.options for name, each in inputs if isinstance(each, RandomOption)}
+    if not options:
+        return range_of(surrogate, probability)
+    combined = [dict(zip(options, each, strict=True)) for each in product(*options.values())]
+    return over_options(
+        {
+            ", ".join(map(str, fixed.values())): range_of(surrogate.narrowed(**fixed), probability)
+            for fixed in combined
+        }
+    )
 
 
 def range_of(surrogate: Surrogate, probability: float) -> xr.Dataset:

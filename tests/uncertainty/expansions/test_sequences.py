@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from numpy.polynomial import hermite_e
 
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
-from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
-from flexband.uncertainty.expansions.sequences import (
+from flexband.uncertainty.expansions.points.sequences import (
     GENZ_KEISTER,
     PATTERSON,
     interval_sequence,
     normal_sequence,
     uniform_sequence,
 )
+from flexband.uncertainty.expansions.polynomials import chebyshev_values, scaled_chebyshev_zeros
 
 COUNT = 25
 SEQUENCES = {

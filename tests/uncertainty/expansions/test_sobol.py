@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from flexband.uncertainty.expansions.sobol import JOE_KUO, MAX_DIMENSION, scrambled_sobol
+from flexband.uncertainty.expansions.points.sobol import JOE_KUO, MAX_DIMENSION, scrambled_sobol
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals
 
 

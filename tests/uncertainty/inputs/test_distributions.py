@@ -14,7 +14,7 @@ from scipy.stats import norm
 import flexband as fb
 from flexband.uncertainty.expansions.densities import DensityPolynomials
 from flexband.uncertainty.expansions.families import HERMITE, transform
-from flexband.uncertainty.expansions.sequences import GENZ_KEISTER, PATTERSON
+from flexband.uncertainty.expansions.points.sequences import GENZ_KEISTER, PATTERSON
 from flexband.uncertainty.inputs.distributions.bandwidth import bandwidth
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.phases.integration.rules import rule

@@ -38,6 +38,7 @@ if TYPE_CHECKING:  # imported when a command is called
     from flexband.study.presentation.display import Display
     from flexband.study.results.answers import read_answer
     from flexband.study.results.limits import has_probability
+    from flexband.uncertainty.inputs.distributions.random_option import RandomOption
     from flexband.uncertainty.inputs.pbox import PBox, Score
     from flexband.uncertainty.surrogates.axes import axes_of
     from flexband.uncertainty.surrogates.bands import BandRecord
@@ -49,8 +50,8 @@ def narrow(
     changes: Annotated[
         list[str],
         typer.Argument(
-            help="NAME=LOWER..UPPER for an interval, NAME=NUMBER to fix an input, NAME.std=NUMBER "
-            "or NAME.cv=NUMBER for less scatter."
+            help="NAME=LOWER..UPPER for an interval, NAME=NUMBER or NAME=OPTION to fix an input, "
+            "NAME.std=NUMBER or NAME.cv=NUMBER for less scatter."
         ),
     ],
     sigmas: Sigmas = 1.0,
@@ -272,6 +273,9 @@ def changes_of(surrogate: fb.Surrogate, texts: list[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition("=")
         lower, dots, upper = value.partition("..")
+        if isinstance(option := inputs.get(name), RandomOption):
+            changes[name] = next((each for each in option.options if str(each) == value), value)
+            continue
         try:
             numbers = [float(lower), float(upper)] if dots else [float(value)]
         except ValueError:

@@ -24,6 +24,7 @@ from flexband.report.page.inputs import inputs_table
 from flexband.report.page.motion.motion import SAMPLES, motion_data
 from flexband.study.study import Study
 from flexband.uncertainty.inputs.choices import Choice
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import first_case
@@ -97,7 +98,7 @@ def study_motion(
     if not isinstance(response, SensorResponse):
         return motion_data(response, Space({}))
     chosen = {
-        name: choice.options[0] for name, choice in inputs.items() if isinstance(choice, Choice)
+        name: _shown_option(choice) for name, choice in inputs.items() if isinstance(choice, Choice)
     }
     if chosen:
         options = ", ".join(f"{name} = {option}" for name, option in chosen.items())
@@ -113,6 +114,13 @@ def study_motion(
             course = study.response.course(**space.arguments_at(*space.nominal()))
     motion, more = motion_data(response, space, samples=samples, course=course)
     return motion, [*remarks, *more]
+
+
+def _shown_option(choice: Choice) -> str | float:
+    """Return the first option, or of options with probabilities the nominal one."""
+    if choice.probabilities is None:
+        return choice.options[0]
+    return RandomOption(choice.options, choice.probabilities).mean_or_midpoint()
 
 
 def _add(data: JsonRecord, name: str, what: str, make: Callable[[], str]) -> None:

@@ -16,6 +16,7 @@ from flexband.study.presentation.display import Display
 from flexband.uncertainty.inputs.choices import Choice, Compensator, Sizing
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.fields.field import Field
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
@@ -95,6 +96,11 @@ def _(constant: Constant, scale: float) -> tuple[str, str]:
 
 
 @known_of.register
+def _(option: str, _scale: float) -> tuple[str, str]:
+    return "option", option
+
+
+@known_of.register
 def _(interval: Interval, scale: float) -> tuple[str, str]:
     lower, upper = interval.lower * scale, interval.upper * scale
     middle, half = (lower + upper) / 2, (upper - lower) / 2
@@ -117,7 +123,15 @@ def _(choice: Choice, scale: float) -> tuple[str, str]:
     options = [
         number(float(o) * scale, 6) if scale != 1 and is_number(o) else o for o in choice.options
     ]
-    return "choice", " or ".join(map(str, options))
+    if choice.probabilities is None:
+        return "choice", " or ".join(map(str, options))
+    likely = zip(options, choice.probabilities, strict=True)
+    return "choice", ", ".join(f"{option} ({percent(p)})" for option, p in likely)
+
+
+@known_of.register
+def _(option: RandomOption, scale: float) -> tuple[str, str]:
+    return known_of(option.choice, scale)
 
 
 @known_of.register
@@ -159,7 +173,7 @@ def _of_distribution(distribution: Input, scale: float) -> tuple[str, str]:
 def statistics(input_: Input) -> tuple[float, float, float, float] | None:
     """Return 5 % and 95 % quantiles, mean and std of a random number; None of anything else."""
     space = Space({"input": input_})
-    if space.random_dimension != 1:
+    if space.random_dimension != 1 or not space.inputs["input"].numeric:
         return None
 
     def at(xi: np.ndarray) -> np.ndarray:

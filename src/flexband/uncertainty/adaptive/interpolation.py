@@ -17,7 +17,7 @@ from scipy.special import ndtr
 
 from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.adaptive.regression import MIN_RUNS, SampledDesign
-from flexband.uncertainty.expansions.families import LEGENDRE, Family, mean_squares
+from flexband.uncertainty.expansions.families import LEGENDRE, Family, existing, mean_squares
 from flexband.uncertainty.expansions.hybrid import HybridExpansion, overwritten
 from flexband.uncertainty.expansions.index_sets import (
     ROUNDING_DIGITS,
@@ -28,8 +28,8 @@ from flexband.uncertainty.expansions.index_sets import (
     lower_terms,
 )
 from flexband.uncertainty.expansions.interpolation import Interpolation
+from flexband.uncertainty.expansions.points.sequences import interval_sequence
 from flexband.uncertainty.expansions.regression import SparseFitOptions, candidates, principal
-from flexband.uncertainty.expansions.sequences import interval_sequence
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 
@@ -52,7 +52,8 @@ class NestedDesign:
         """Return the first terms in m variables η and in ξ, as far as the budget goes."""
         n = len(families)
         count = BATCH * -(-(1 + m + 2 * n) // BATCH)
-        return NestedDesign(first_terms(m, n, min(count, most)), families, discs)
+        index = first_terms(m, n, min(count, most))
+        return NestedDesign(index[existing(index, families)], families, discs)
 
     @property
     def interval_dimension(self) -> int:

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from flexband.uncertainty.adaptive.fits import BATCH, Split
-from flexband.uncertainty.expansions.families import Family
+from flexband.uncertainty.expansions.families import Family, existing
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.regression import (
     candidates,
@@ -50,7 +50,8 @@ class SampledDesign:
     @cached_property
     def index(self) -> np.ndarray:
         """Orders of the terms to choose from, (terms, variables)."""
-        return candidates(self.interval_dimension + len(self.families))
+        index = candidates(self.interval_dimension + len(self.families))
+        return index[existing(index, self.families)]
 
     def __len__(self) -> int:
         return self.count

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar, Protocol
@@ -71,6 +72,10 @@ class DensityPolynomials:
     @property
     def bounded(self) -> bool:
         return self.density.bounded
+
+    @property
+    def last_order(self) -> float:
+        return math.inf
 
     @cached_property
     def scale(self) -> tuple[float, float]:

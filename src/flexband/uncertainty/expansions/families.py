@@ -5,6 +5,7 @@ A family is orthogonal with respect to the density of its variable, so E[P_j P_k
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.polynomial import hermite_e, legendre
 from scipy.special import erf
 
-from flexband.uncertainty.expansions.sequences import normal_sequence, uniform_sequence
+from flexband.uncertainty.expansions.points.sequences import normal_sequence, uniform_sequence
 
 
 class Family(Protocol):
@@ -39,6 +40,11 @@ class Family(Protocol):
     @property
     def bounded(self) -> bool:
         """Whether ξ has finite bounds."""
+        ...
+
+    @property
+    def last_order(self) -> float:
+        """The order of the last polynomial; infinite unless ξ has finitely many values."""
         ...
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
@@ -69,6 +75,7 @@ class Hermite:
     name: str = "Hermite"
     highest: int = 8
     bounded: bool = False
+    last_order: float = math.inf
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return hermite_e.hermevander(x, order)
@@ -102,6 +109,7 @@ class Legendre:
     name: str = "Legendre"
     highest: int = 20
     bounded: bool = True
+    last_order: float = math.inf
 
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         return legendre.legvander(x, order)
@@ -122,6 +130,12 @@ class Legendre:
 
 HERMITE = Hermite()
 LEGENDRE = Legendre()
+
+
+def existing(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:
+    """Return which terms of orders (terms, m + n), η first, have polynomials in every ξ."""
+    last = np.array([family.last_order for family in families])
+    return np.all(index[:, index.shape[1] - len(last) :] <= last, axis=1)
 
 
 def mean_squares(index: np.ndarray, families: Sequence[Family]) -> np.ndarray:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
-from flexband.uncertainty.expansions.sequences import DECIMALS
+from flexband.uncertainty.expansions.points.sequences import DECIMALS
 
 
 class Recurrence(NamedTuple):

@@ -3,30 +3,43 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from flexband.arguments import frozen
-from flexband.errors import InputError, check_non_negative, check_spread, shown
+from flexband.errors import (
+    InputError,
+    check_finite,
+    check_non_negative,
+    check_positive,
+    check_spread,
+    shown,
+)
 from flexband.uncertainty.inputs.constants import is_number
 from flexband.uncertainty.inputs.inputs import Input, Interval
+from flexband.words import number_of
 
 
 @frozen(init=False)
 class Choice:
-    """One of several options, none of which is more likely than another.
+    """One of several options, whose probabilities are known or not.
 
-    The response gets an array of shape (n,) of one option. Every combination of options has an
-    expansion of its own. Bands are those over all of them.
+    The response gets an array of shape (n,) of one option. Without probabilities, every combination
+    of options has an expansion of its own, and bands are those over all of them. With
+    probabilities, it is a random input: moments include the scatter between the options.
 
     Parameters
     ----------
     options : two or more, all texts or all numbers.
+    probabilities : that of each option, which are positive and add up to 1; None if not known.
 
     Raises
     ------
     InputError
-        If there are fewer, two are equal, or one is neither text nor number.
+        If there are fewer, two are equal, one is neither text nor number, or probabilities are not
+        as many, not positive, or do not add up to 1.
 
     Examples
     --------
@@ -39,8 +52,9 @@ class Choice:
     """
 
     options: tuple[str | float, ...]
+    probabilities: tuple[float, ...] | None
 
-    def __init__(self, *options: str | float):
+    def __init__(self, *options: str | float, probabilities: Sequence[float] | None = None):
         texts = all(isinstance(option, str) for option in options)
         if len(options) < 2 or not (texts or all(map(is_number, options))):
             raise InputError(
@@ -49,9 +63,28 @@ class Choice:
         if len(set(options)) < len(options):
             raise InputError(f"Choice options must differ; got {shown(options)}")
         object.__setattr__(self, "options", tuple(options))
+        object.__setattr__(self, "probabilities", _checked(options, probabilities))
 
     def __repr__(self) -> str:
-        return f"Choice({', '.join(map(repr, self.options))})"
+        options = ", ".join(map(repr, self.options))
+        known = self.probabilities is not None
+        return f"Choice({options}{f', probabilities={self.probabilities}' * known})"
+
+
+def _checked(options: Sequence[Any], given: Sequence[float] | None) -> tuple[float, ...] | None:
+    """Return the probabilities of options, which add up to 1; raise `InputError` for others."""
+    if given is None:
+        return None
+    name, most_off = "Choice probabilities", 1e-6
+    values = np.atleast_1d(check_positive(name, check_finite(name, given, rank=None)))
+    if values.shape != (len(options),):
+        raise InputError(
+            f"{name} must have a number for each of {number_of(len(options), 'option')}; "
+            f"got {shown(given)}"
+        )
+    if abs(values.sum() - 1) > most_off:
+        raise InputError(f"{name} must add up to 1; got {shown(given)}, which are {values.sum():g}")
+    return tuple((values / values.sum()).tolist())
 
 
 class Chosen(Input):

@@ -79,7 +79,7 @@ def _of_other_sign(space: Space, xi: np.ndarray, eta: np.ndarray) -> str:
     sentences = []
     for name, input_ in space.of_kind(random=True).items():
         middle, run_values = nominal[name], values[name]
-        if callable(middle) or callable(run_values) or input_.dimension > 1:
+        if callable(middle) or callable(run_values) or input_.dimension > 1 or not input_.numeric:
             continue
         middle = float(middle[0])
         worst = float(run_values[np.argmin(run_values * np.sign(middle))])

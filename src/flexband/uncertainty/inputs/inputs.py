@@ -37,10 +37,12 @@ class Input(ABC):
     family : the polynomials of ξ, which determine its distribution: `HERMITE` for standard normal
         variables, `LEGENDRE` for uniform ones on [−1, 1]. The more linear `value` is, the lower are
         the orders that a response requires.
+    numeric : whether values are numbers.
     kinds : all subclasses by name.
     """
 
     random: ClassVar[bool] = True
+    numeric: ClassVar[bool] = True
     kinds: ClassVar[dict[str, type[Input]]] = {}
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 

@@ -20,6 +20,7 @@ from flexband.uncertainty.expansions.substitution import (
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.distribution import Distribution
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.fields.random_field import RandomField
 from flexband.uncertainty.inputs.inputs import Input, Interval
 from flexband.uncertainty.inputs.pbox import PBox
@@ -79,7 +80,7 @@ def part_of(space: Space, changes: GivenInputs) -> NarrowedInputs:
     for name, change in changes.items():
         old = _old(space, name)
         owner, _, parameter = name.rpartition(".")
-        new = _new(name, change)
+        new = _new(name, change) if old.numeric else Constant(change)  # pyright: ignore[reportArgumentType]
         if isinstance(old, RandomField) and isinstance(new, RandomField) and new.domain is None:
             new = new.placed(old.domain)
         try:
@@ -180,6 +181,11 @@ def _substitutions(old: Input, new: Input, *, keeps: bool) -> list[Placed]:
     """Return one substitution per variable of an input; a parameter `keeps` its variable."""
     if isinstance(old, Interval | Chosen):
         return [_of_interval(old, new, keeps=keeps)]
+    if isinstance(old, RandomOption):
+        if not isinstance(new, Constant):
+            raise InputError(f"must be one of its options; got {shown(new)}")
+        xi = float(old.standard(new.constant)[0, 0])
+        return [(fixed_random(old.family, xi), xi, 0.0)]
     if isinstance(old, FreePair):
         return _of_pair(old, new)
     if isinstance(old, Distribution):

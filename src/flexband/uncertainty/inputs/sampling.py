@@ -11,7 +11,7 @@ from scipy.special import ndtr, ndtri
 from flexband.errors import InputError
 from flexband.uncertainty.expansions.bounds.discs import in_discs
 from flexband.uncertainty.expansions.families import Family
-from flexband.uncertainty.expansions.sobol import MAX_DIMENSION, scrambled_sobol
+from flexband.uncertainty.expansions.points.sobol import MAX_DIMENSION, scrambled_sobol
 
 
 def of_normals(normals: np.ndarray, families: Sequence[Family]) -> np.ndarray:

@@ -18,6 +18,7 @@ from flexband.uncertainty.expansions.hybrid import tensor_points
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.constants import Constant
 from flexband.uncertainty.inputs.correlated import Correlated
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.fields.field import Field, fields_of
 from flexband.uncertainty.inputs.inputs import FunctionOfPosition, Input, Interval, Numbers
 from flexband.uncertainty.inputs.one_sample import of_one_sample
@@ -118,6 +119,15 @@ class Space:
     def families(self) -> tuple[Family, ...]:
         """The polynomials of each variable ξ."""
         return tuple(self.inputs[name].family for name in self.owners(random=True))
+
+    def groups_of_options(self, xi: np.ndarray) -> list[np.ndarray]:
+        """Return the numbers of runs at ξ (runs, n) that have the same random options."""
+        columns = self.columns(random=True)
+        options = [columns[k] for k, i in self.inputs.items() if isinstance(i, RandomOption)]
+        if not options:
+            return [np.arange(len(xi))]
+        _, group = np.unique(xi[:, options], axis=0, return_inverse=True)
+        return [np.flatnonzero(group.ravel() == k) for k in range(group.max(initial=-1) + 1)]
 
     @property
     def advice_on_fields(self) -> str:
@@ -246,7 +256,8 @@ def _parameters(name: str, input_: Input, values: Mapping[str, Numbers]) -> dict
 def _standard(name: str, input_: Input, value: ArrayLike) -> np.ndarray:
     """Return the standard variables of values of an input, shape (runs, dimension)."""
     try:
-        standard = input_.standard(check_finite("values", value, "finite", rank=None))
+        numbers = check_finite("values", value, "finite", rank=None) if input_.numeric else value
+        standard = input_.standard(numbers)  # pyright: ignore[reportArgumentType]
     except (InputError, ValueError, TypeError) as error:
         raise InputError(f"{name}: {error}") from None
     columns = standard.reshape(len(standard) if standard.ndim else 1, -1)

@@ -13,6 +13,7 @@ from flexband.uncertainty.inputs.choices import Choice
 from flexband.uncertainty.inputs.constants import Constant, is_number
 from flexband.uncertainty.inputs.correlated import Correlated
 from flexband.uncertainty.inputs.distribution import Distribution, FrozenDistribution
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.distributions.scipy_distribution import as_input
 from flexband.uncertainty.inputs.inputs import Input
 from flexband.uncertainty.inputs.pbox import PBox
@@ -49,6 +50,8 @@ def unfolded(given: GivenInputs) -> dict[str, Input]:
 
 def _as_input(name: str, value: GivenInput) -> Input:
     """Return an input that has variables of its own."""
+    if isinstance(value, Choice) and value.probabilities is not None:
+        return RandomOption(value.options, value.probabilities)
     allowed = (
         "a number, an Interval, a Normal or another distribution, a RandomField, Correlated inputs "
         "or another Input"
@@ -89,8 +92,12 @@ def cases(inputs: GivenInputs) -> dict[str, dict[str, GivenInput]]:
 
 
 def choices_of(inputs: GivenInputs) -> dict[str, Choice]:
-    """Return the choices among the inputs, in the order of their names."""
-    choices = {name: choice for name, choice in inputs.items() if isinstance(choice, Choice)}
+    """Return the choices without probabilities, in the order of their names."""
+    choices = {
+        name: choice
+        for name, choice in inputs.items()
+        if isinstance(choice, Choice) and choice.probabilities is None
+    }
     return {name: choices[name] for name in sorted(choices, key=str)}
 
 

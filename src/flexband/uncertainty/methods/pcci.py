@@ -113,8 +113,15 @@ class PCCI(ExpansionMethod):
         return chebyshev_zeros(check_integer("order", order, 0, MAX_ORDER))
 
     def orders(self, space: Space) -> tuple[list[int], list[int]]:
-        """Return k of every random and q of every interval variable."""
+        """Return k of every random and q of every interval variable.
+
+        A random input with K options has the order K − 1, which is exact.
+        """
         random = of_variables("random_order", self.random_order, space, random=True)
+        last = (family.last_order for family in space.families)
+        random = [
+            k if most == math.inf else int(most) for k, most in zip(random, last, strict=True)
+        ]
         return random, of_variables("interval_order", self.interval_order, space, random=False)
 
     def runs(self, space: Space) -> int:

@@ -96,7 +96,8 @@ class TensorDesign:
         parts = np.ones((square.shape[1], w.shape[1]))
         for _ in range(options.steps):
             variance = np.maximum(w @ parts.T, options.min_variance)
-            parts *= np.sqrt((w.T @ (square / mean / variance**2)) / (w.T @ (1 / variance))).T
+            known = np.maximum(w.T @ (1 / variance), 1e-300)  # none of options, which all are nodes
+            parts *= np.sqrt((w.T @ (square / mean / variance**2)) / known).T
         return np.maximum(parts, options.min_share) * mean[:, None]
 
     def places(self, most: int = BandErrorOptions().max_places) -> np.ndarray:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.sequences import interval_sequence
+from flexband.uncertainty.expansions.points.sequences import interval_sequence
 from flexband.uncertainty.phases.options import MOMENTS
 from flexband.uncertainty.phases.terms import PartTerms
 

@@ -158,7 +158,8 @@ class Evaluations:
 
     def _make(self, evaluation: Evaluated, runs: np.ndarray, most: int, advance: Advance) -> None:
         """Make runs, at most so many in one call."""
-        parts = [runs[k : k + most] for k in range(0, len(runs), most)]
+        groups = evaluation.space.groups_of_options(evaluation.points[0][runs])
+        parts = [runs[group[k : k + most]] for group in groups for k in range(0, len(group), most)]
         tasks = [lambda part=part: evaluation.arguments(part) for part in parts]
         unclear: list[np.ndarray] = []
         failed: dict[int, tuple[str, Exception | None, float]] = {}

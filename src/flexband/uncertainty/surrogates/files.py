@@ -332,7 +332,7 @@ def _restored(record: Any) -> Any:
             return registered[name]
     values, kind = dict(_restored(record["fields"])), record["input"]
     if kind == "Choice":
-        return Choice(*values["options"])
+        return Choice(*values["options"], probabilities=values.get("probabilities"))
     if kind == "Correlated":
         values["inputs"] = dict(values["inputs"])
     return _kind(kind, record["module"])(**values)

@@ -19,7 +19,7 @@ from flexband.uncertainty.expansions.bounds.scan import scan, scattered, tensor_
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.expansion import Expansion
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.sobol import scrambled_sobol
+from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.phases.expansion import PhaseExpansion
 from flexband.uncertainty.phases.integration.rules import Rule, axis_rule, resolving_rule
 from flexband.uncertainty.phases.moment_orders import MomentPolynomials, moment_orders

@@ -12,8 +12,8 @@ import scipy
 from flexband.uncertainty.expansions.bounds.discs import RADIUS
 from flexband.uncertainty.expansions.bounds.options import OPTIONS
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points
+from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
-from flexband.uncertainty.expansions.sobol import scrambled_sobol
 
 
 @lru_cache(maxsize=16)

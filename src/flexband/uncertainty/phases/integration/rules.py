@@ -14,7 +14,7 @@ from scipy.special import ndtri
 from flexband.uncertainty.expansions.bounds.scan import lobatto
 from flexband.uncertainty.expansions.families import HERMITE, Family
 from flexband.uncertainty.expansions.hybrid import tensor_index, tensor_points, tensor_values
-from flexband.uncertainty.expansions.sobol import scrambled_sobol
+from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.phases.options import MOMENTS, SEARCH
 
 Rule = tuple[np.ndarray, np.ndarray]

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.uncertainty.expansions.expansion import Extremes
-from flexband.uncertainty.expansions.sobol import scrambled_sobol
+from flexband.uncertainty.expansions.points.sobol import scrambled_sobol
 from flexband.uncertainty.inputs.sampling import of_normals
 from flexband.uncertainty.phases.integration.rules import Rule, resolving_rule, sobol_normal
 from flexband.uncertainty.phases.options import SECOND_RULE

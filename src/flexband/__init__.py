@@ -101,6 +101,7 @@ if TYPE_CHECKING:
     from flexband.report.notebook import load_ipython_extension as load_ipython_extension
     from flexband.report.progress import progress_bar as progress_bar
     from flexband.study.comparison import compare as compare
+    from flexband.study.exchange.surrogate_of import surrogate_of as surrogate_of
     from flexband.study.run import RunOptions as RunOptions
     from flexband.study.study import Study as Study
     from flexband.uncertainty.adaptive.method import AdaptivePCCI as AdaptivePCCI

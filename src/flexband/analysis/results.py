@@ -156,7 +156,7 @@ def missed_tolerance(surrogate: Surrogate) -> bool:
 def doubts_of(surrogate: Surrogate, *, corrected: bool = False) -> list[str]:
     """Return why a surrogate is not reliable, whose errors may be `corrected` by runs."""
     record = BandRecord.read(surrogate.diagnostics)
-    doubts = [record.not_trusted] if record.not_trusted else []
+    doubts = [text for text in (record.not_trusted, record.beyond_runs) if text]
     if not corrected and not is_judged(surrogate):
         doubts.append(f"the surrogate is {NOT_JUDGED}; `verify` judges it")
     if surrogate.verification is not None and not corrected:

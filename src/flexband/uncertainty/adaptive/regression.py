@@ -57,25 +57,8 @@ class SampledDesign:
         return self.count
 
     def fit(self, stage: Stage) -> HybridExpansion:
-        """Return the expansion of the parts of runs at these points, each in terms of its own.
-
-        Of base and envelopes every output counts by its variation, but for round-off.
-        """
-        columns = PartColumns.of_stage(stage)
-        weight, series = _weight(stage.signal), columns.pack(stage)
-        values = normalized_values(self.index, *self.points, self.families)
-        parts, fits = list(columns.parts(series.shape[1])), []
-        for part in parts:
-            part_series = series[:, part.ravel()]
-            fits.append(sparse_fit(values, self.index, part_series, _weights(part, weight)))
-        used = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
-        terms = np.zeros((len(used), series.shape[1]))
-        for part, fit in zip(parts, fits, strict=True):
-            kept = np.isin(fit.which, used)
-            rows = np.searchsorted(used, fit.which[kept])
-            terms[np.ix_(rows, part.ravel())] = fit.coefficients[kept]
-        terms /= term_scales(self.index[used], self.families)[:, None]
-        return HybridExpansion(tuple(self.families), self.index[used], terms, self.discs)
+        """Return the expansion of the parts of runs at these points, each in terms of its own."""
+        return fitted_parts(self.index, self.points, self.families, stage, self.discs)
 
     @property
     def few(self) -> int:
@@ -95,6 +78,35 @@ class SampledDesign:
     def weights(self, first: int) -> np.ndarray:
         """Return the same part for each later run, since they are spread over all inputs."""
         return np.full(self.count - first, 1 / max(1, self.count - first))
+
+
+def fitted_parts(
+    index: np.ndarray,
+    points: tuple[np.ndarray, np.ndarray],
+    families: Sequence[Family],
+    stage: Stage,
+    discs: tuple[int, ...] = (),
+) -> HybridExpansion:
+    """Return the expansion of the parts of runs at points (ξ, η), each in terms of its own.
+
+    Terms are chosen among those of orders `index`. Of base and envelopes every output counts by its
+    variation, but for round-off.
+    """
+    columns = PartColumns.of_stage(stage)
+    weight, series = _weight(stage.signal), columns.pack(stage)
+    values = normalized_values(index, *points, families)
+    parts, fits = list(columns.parts(series.shape[1])), []
+    for part in parts:
+        part_series = series[:, part.ravel()]
+        fits.append(sparse_fit(values, index, part_series, _weights(part, weight)))
+    used = np.unique(np.concatenate([[0], *(fit.used for fit in fits)]))
+    terms = np.zeros((len(used), series.shape[1]))
+    for part, fit in zip(parts, fits, strict=True):
+        kept = np.isin(fit.which, used)
+        rows = np.searchsorted(used, fit.which[kept])
+        terms[np.ix_(rows, part.ravel())] = fit.coefficients[kept]
+    terms /= term_scales(index[used], families)[:, None]
+    return HybridExpansion(tuple(families), index[used], terms, discs)
 
 
 def _weight(F: np.ndarray) -> np.ndarray:

@@ -60,6 +60,7 @@ class BandRecord(AttributeRecord):
     impacts : whether bodies may hit each other.
     constant_offsets : outputs whose bounds hold for plays that are constant in each run only.
     offsets_stated : whether all plays are stated to be so.
+    beyond_runs : which inputs have values that no run is near, a text; "" without one.
     judged_by : which runs tell the expected error; "" for those of the method.
     """
 
@@ -100,6 +101,7 @@ class BandRecord(AttributeRecord):
     impacts: int = 0
     constant_offsets: Sequence[str] = ()
     offsets_stated: int = 0
+    beyond_runs: str = ""
     judged_by: str = ""
 
     @property

@@ -1,0 +1,71 @@
+"""How much larger an error may be where the inputs are than where the rows of a table are.
+
+What a fit misses is like a polynomial of the next order. Beyond the rows, as in the tails of
+distributions or at the ends of intervals, what it misses of such a polynomial grows; so does what
+cross-validation finds, at the outermost rows. The error grows by the ratio of both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import ndtri
+
+from flexband.uncertainty.expansions.families import Family, existing
+from flexband.uncertainty.expansions.regression import normalized_values
+from flexband.uncertainty.inputs.sampling import of_normals, sobol
+
+PLACES = 4096
+
+
+def growth_beyond_rows(
+    index: np.ndarray,
+    points: tuple[np.ndarray, np.ndarray],
+    families: Sequence[Family],
+    fold: np.ndarray,
+    weight: np.ndarray,
+) -> float:
+    """Return the error over the inputs as a multiple of that of cross-validation, at least 1.
+
+    Half of all η are at the ends of their intervals, where most bounds are.
+
+    Parameters
+    ----------
+    index : orders of the terms of the fit, η first.
+    points : ξ and η of the rows.
+    fold, weight : of each row, (rows,).
+    """
+    xi, eta = points
+    m, n = eta.shape[1], len(families)
+    u = sobol(PLACES, m + n, seed=5)
+    inside = 2 * u[:, :m] - 1
+    at_ends = np.where(np.abs(inside) < 0.5, 2 * inside, np.sign(inside))
+    places = of_normals(ndtri(u[:, m:]), families), at_ends
+    next_orders = np.eye(m + n, dtype=int) * (1 + _highest_alone(index))[:, None]
+    next_orders = next_orders[existing(next_orders, families)]
+    everything = np.concatenate([index, next_orders])
+    of_rows, of_places = (
+        normalized_values(everything, *at, families) for at in ((xi, eta), places)
+    )
+    terms, further = np.split(of_rows, [len(index)], axis=1)
+    beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solved(terms, further)
+    missed = np.empty_like(further)
+    for k in np.unique(fold):
+        own = fold == k
+        missed[own] = further[own] - terms[own] @ _solved(terms[~own], further[~own])
+    size = weight @ missed**2
+    known = size > 1e-12 * np.mean(further**2, axis=0)
+    growth = np.mean(beyond**2, axis=0)[known] / size[known]
+    return float(np.sqrt(max(1.0, growth.max(initial=1.0))))
+
+
+def _solved(terms: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the coefficients of values in terms by least squares."""
+    return np.linalg.lstsq(terms, values, rcond=1e-10)[0]
+
+
+def _highest_alone(index: np.ndarray) -> np.ndarray:
+    """Return the highest order of each variable in terms of it alone."""
+    alone = index[np.count_nonzero(index, axis=1) == 1]
+    return alone.max(axis=0, initial=0)

@@ -1,0 +1,107 @@
+"""Runs that exist: values of inputs and outputs, row by row, checked and without contradictions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from flexband.errors import InputError
+from flexband.uncertainty.inputs.evaluation import check_labels, labelled
+from flexband.uncertainty.surrogates.axes import series
+
+FEWEST = 4
+"""Fewest different rows that a surrogate is made from, besides two for each input."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Values of inputs by name, (rows,) each, and the response there, first dim "sample"."""
+
+    inputs: Mapping[str, np.ndarray]
+    response: xr.DataArray
+
+    @staticmethod
+    def of(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> Table:
+        """Return a table; raise `InputError` unless all values are finite and there are enough."""
+        rows = len(response)
+        response = labelled(response, rows)
+        check_labels(response[:0])
+        for name, values in inputs.items():
+            if values.shape != (rows,):
+                raise InputError(f"table: {name} must have {rows} values; got shape {values.shape}")
+            if values.dtype.kind in "biuf" and not np.isfinite(values).all():
+                row = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise InputError(f"table: {name} must be finite; row {row + 1} has {values[row]}")
+        good = np.isfinite(series(response)).all(axis=(1, 2))
+        if not good.all():
+            row = int(np.flatnonzero(~good)[0])
+            raise InputError(
+                f"table: outputs must be finite; row {row + 1} is not: leave the row out, if the "
+                "run failed"
+            )
+        return Table(inputs, response)
+
+    def which(self, rows: np.ndarray) -> Table:
+        """Return some of the rows."""
+        return Table({k: v[rows] for k, v in self.inputs.items()}, self.response[rows])
+
+    @cached_property
+    def group(self) -> np.ndarray:
+        """The number of the different inputs that each row has, in the order of rows, (rows,)."""
+        columns = [np.unique(values, return_inverse=True)[1] for values in self.inputs.values()]
+        codes = np.stack([np.zeros(len(self.response), int), *columns], axis=1)
+        _, first, group = np.unique(codes, axis=0, return_index=True, return_inverse=True)
+        order = np.argsort(np.argsort(first))
+        return order[group.ravel()]
+
+    @property
+    def groups(self) -> int:
+        """The number of different rows."""
+        return int(self.group.max(initial=-1)) + 1
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """The first row of each group, (groups,)."""
+        return np.unique(self.group, return_index=True)[1]
+
+    @cached_property
+    def means(self) -> np.ndarray:
+        """Means of repeated rows, (groups, outputs, times)."""
+        values = series(self.response)
+        total = np.zeros((self.groups, *values.shape[1:]))
+        np.add.at(total, self.group, values)
+        return total / np.bincount(self.group)[:, None, None]
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Standard deviation of repeated rows, (outputs, times); 0 if none is repeated."""
+        values = series(self.response)
+        spare = len(values) - self.groups
+        square = np.sum((values - self.means[self.group]) ** 2, axis=0)
+        return np.sqrt(square / max(spare, 1))
+
+    def check(self, names: list[str]) -> None:
+        """Raise `InputError` if rows are too few for the inputs, or contradict each other."""
+        needed = FEWEST + 2 * len(names)
+        if self.groups < needed:
+            raise InputError(
+                f"table must have {needed} different rows or more for {', '.join(names)}; "
+                f"got {self.groups}"
+            )
+        values = series(self.response)
+        scatter = np.sqrt(np.mean((values - values.mean(axis=0)) ** 2, axis=(0, 2)))
+        noise = np.sqrt(np.mean(self.noise**2, axis=1))
+        contradicted = noise > 0.7 * scatter
+        if contradicted.any() and noise.max() > 0:
+            apart = np.abs(values - self.means[self.group])[:, contradicted].max(axis=(1, 2))
+            row = int(apart.argmax())
+            others = np.flatnonzero(self.group == self.group[row])
+            rows = ", ".join(str(k + 1) for k in others[:4])
+            raise InputError(
+                f"table: rows with equal inputs must have about equal outputs; rows {rows} differ "
+                "as much as rows with other inputs: an input is missing, or a value is wrong"
+            )

@@ -1,9 +1,11 @@
 """Progress within a batch, and of verification."""
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import flexband as fb
 from flexband.mechanics.engine.batch import run_samples
@@ -72,3 +74,13 @@ def test_simulations_tell_their_progress_and_run_again_with_shorter_steps(tmp_pa
     finer = fb.dynamic_response(hardening_spring, duration=0.2, step=0.005, output_step=0.02)
     np.testing.assert_array_equal(own.outputs, finer(speed=np.array([15.0])))
     assert "runs_failed" not in found.attrs
+
+
+def test_runs_are_written_as_netcdf(tmp_path):
+    inputs = {"a": fb.Interval(0.0, 1.0), "b": fb.Normal(0.0, 1.0)}
+    fb.propagate(lambda a, b: a + b, inputs, fb.PCCI(1, 1), store=tmp_path / "runs")
+    runs = fb.execution.open_runs(tmp_path / "runs")
+    runs.to_netcdf(tmp_path / "runs.nc")
+    with xr.open_dataset(tmp_path / "runs.nc") as read:
+        assert read["outputs"].values.tolist() == runs["outputs"].values.tolist()
+        assert json.loads(read.attrs["sessions"])[0]["intervals"].startswith("a = Interval")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -166,7 +167,8 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     Dataset with the variables `outputs`, dims ("run", …); `inputs`, dims ("run", "input");
     `status`, whose values ``status.flag_meanings`` explains; `reason`, why a run failed; `seconds`,
     its wall time [s]; `finished`, when; `setting`, the options of a `Choice` and what is finer in
-    the discretization; and `session`, a number in ``attrs["sessions"]``, which tells versions.
+    the discretization; and `session`, a number in the JSON text ``attrs["sessions"]``, which tells
+    versions. It can be written with ``to_netcdf``.
 
     Raises
     ------
@@ -187,8 +189,11 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
     refuse_links(path)
     runs = xr.open_zarr(path, chunks=None, consolidated=True)
     texts = {
-        name: (coordinate.dims, np.array(coordinate.values.tolist(), dtype=str), coordinate.attrs)
-        for name, coordinate in runs.coords.items()
-        if coordinate.dtype.kind == "T"  # which cannot be compared with names, nor converted
+        name: (variable.dims, np.array(variable.values.tolist(), dtype=str), variable.attrs)
+        for name, variable in runs.variables.items()
+        if variable.dtype.kind == "T"  # which cannot be compared with names, nor converted
     }
-    return runs.assign_coords(texts)
+    plain = {k: v if isinstance(v, str | int) else json.dumps(v) for k, v in runs.attrs.items()}
+    runs = runs.drop_encoding().assign(texts).assign_attrs(plain)
+    runs["finished"].encoding = {"units": "seconds since 1970-01-01", "dtype": "float64"}
+    return runs

@@ -67,7 +67,7 @@ class StudyFolder:
             return False
         with suppress(StoreError, OSError, ValueError, KeyError):
             runs = open_runs(self.path)
-            other = runs.attrs["owner"]["response"] != response
+            other = json.loads(runs.attrs["owner"])["response"] != response
             failed = RunStatus.DONE not in runs["status"].values
             return (
                 other

@@ -14,6 +14,8 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import number_of
 
+QUARTILE = 0.25
+
 TARGETS = 4096
 """Places of the inputs that tell for what part of them each row speaks."""
 
@@ -43,9 +45,9 @@ def folds(rows: np.ndarray, targets: np.ndarray, count: int, seed: int) -> np.nd
     places that are predicted later (Milà et al., Methods Ecol. Evol. 13 (2022), 1304). Where random
     folds are too near, as those of clusters, folds are neighbours, and as few as that takes.
     """
-    near_enough = 0.67  # of the distance from a place to the nearest row, in the median
+    near_enough = 0.67  # of the distance from a place to the nearest row, in the lower quartile
     rng = np.random.default_rng(seed)
-    needed = near_enough * np.median(KDTree(rows).query(targets)[0])
+    needed = near_enough * np.quantile(KDTree(rows).query(targets)[0], QUARTILE)
     fold = rng.permutation(len(rows)) % count
     if _distance(rows, fold) >= needed:
         return fold
@@ -57,12 +59,12 @@ def folds(rows: np.ndarray, targets: np.ndarray, count: int, seed: int) -> np.nd
 
 
 def _distance(rows: np.ndarray, fold: np.ndarray) -> float:
-    """Return the median distance of rows to the nearest one of another fold."""
+    """Return the lower quartile of distances of rows to the nearest one of another fold."""
     apart = np.empty(len(rows))
     for k in np.unique(fold):
         own = fold == k
         apart[own] = KDTree(rows[~own]).query(rows[own])[0] if not own.all() else 0.0
-    return float(np.median(apart))
+    return float(np.quantile(apart, QUARTILE))
 
 
 def levels_within(rows: np.ndarray) -> list[np.ndarray]:

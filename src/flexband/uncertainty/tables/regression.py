@@ -209,8 +209,8 @@ def _judged(
     missed = missed * without_noise
     window = max(1, round(0.02 * F.shape[-1]))
     held = HeldOut(xi[which], eta[which], missed[which], np.zeros(F.shape[1:]), window)
-    # bounds may rest at ends of intervals, which rows need not reach: nothing is gained there
-    error = held.expected_error(space.interval_dimension) / share(1)
+    # bounds rest at corners of the intervals, where what is missed of each of them adds up
+    error = held.expected_error(1) / share(1) * max(1, space.interval_dimension) ** 0.5
     error = np.maximum(error, least_error(F, units)[:, None])
     of_mean = growth(0) if space.random_dimension else 1.0
     both = np.stack([of_mean * error, error])

@@ -6,7 +6,7 @@ import xarray as xr
 
 import flexband as fb
 from flexband.uncertainty.expansions.families import HERMITE, LEGENDRE
-from flexband.uncertainty.expansions.regression import (
+from flexband.uncertainty.expansions.regression.sparse_fit import (
     candidates,
     least_squares,
     normalized_values,

@@ -76,7 +76,7 @@ def test_there_is_no_verdict_where_no_row_is_near():
     rows = draw(60, reach=0.3)
     surrogate = fb.surrogate_of({**rows, "u": smooth(**rows)}, INPUTS)
     (doubt,) = doubts_of(surrogate)
-    assert doubt == "no row of the table is near low values of a, high values of a"
+    assert doubt == "no row of the table is near low a, high a"
     together = draw(60)
     inputs = {"a": fb.Interval(-1.0, 1.0), "b": fb.Interval(-1.0, 1.0)}
     both = {"a": together["a"], "b": together["a"] + 0.01 * together["x"]}

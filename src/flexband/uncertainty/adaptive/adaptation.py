@@ -14,10 +14,16 @@ from flexband.uncertainty.adaptive.choice import BestFits, released
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import BATCH, PartsFit, Split, compared_times
 from flexband.uncertainty.adaptive.held_out import extreme_places, generic_points
-from flexband.uncertainty.adaptive.interpolation import fewest_fitted, first_design
+from flexband.uncertainty.adaptive.interpolation import (
+    MIN_RUNS,
+    NestedDesign,
+    fewest_fitted,
+    first_design,
+)
 from flexband.uncertainty.adaptive.rare_values import RareValues
 from flexband.uncertainty.adaptive.refinement.correction import DiscretizationCorrection
 from flexband.uncertainty.adaptive.refinement.refinement import CoarseRuns, Refinement
+from flexband.uncertainty.adaptive.regression import SampledDesign
 from flexband.uncertainty.adaptive.runs import (
     MIN_HELD,
     RareRuns,
@@ -39,6 +45,12 @@ class AdaptationOptions(NamedTuple):
     growth: float = 0.25  # size of a batch, as a part of the fitted runs there are
     # runs that interpolation may start with; if it takes more, terms are found by regression
     max_interpolated: int = 48
+    # of more variables than interpolation with so many runs has, a few may matter: samples show
+    # these, unless all of so many leave more than this part of the variation
+    few_interpolated: int = 16
+    max_few: int = 7
+    tried_samples: int = 56
+    max_missed: float = 0.6
     max_rare_runs: int = 2 * BATCH  # runs at rare values of random variables
     # if the budget has at least so many batches, and the tolerance is not met, one of the last is
     # run at rare values
@@ -95,6 +107,11 @@ class Adaptation:
         self.design = first_design(
             m, families, most - self.generic, options.max_interpolated, discs
         )
+        # whether interpolation follows if samples do not show that few variables matter
+        several = options.few_interpolated < len(self.design) and not self.design.sampled
+        self.tries_samples = several and most >= options.tried_samples
+        if self.tries_samples:
+            self.design = SampledDesign(MIN_RUNS, m, families, discs)
         known = evaluate.earlier_runs(self.generic)
         new = generic_points(0, self.generic - len(known[0]), m, families, discs)
         xi, eta = map(np.concatenate, zip(self.design.points, new, strict=True))
@@ -202,6 +219,11 @@ class Adaptation:
         known, budget = len(self.design), self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
+        variables = sum(v.shape[1] for v in self.design.points)
+        if self.tries_samples and budget > 2 * variables and self._many_matter(known):
+            self.tries_samples = False
+            self._interpolate(budget)
+            return None
         split = Split.of(self.stages, self.choice.carriers, self.held, self.counted)
         design = self.design.extended(min(self._batch, budget), split)
         if len(design) == known:
@@ -211,6 +233,27 @@ class Adaptation:
         self.design = design
         self._judge()
         return None
+
+    def _many_matter(self, samples: int) -> bool:
+        """Return whether so many samples show that many variables matter, or show nothing."""
+        options = self.options
+        missed = float(self.error.missed[self.counted].max(initial=0.0))
+        if missed < options.max_missed:
+            return int(np.count_nonzero(self.choice.orders)) > options.max_few
+        return samples >= options.tried_samples
+
+    def _interpolate(self, budget: int) -> None:
+        """Begin again with runs to interpolate; the samples are held out from now on."""
+        space, sampled, held = self.space, self.fitted, self.held
+        m, families, discs = space.interval_dimension, space.families, space.discs
+        self.design = NestedDesign.first(m, families, budget, discs)
+        new = evaluated(self.evaluate, *self.design.points, len(self.design))
+        parts = held.which(slice(self.generic)), sampled, held.which(slice(self.generic, None))
+        self.generic += len(sampled.values)
+        runs = ResponseRuns.joined(new, *parts)
+        self.made = RunBuffer(runs, len(new.values), self.most)
+        del self.choice, self.error
+        self._judge(again=False)
 
     def _hold_extremes(self, tolerance: float) -> bool:
         """Run and hold out a batch where bounds are attained; return whether these places are new.

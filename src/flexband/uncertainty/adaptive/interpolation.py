@@ -29,7 +29,11 @@ from flexband.uncertainty.expansions.index_sets import (
 )
 from flexband.uncertainty.expansions.interpolation import Interpolation
 from flexband.uncertainty.expansions.points.sequences import interval_sequence
-from flexband.uncertainty.expansions.regression import SparseFitOptions, candidates, principal
+from flexband.uncertainty.expansions.regression.sparse_fit import (
+    SparseFitOptions,
+    candidates,
+    principal,
+)
 from flexband.uncertainty.phases.decomposition import Stage
 from flexband.uncertainty.phases.layout import PartColumns
 

@@ -12,7 +12,7 @@ import numpy as np
 from flexband.uncertainty.adaptive.fits import BATCH, Split
 from flexband.uncertainty.expansions.families import Family, existing
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
-from flexband.uncertainty.expansions.regression import (
+from flexband.uncertainty.expansions.regression.sparse_fit import (
     candidates,
     normalized_values,
     sparse_fit,

@@ -14,7 +14,11 @@ from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.expansions.families import existing
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
-from flexband.uncertainty.expansions.regression import least_squares, normalized_values, term_scales
+from flexband.uncertainty.expansions.regression.sparse_fit import (
+    least_squares,
+    normalized_values,
+    term_scales,
+)
 from flexband.uncertainty.inputs.sampling import nested_points
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.methods.method import HELD, Evaluate, ExpansionMethod

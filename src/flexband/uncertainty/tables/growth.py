@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from flexband.uncertainty.expansions.families import Family, existing
-from flexband.uncertainty.expansions.regression import normalized_values
+from flexband.uncertainty.expansions.regression.sparse_fit import normalized_values
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
 PLACES = 4096

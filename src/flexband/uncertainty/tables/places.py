@@ -107,7 +107,7 @@ def beyond_rows(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
     lacking = []
     for v, name in enumerate(names):
         sides = [side for side in (-1, 1) if np.max(side * at[:, v]) < 1 - min(gap, 0.5)]
-        lacking += [f"{'low' if side < 0 else 'high'} values of {name}" for side in sides]
+        lacking += [f"{'low' if side < 0 else 'high'} {name}" for side in sides]
     if lacking:
         return _in_words(lacking)
     for v, w in combinations(range(len(names)), 2):

@@ -20,7 +20,7 @@ from flexband.uncertainty.adaptive.regression import fitted_parts
 from flexband.uncertainty.expansions.families import Family, existing
 from flexband.uncertainty.expansions.hybrid import HybridExpansion
 from flexband.uncertainty.expansions.index_sets import bounded_terms
-from flexband.uncertainty.expansions.regression import candidates
+from flexband.uncertainty.expansions.regression.sparse_fit import candidates
 from flexband.uncertainty.inputs.space import Space
 from flexband.uncertainty.inputs.unfolding import in_words
 from flexband.uncertainty.phases.decomposition import Stage, decompose

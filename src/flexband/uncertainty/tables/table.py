@@ -32,7 +32,7 @@ class Table:
         check_labels(response[:0])
         for name, values in inputs.items():
             if values.shape != (rows,):
-                raise InputError(f"table: {name} must have {rows} values; got shape {values.shape}")
+                raise InputError(f"table: {name} must have shape ({rows},); got {values.shape}")
             if values.dtype.kind in "biuf" and not np.isfinite(values).all():
                 row = int(np.flatnonzero(~np.isfinite(values))[0])
                 raise InputError(f"table: {name} must be finite; row {row + 1} has {values[row]}")

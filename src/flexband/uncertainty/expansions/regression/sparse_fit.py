@@ -24,6 +24,7 @@ import numpy as np
 from flexband.uncertainty.expansions.families import Family, mean_squares
 from flexband.uncertainty.expansions.hybrid import term_values
 from flexband.uncertainty.expansions.polynomials import chebyshev_values
+from flexband.uncertainty.expansions.regression.few_variables import sets_of_variables
 
 
 class SparseFitOptions(NamedTuple):
@@ -41,6 +42,8 @@ class SparseFitOptions(NamedTuple):
     """Fraction of a candidate's energy that must be orthogonal to the terms taken before it."""
     merit_per_order: float = 0.5
     """Factor of a candidate's merit for each order above one: low orders are more likely."""
+    few_variables: int = 4
+    """With more, terms of a few variables alone are tried, too."""
     choice_weight: float = 3.0
     """Weight of the number of choices, log C(K, P), over the runs."""
 
@@ -100,10 +103,11 @@ def sparse_fit(
     *,
     options: SparseFitOptions = SparseFitOptions(),
 ) -> SparseFit:
-    """Return the best of four fits of weighted series, (runs, series), by candidates.
+    """Return the best of some fits of weighted series, (runs, series), by candidates.
 
     The candidates, (runs, candidates) with orders `index`, are those of order one, those in one
-    variable, all, and those of order one with the products of the most important variable.
+    variable, all, those of order one with the products of the most important variable, and those of
+    a few variables alone.
     """
     y, orders = weight * series, index.sum(axis=1)
     y -= y.mean(axis=0)  # the constant term is always taken
@@ -118,6 +122,10 @@ def sparse_fit(
     fits = [path(orders <= 1), path(pure), path(orders >= 0)]
     first = index[fits[0][2][1:2]].any(axis=0)  # the most important variable, if any
     fits.append(path((orders <= 1) | (orders == 2) & index[:, first].any(axis=1)))
+    if index.shape[1] > options.few_variables:
+        for variables in sets_of_variables(index, values, y):
+            others = ~np.isin(np.arange(index.shape[1]), variables)
+            fits.append(path(np.asarray(~index[:, others].any(axis=1))))
     _, correction, which = min(fits, key=lambda path: path[0])
     Q, R = np.linalg.qr(values[:, which])
     return SparseFit(which, np.linalg.solve(R, Q.T @ series), correction)

@@ -122,6 +122,11 @@ OWN = {
     ("production_yield", "surrogate"): BOX,
     ("production_yield", "scatter"): {"a": fb.Uniform(1.0, 2.0)},
     ("Store", "folder"): "runs",
+    ("surrogate_of", "table"): {
+        "a": np.linspace(1.0, 2.0, 12),
+        "b": np.sin(np.arange(12.0)),
+        "u": np.arange(12.0),
+    },
     ("Correlated", "inputs"): {"a": fb.Normal(0.0, 1.0), "b": fb.Uniform(0.0, 1.0)},
     ("Correlated", "correlation"): 0.5,
     ("ExternalProgram", "command"): ["echo", "${length}"],

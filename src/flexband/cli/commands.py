@@ -19,7 +19,9 @@ from flexband.cli.methods import add_method_options
 from flexband.namespaces import imports_for_types
 
 MODULES = (  # the order of the help page
-    "runs", "status", "report", "export", "comparison", "points", "answers.tables", "answers.rankings",
+    "runs", "status", "report", "exchange.export", "comparison", "exchange.points",
+    "exchange.tables",
+    "answers.rankings",
     "answers.narrowing", "answers.limits", "answers.distribution", "answers.allocation",
     "answers.derived", "answers.paths", "answers.production",
 )  # fmt: skip

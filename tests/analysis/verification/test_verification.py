@@ -14,8 +14,10 @@ import flexband as fb
 from benchmarks.honesty.verification_kinks import hidden, judged
 from flexband.analysis.verification import verify as verification
 from flexband.report.text.tables import remarks
+from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.expansions.direct import DirectExpansion
 from flexband.uncertainty.inputs.sampling import latin_hypercube_normals, stretched
+from flexband.uncertainty.phase_resolved import method
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 TIMES = np.linspace(0.0, 2.0, 41)
@@ -220,7 +222,7 @@ def test_what_inputs_that_are_left_out_do_is_in_the_estimate():
     np.testing.assert_allclose(at[0, 3:], -at[1, 3:])
 
 
-def test_no_verdict_states_less_than_its_runs_can_see():
+def test_no_verdict_states_less_than_its_runs_can_see(monkeypatch):
     """A kink that 8 % of the samples reach: half of the width is missing there, and no run is."""
 
     def kink(x, e):
@@ -228,6 +230,12 @@ def test_no_verdict_states_less_than_its_runs_can_see():
         return xr.DataArray(values, dims=("sample", "time"), coords={"time": TIMES})
 
     inputs = {"x": fb.Normal(0, 0.5), "e": fb.Interval(-1, 1)}
+
+    def no_rare_runs(error, space, evaluate):
+        points = np.zeros((0, 1)), np.zeros((0, 1))
+        return RareRuns(ResponseRuns(*points, error.choice.missed[:0]), np.zeros(0))
+
+    monkeypatch.setattr(method, "_rare_runs", no_rare_runs)
     with pytest.warns(fb.errors.FlexbandWarning, match="'x' changes no output"):
         surrogate = fb.expand(kink, inputs, fb.methods.PhaseResolvedPCCI(1, 1))
     assert isinstance(surrogate, Surrogate)

@@ -60,7 +60,7 @@ def test_a_known_error_is_corrected_and_what_is_left_of_it_is_expected(method, o
         (fb.methods.RegressionPCCI(2, correct=True), (12 + 4, 6 + 2 + 1)),
         (fb.methods.RegressionPCCI(0, correct=True), (2 + 4, 2 + 2 + 1)),
         (fb.methods.PerturbationChebyshev(2, correct=True), (9 + 4, 3 + 2 + 1)),
-        (fb.methods.PhaseResolvedPCCI(1, 1, correct=True), (4 + 4, 3 + 2 + 1)),
+        (fb.methods.PhaseResolvedPCCI(1, 1, correct=True), (4 + 4 + 2, 3 + 2 + 1)),
     ],
     ids=str,
 )

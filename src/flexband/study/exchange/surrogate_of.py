@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.errors import InputError, shown
+from flexband.errors import InputError, check_instance, check_integer, shown
 from flexband.study.exchange.tables import Columns, columns_of, inputs_and_response
 from flexband.uncertainty.inputs.choices import Chosen
 from flexband.uncertainty.inputs.fields.field import Field
@@ -67,6 +67,13 @@ def surrogate_of(
     >>> fb.surrogate_of(table, inputs).bands()["mean"].values.round(3).ravel()
     array([1.81, 2.21])
     """
+    check_instance("inputs", inputs, Mapping, "a dict of names and inputs")
+    check_instance("time", time, str | None, "the name of a column")
+    check_instance("units", units, Mapping | None, "a dict of names and units")
+    names = [] if outputs is None else outputs
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise InputError(f"outputs must be a list of names; got {shown(outputs)}")
+    seed = check_integer("seed", seed, 0)
     for name, input_ in inputs.items():
         if isinstance(input_, Field):
             raise InputError(f"{name} must be a number for each row; got {shown(input_)}")

@@ -45,9 +45,9 @@ class AdaptationOptions(NamedTuple):
     growth: float = 0.25  # size of a batch, as a part of the fitted runs there are
     # runs that interpolation may start with; if it takes more, terms are found by regression
     max_interpolated: int = 48
-    # of more variables than interpolation with so many runs has, a few may matter: samples show
-    # these, unless all of so many leave more than this part of the variation
-    few_interpolated: int = 16
+    # of so many inputs, a few may matter: samples show these, unless all of so many leave more than
+    # this part of the variation
+    many_inputs: int = 10
     max_few: int = 7
     tried_samples: int = 56
     max_missed: float = 0.6
@@ -108,8 +108,8 @@ class Adaptation:
             m, families, most - self.generic, options.max_interpolated, discs
         )
         # whether interpolation follows if samples do not show that few variables matter
-        several = options.few_interpolated < len(self.design) and not self.design.sampled
-        self.tries_samples = several and most >= options.tried_samples
+        many = len(space.uncertain) >= options.many_inputs and not self.design.sampled
+        self.tries_samples = many and most >= options.tried_samples
         if self.tries_samples:
             self.design = SampledDesign(MIN_RUNS, m, families, discs)
         known = evaluate.earlier_runs(self.generic)

@@ -124,9 +124,9 @@ class RegressionPCCI(ExpansionMethod):
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, with the error that is expected of it.
 
-        A run's error in the fit to all others is known without another fit (leave-one-out). With
-        the correction for few runs of Chapelle, Vapnik and Bengio (2002), its root mean square is
-        the error at a new point; the part of it that bands are off by is that of the other methods.
+        A run's error in the fit to all others is known without another fit (leave-one-out). As the
+        terms are given, its root mean square is the error at a new point; the part of it that bands
+        are off by is that of the other methods.
         `trusted` is false for outputs of which more than half of the variation is missed.
         """
         index, m = self.index(space), space.interval_dimension
@@ -147,7 +147,7 @@ class RegressionPCCI(ExpansionMethod):
                 f"{are(len(values), 'run')} left, too few for {number_of(len(index), 'term')}", {}
             )
         terms = normalized_values(index, *points, space.families)
-        factor = _correction(terms)
+        check_determined(terms)
         signal = series(values)
         flat = signal.reshape(len(signal), -1)
         coefficients, left_out = least_squares(terms, flat)
@@ -155,7 +155,6 @@ class RegressionPCCI(ExpansionMethod):
         outputs = np.arange(signal.shape[1])
         polynomials = HybridExpansion(space.families, index, coefficients, space.discs)
         expansion = DirectExpansion(outputs, polynomials)
-        left_out *= factor
         missed = left_out.reshape(signal.shape)
         error = share(m) * np.sqrt(np.einsum("rot,rot->ot", missed, missed) / len(missed))
         least = least_error(signal, units_of(values))[:, None]
@@ -177,16 +176,14 @@ class RegressionPCCI(ExpansionMethod):
         return evaluate.corrected(surrogate, (*points, signal)) if self.correct else surrogate
 
 
-def _correction(terms: np.ndarray) -> float:
-    """Return √T of leave-one-out errors, T = N/(N − P) (1 + tr (AᵀA)⁻¹), of terms A, (N, P)."""
+def check_determined(terms: np.ndarray) -> None:
+    """Raise `InputError` if runs do not determine the coefficients of terms, (runs, terms)."""
     # what is new in a term, in the runs, as a fraction of the same of the term that is newest
     min_pivot = 1e-8
     N, P = terms.shape
-    R = np.linalg.qr(terms, mode="r")
-    pivots = np.abs(np.diag(R))
+    pivots = np.abs(np.diag(np.linalg.qr(terms, mode="r")))
     if pivots.min() < min_pivot * pivots.max():
         raise InputError(
             f"{number_of(N, 'run')} cannot determine {number_of(P, 'term')}; choose a larger "
             "oversampling or a lower order"
         )
-    return math.sqrt(N / (N - P) * (1 + np.sum(np.linalg.inv(R) ** 2)))

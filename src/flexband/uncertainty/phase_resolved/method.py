@@ -12,6 +12,7 @@ from flexband.uncertainty.adaptive.choice import BestFits
 from flexband.uncertainty.adaptive.expected_error import ExpectedError
 from flexband.uncertainty.adaptive.fits import PartsFit
 from flexband.uncertainty.adaptive.held_out import generic_points
+from flexband.uncertainty.adaptive.rare_values import RareValueOptions, RareValues
 from flexband.uncertainty.adaptive.results import judged
 from flexband.uncertainty.adaptive.runs import RareRuns, ResponseRuns
 from flexband.uncertainty.inputs.space import Space, check_no_play
@@ -37,9 +38,10 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     If the frequency of a ringing response depends on the inputs, its value at a fixed time is a
     rapidly oscillating function of them; its phase, its envelopes and its slow part are smooth
     functions. Every run is split into these along the last dimension of the response, which must be
-    equidistant times. Four further runs at generic points are never fitted. Each output gets as
-    many carriers as predict these runs best, and none if it does not ring; what the expansion
-    misses of them is its error. See docs/explanation/phase.md.
+    equidistant times. Four further runs at generic points are never fitted, and of random inputs
+    two at rare values, where a stop may be that others do not reach. Each output gets as many
+    carriers as predict these runs best, and none if it does not ring; what the expansion misses of
+    them is its error. See docs/explanation/phase.md.
 
     Parameters
     ----------
@@ -71,8 +73,8 @@ class PhaseResolvedPCCI(ImprovedPCCI):
     copies, copies_per_carrier = 3.5, 7.5
 
     def runs(self, space: Space) -> int:
-        """Return Π (k+1) Π (q+1) + 4."""
-        return super().runs(space) + HELD * (not self.correct)
+        """Return Π (k+1) Π (q+1) + 4, and with random inputs 2 more."""
+        return super().runs(space) + HELD * (not self.correct) + 2 * (space.random_dimension > 0)
 
     def expand(self, space: Space, evaluate: Evaluate) -> Surrogate:
         """Return the surrogate, the expected error of its bands, and the carriers of each output.
@@ -90,12 +92,22 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         xi, eta = (np.concatenate(pair) for pair in zip(design.points, held, strict=True))
         values = evaluate(xi, eta)
         runs, dt = ResponseRuns(xi, eta, series(values)), step(values)
-        fits = map(partial(PartsFit.of, design), decompose(runs.values, dt))  # one by one
         fitted, held = (runs.which(rows) for rows in np.s_[: len(design), len(design) :])
-        choice = BestFits.of(fits, fitted, held, HELD, RareRuns.none(held))
+        rare = RareRuns.none(held)
+
+        def best(rare: RareRuns) -> BestFits:
+            fits = map(partial(PartsFit.of, design), decompose(runs.values, dt))  # one by one
+            return BestFits.of(fits, fitted, held, HELD, rare)
+
+        choice = best(rare)
         components = quantities(evaluate, runs.values.shape[1])
+        of_runs = HELD, runs.values, dt, len(nodes), units_of(values), components
+        error = ExpectedError.of(choice, *of_runs)
         units = units_of(values)
-        error = ExpectedError.of(choice, HELD, runs.values, dt, len(nodes), units, components)
+        if space.families:
+            rare = _rare_runs(error, space, evaluate)
+            choice = best(rare)
+            error = ExpectedError.of(choice, *of_runs)
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(design, held, error), least)
         dataset = xr.Dataset()
@@ -103,7 +115,23 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         worst *= AT_ONE_TIME
         dataset["pointwise_error"] = values.dims[1:], worst.reshape(values.shape[1:])
         made = fitted, held
+        labels = values[:0]
         if self.correct:
-            return corrected_choice(space, values[:0], error, both, made, evaluate, dataset, dt)
-        of_all = judged(values[:0], error, both, {}, evaluate, 0).merge(dataset)
-        return of_choice(space, values[:0], error, made, of_all)
+            found = corrected_choice(space, labels, error, both, made, evaluate, dataset, dt)
+        else:
+            of_all = judged(labels, error, both, {}, evaluate, 0).merge(dataset)
+            found = of_choice(space, labels, error, made, of_all)
+        return found.with_attrs(runs_checked=len(held.values) + len(rare.weight))
+
+
+def _rare_runs(error: ExpectedError, space: Space, evaluate: Evaluate) -> RareRuns:
+    """Return runs at rare values to both sides in the direction in which the response varies most.
+
+    Those that fail tell nothing.
+    """
+    slopes, m = error.slopes(space.families), space.interval_dimension
+    options = RareValueOptions(max_slopes=1)
+    rare = RareValues.along_slopes(slopes, space.families, m, options=options)
+    runs = ResponseRuns(rare.xi, rare.eta, series(evaluate(rare.xi, rare.eta)))
+    good = np.isfinite(runs.values).all(axis=(1, 2))
+    return RareRuns(ResponseRuns(*(v[good] for v in runs)), rare.weight[good])

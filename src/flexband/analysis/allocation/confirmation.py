@@ -59,6 +59,7 @@ class Confirmed:
     runs: int = 0
     kept: bool = False  # whether the last runs keep the limits
     inferred: bool = False  # whether μ ± kσ keeps some of them by the surrogate alone
+    changed: bool = False  # whether the runs have moved the tolerances
 
 
 def confirmed(
@@ -74,7 +75,7 @@ def confirmed(
     error = expected_error(surrogate, worst.sigmas)
     loosest = 0.0 * worst.scale if error is None else -options.looser * error.ravel()[worst.numbers]
     shift, runs, kept, inside = np.zeros(worst.bounds.shape), 0, True, np.zeros(0, bool)
-    run_margins = np.zeros(0)
+    run_margins, first = np.zeros(0), allocated.x
     for k in range(options.max_rounds):
         points = allocated.points
         if not len(points):
@@ -110,7 +111,8 @@ def confirmed(
             break
         shift = new
         allocated = search(worst.tightened(shift), allocated.watched, allocated.x)
-    return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)))
+    changed = not np.allclose(allocated.x, first, rtol=1e-6, atol=0.0)
+    return Confirmed(allocated, shift, run_margins, runs, bool(kept), bool(np.any(inside)), changed)
 
 
 def _run_points(

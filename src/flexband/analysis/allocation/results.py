@@ -296,7 +296,7 @@ def _outcome(worst: WorstCaseBounds, confirmation: Confirmed, binding: Sequence[
             f"μ ± {worst.sigmas:g}σ keeps the limits is inferred by the surrogate"
         )
     shifted = "; the tolerances were corrected for the small differences they showed"
-    shifted = shifted if confirmation.shift.any() else ""
+    shifted = shifted if confirmation.changed else ""
     return f"{text}. Checked by {_new(confirmation.runs)}{shifted}"
 
 

@@ -18,7 +18,7 @@ from flexband.uncertainty.inputs.unfolding import GivenInputs, cases
 from flexband.uncertainty.surrogates.choices import SurrogateOfChoices
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.tables.regression import surrogate_of_rows
-from flexband.uncertainty.tables.table import Table
+from flexband.uncertainty.tables.table import RunTable
 
 
 def surrogate_of(
@@ -110,5 +110,5 @@ def _of_case(
             if ends[0] < covered.lower or ends[1] > covered.upper:
                 low, high = min(ends[0], covered.lower), max(ends[1], covered.upper)
                 wide[name], narrow[name] = Interval(float(low), float(high)), covered
-    surrogate = surrogate_of_rows(Table.of(used, response[rows]), Space(wide), seed)
+    surrogate = surrogate_of_rows(RunTable.of(used, response[rows]), Space(wide), seed)
     return surrogate.narrowed(**narrow) if narrow else surrogate

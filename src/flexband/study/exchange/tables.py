@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from flexband.errors import InputError, shown
@@ -29,25 +30,24 @@ def columns_of(
         table = _read(Path(table))
     if isinstance(table, xr.Dataset):
         columns: dict[str, Any] = _of_dataset(table, inputs, outputs)
-        found = {str(k): str(v.attrs.get("units", "")) for k, v in columns.items()}
+        column_units = {str(k): str(v.attrs.get("units", "")) for k, v in columns.items()}
     else:
-        if not isinstance(table, Mapping) and not hasattr(table, "columns"):
+        if not isinstance(table, Mapping | pd.DataFrame):
             raise InputError(
                 "table must be a path, a DataFrame, a Dataset or a mapping of columns; "
                 f"got {shown(table)}"
             )
-        names = getattr(table, "columns", table)
-        columns, found = {}, {}
-        for header in names:
+        columns, column_units = {}, {}
+        for header in table:
             match = re.fullmatch(r"\s*(.*?)\s+\[([^\]=]*)\]\s*", str(header))
             name, unit = match.groups() if match else (str(header).strip(), "")
-            columns[name], found[name] = _numbers(name, table[header]), unit
+            columns[name], column_units[name] = _numbers(name, table[header]), unit
     for name, unit in units.items():
         if name not in columns:
             continue
-        if found[name] and found[name] != unit:
+        if column_units[name] not in ("", unit):
             raise InputError(
-                f"table: {name} must be in {unit!r}, as given; it is in {found[name]!r}"
+                f"table: {name} must be in {unit!r}, as given; it is in {column_units[name]!r}"
             )
     return columns
 
@@ -78,10 +78,10 @@ def _of_dataset(
         table = table.isel(run=np.flatnonzero(good))
         columns = {str(k): table["inputs"].sel(input=k, drop=True) for k in table["input"].values}
         return columns | {"outputs": table["outputs"].drop_vars("input", errors="ignore")}
-    wanted = set(table.variables) if outputs is None else {*inputs, *outputs}
+    names = set(table.variables) if outputs is None else {*inputs, *outputs}
     dims = {table[name].dims[0] for name in inputs if name in table and table[name].dims}
     runs = next(iter(dims)) if len(dims) == 1 else "sample"
-    return {str(k): table[k] for k in table.variables if k in wanted and runs in table[k].dims}
+    return {str(k): table[k] for k in table.variables if k in names and runs in table[k].dims}
 
 
 def _numbers(name: str, values: Any) -> np.ndarray:

@@ -94,13 +94,13 @@ def judged(
     choice, finer = error.choice, {name: part.error for name, part in corrections.items()}
     integration = error.of_integration
     parts = {"expansion": np.maximum(of_expansion, error.steps) + integration}
-    told = {"integration": integration} if choice.carriers.any() else {}
+    also = {"integration": integration} if choice.carriers.any() else {}
     if finer:
         parts["discretization"] = np.sum(list(finer.values()), axis=0)
     total = np.sum(list(parts.values()), axis=0)
     trusted, relative = trust(labels, error.missed), error.of_outputs(total)
     dataset = diagnostics(labels, total, relative, choice.carriers, trusted, choice.frequencies)
-    for name, errors in (parts | told).items():
+    for name, errors in (parts | also).items():
         for band, band_error in zip(("mean", "error_bar"), errors, strict=True):
             dataset[f"{band}_{name}_error"] = labels.dims[1:], band_error.reshape(labels.shape[1:])
     numbers = evaluate.description.discretization
@@ -108,7 +108,7 @@ def judged(
         {"discretization_error": "not estimated"}
         | {
             f"{name}_error": error.relative(band_errors)
-            for name, band_errors in (finer | parts | told).items()
+            for name, band_errors in (finer | parts | also).items()
         },
         expected_error=error.relative(total),
         runs_refined=finer_runs,

@@ -52,8 +52,10 @@ class DiscretePolynomials:
     def values(self, order: int, x: np.ndarray) -> np.ndarray:
         values = np.zeros((*np.shape(x), order + 1))
         known = min(order, self.last_order)
-        own = orthonormal(self._recurrence, known, self._x[self.nearest(x)])
-        values[..., : known + 1] = own / self._recurrence.sizes[: known + 1]
+        nearest = self._x[self.nearest(x)]
+        values[..., : known + 1] = (
+            orthonormal(self._recurrence, known, nearest) / self._recurrence.sizes[: known + 1]
+        )
         return values
 
     def norms(self, order: int) -> np.ndarray:

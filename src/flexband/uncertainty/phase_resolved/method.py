@@ -117,11 +117,11 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         made = fitted, held
         labels = values[:0]
         if self.correct:
-            found = corrected_choice(space, labels, error, both, made, evaluate, dataset, dt)
+            surrogate = corrected_choice(space, labels, error, both, made, evaluate, dataset, dt)
         else:
             of_all = judged(labels, error, both, {}, evaluate, 0).merge(dataset)
-            found = of_choice(space, labels, error, made, of_all)
-        return found.with_attrs(runs_checked=len(held.values) + len(rare.weight))
+            surrogate = of_choice(space, labels, error, made, of_all)
+        return surrogate.with_attrs(runs_checked=len(held.values) + len(rare.weight))
 
 
 def _rare_runs(error: ExpectedError, space: Space, evaluate: Evaluate) -> RareRuns:

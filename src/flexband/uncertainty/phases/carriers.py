@@ -59,7 +59,7 @@ class Carrier:
         for output in range(values.shape[1]):
             values[:, output] += factor * np.real(self.envelope[:, output] * turn)
 
-    def part(self, runs: slice, outputs: slice | np.ndarray, times: slice) -> Carrier:
+    def part(self, runs: slice | np.ndarray, outputs: slice | np.ndarray, times: slice) -> Carrier:
         envelope = self.envelope[runs, outputs, times]
         return Carrier(self.phase[runs, times], envelope, self.frequency)
 

@@ -26,7 +26,7 @@ class Stage(NamedTuple):
 
     def part(
         self,
-        runs: slice = slice(None),
+        runs: slice | np.ndarray = slice(None),
         outputs: slice | np.ndarray = slice(None),
         times: slice = slice(None),
     ) -> Stage:

@@ -91,6 +91,8 @@ class VerificationVerdict:
         elif ratio.max() > 1:
             output = int(ratio.argmax())
         claims = expected / width
+        whole = 1.0  # an output with a larger error than its bars are wide varies by rounding
+        claimed = claims[claims < whole].max(initial=0.0)
         return VerificationVerdict(
             Confirmation.REFUTED if refuted.size else Confirmation.CONFIRMED,
             *counts,
@@ -98,7 +100,7 @@ class VerificationVerdict:
             inferred=float(share[output]),
             least=float(least[output]),
             expected=float(claims[output]),
-            claimed=float(claims.max()),
+            claimed=float(claimed),
             ratio=float(ratio[output]),
             refuted=refuted.size,
             confidence=VerificationRecord.read(checked).confidence,

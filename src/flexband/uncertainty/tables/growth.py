@@ -16,8 +16,6 @@ from flexband.uncertainty.expansions.families import Family, existing
 from flexband.uncertainty.expansions.regression.sparse_fit import normalized_values
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 
-PLACES = 4096
-
 
 def growth_beyond_rows(
     index: np.ndarray,
@@ -36,9 +34,9 @@ def growth_beyond_rows(
     points : ξ and η of the rows.
     fold, weight : of each row, (rows,).
     """
-    xi, eta = points
+    (xi, eta), count = points, 4096
     m, n = eta.shape[1], len(families)
-    u = sobol(PLACES, m + n, seed=5)
+    u = sobol(count, m + n, seed=5)
     inside = 2 * u[:, :m] - 1
     at_ends = np.where(np.abs(inside) < 0.5, 2 * inside, np.sign(inside))
     places = of_normals(ndtri(u[:, m:]), families), at_ends
@@ -52,8 +50,8 @@ def growth_beyond_rows(
     beyond = of_places[:, len(index) :] - of_places[:, : len(index)] @ _solved(terms, further)
     missed = np.empty_like(further)
     for k in np.unique(fold):
-        own = fold == k
-        missed[own] = further[own] - terms[own] @ _solved(terms[~own], further[~own])
+        rows = fold == k
+        missed[rows] = further[rows] - terms[rows] @ _solved(terms[~rows], further[~rows])
     size = weight @ missed**2
     known = size > 1e-12 * np.mean(further**2, axis=0)
     growth = np.mean(beyond**2, axis=0)[known] / size[known]

@@ -14,11 +14,6 @@ from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import number_of
 
-QUARTILE = 0.25
-
-TARGETS = 4096
-"""Places of the inputs that tell for what part of them each row speaks."""
-
 
 def coordinates_of(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
     """Return places in which distances are compared, (places, m + n): standard deviations / 2."""
@@ -27,8 +22,9 @@ def coordinates_of(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
 
 def target_places(space: Space) -> np.ndarray:
     """Return places as likely as the inputs are; intervals count evenly."""
+    count = 4096
     m, n = space.interval_dimension, space.random_dimension
-    u = sobol(TARGETS, m + n, seed=3)
+    u = sobol(count, m + n, seed=3)
     return coordinates_of(of_normals(ndtri(u[:, m:]), space.families), 2 * u[:, :m] - 1)
 
 
@@ -47,7 +43,7 @@ def folds(rows: np.ndarray, targets: np.ndarray, count: int, seed: int) -> np.nd
     """
     near_enough = 0.67  # of the distance from a place to the nearest row, in the lower quartile
     rng = np.random.default_rng(seed)
-    needed = near_enough * np.quantile(KDTree(rows).query(targets)[0], QUARTILE)
+    needed = near_enough * _quartile(KDTree(rows).query(targets)[0])
     fold = rng.permutation(len(rows)) % count
     if _distance(rows, fold) >= needed:
         return fold
@@ -62,9 +58,13 @@ def _distance(rows: np.ndarray, fold: np.ndarray) -> float:
     """Return the lower quartile of distances of rows to the nearest one of another fold."""
     apart = np.empty(len(rows))
     for k in np.unique(fold):
-        own = fold == k
-        apart[own] = KDTree(rows[~own]).query(rows[own])[0] if not own.all() else 0.0
-    return float(np.quantile(apart, QUARTILE))
+        inside = fold == k
+        apart[inside] = 0.0 if inside.all() else KDTree(rows[~inside]).query(rows[inside])[0]
+    return _quartile(apart)
+
+
+def _quartile(distances: np.ndarray) -> float:
+    return float(np.quantile(distances, 0.25))
 
 
 def levels_within(rows: np.ndarray) -> list[np.ndarray]:
@@ -73,13 +73,13 @@ def levels_within(rows: np.ndarray) -> list[np.ndarray]:
     It is −1 for rows at the lowest or the highest level, which no other rows are beyond.
     """
     few, rows_of_level = 12, 2.0
-    found = []
+    levels = []
     for column in rows.T:
         values, level = np.unique(column, return_inverse=True)
         if len(values) <= min(few, len(rows) / rows_of_level):
             ends = (level == 0) | (level == len(values) - 1)
-            found.append(np.where(ends, -1, level))
-    return found
+            levels.append(np.where(ends, -1, level))
+    return levels
 
 
 def too_few_levels(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:

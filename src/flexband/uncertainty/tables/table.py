@@ -13,19 +13,16 @@ from flexband.errors import InputError
 from flexband.uncertainty.inputs.evaluation import check_labels, labelled
 from flexband.uncertainty.surrogates.axes import series
 
-FEWEST = 4
-"""Fewest different rows that a surrogate is made from, besides two for each input."""
-
 
 @dataclass(frozen=True)
-class Table:
+class RunTable:
     """Values of inputs by name, (rows,) each, and the response there, first dim "sample"."""
 
     inputs: Mapping[str, np.ndarray]
     response: xr.DataArray
 
     @staticmethod
-    def of(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> Table:
+    def of(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> RunTable:
         """Return a table; raise `InputError` unless all values are finite and there are enough."""
         rows = len(response)
         response = labelled(response, rows)
@@ -43,11 +40,11 @@ class Table:
                 f"table: outputs must be finite; row {row + 1} is not: leave the row out, if the "
                 "run failed"
             )
-        return Table(inputs, response)
+        return RunTable(inputs, response)
 
-    def which(self, rows: np.ndarray) -> Table:
+    def which(self, rows: np.ndarray) -> RunTable:
         """Return some of the rows."""
-        return Table({k: v[rows] for k, v in self.inputs.items()}, self.response[rows])
+        return RunTable({k: v[rows] for k, v in self.inputs.items()}, self.response[rows])
 
     @cached_property
     def group(self) -> np.ndarray:
@@ -86,7 +83,7 @@ class Table:
 
     def check(self, names: list[str]) -> None:
         """Raise `InputError` if rows are too few for the inputs, or contradict each other."""
-        needed = FEWEST + 2 * len(names)
+        needed = 4 + 2 * len(names)
         if self.groups < needed:
             raise InputError(
                 f"table must have {needed} different rows or more for {', '.join(names)}; "

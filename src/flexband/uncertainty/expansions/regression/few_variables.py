@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 
-class SearchOptions(NamedTuple):
+class SetSearchOptions(NamedTuple):
     """How many sets of variables are compared."""
 
     max_variables: int = 40  # of which pairs are compared
@@ -32,7 +32,7 @@ def sets_of_variables(
     values: np.ndarray,
     y: np.ndarray,
     *,
-    options: SearchOptions = SearchOptions(),
+    options: SetSearchOptions = SetSearchOptions(),
 ) -> Iterator[np.ndarray]:
     """Yield the best sets of two, three, … variables, by number.
 

@@ -64,7 +64,7 @@ def resolving_rule(
     ]
     if math.prod(sizes) > most:
         return None
-    rules = [rule(*own, fineness) for own in zip(families, orders, turns, sizes, strict=True)]
+    rules = [rule(*axis, fineness) for axis in zip(families, orders, turns, sizes, strict=True)]
     weights = tensor_values([np.ones((1, 1)), *(w[None] for _, w in rules)])[0]
     return tensor_points([points for points, _ in rules]) @ axes, weights
 

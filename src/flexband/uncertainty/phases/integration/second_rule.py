@@ -44,22 +44,22 @@ def integration_error(
     rules = [(terms.expansion.orthogonal(xi), weights) for xi, weights in points]
     affordable = SECOND_RULE.evaluations // (tasks * sum(len(w) for _, w in rules))
     chosen = np.unique(np.linspace(0, times - 1, min(times, max(affordable, 2))).astype(int))
-    found = np.empty((len(rules), 2, len(places) + len(between), outputs, len(chosen)))
+    moments = np.empty((len(rules), 2, len(places) + len(between), outputs, len(chosen)))
     for k, t in enumerate(chosen):
         for o in range(outputs):
             eta = np.concatenate([places[:, o, t], between])
             for r, rule in enumerate(rules):
-                found[r, :, :, o, k] = _moments(terms, int(t), o, eta, rule)
+                moments[r, :, :, o, k] = _moments(terms, int(t), o, eta, rule)
     errors = np.zeros((len(sigmas), 2, outputs, len(chosen)))
     for s, (c, e) in enumerate(zip(sigmas, bounds, strict=True)):
-        values = found[:, 0] + c * found[:, 1]
+        values = moments[:, 0] + c * moments[:, 1]
         mean, noise = values.mean(axis=0), np.zeros(values.shape[1:])
         if noisy:
             noise = values.std(axis=0, ddof=1) / math.sqrt(len(rules))
         for bound, sign in enumerate((-1.0, 1.0)):
-            own = e.values[bound][:, chosen]
-            apart = _beyond(np.abs(mean[2 * s + bound] - own), noise[2 * s + bound])
-            further = sign * (mean[len(places) :] - own) - 3 * noise[len(places) :]
+            stated = e.values[bound][:, chosen]
+            apart = _beyond(np.abs(mean[2 * s + bound] - stated), noise[2 * s + bound])
+            further = sign * (mean[len(places) :] - stated) - 3 * noise[len(places) :]
             errors[s, bound] = np.maximum(apart, further.max(axis=0, initial=0.0))
     return _at_all_times(errors, chosen, times)
 
@@ -93,15 +93,17 @@ def _moments(
     """
     expansion, columns = terms.expansion, terms.columns
     psi, weights = rule
-    own = columns.of_outputs(np.array([output]))
-    coefficients = expansion.chebyshev(eta)[:, expansion.i, None] * terms.coefficients[time][:, own]
+    parts = columns.of_outputs(np.array([output]))
+    coefficients = (
+        expansion.chebyshev(eta)[:, expansion.i, None] * terms.coefficients[time][:, parts]
+    )
     of_random = expansion.j[:, None] == np.arange(len(expansion.random_index))
     rows = np.einsum("pkc,kj->pjc", coefficients, of_random.astype(float))
     mean, std = np.empty(len(eta)), np.empty(len(eta))
     for p, row in enumerate(rows):
-        parts = (psi @ row).T
-        values = parts[0].copy()
-        for phase, re, im in parts[1:].reshape(-1, 3, len(weights)):
+        series = (psi @ row).T
+        values = series[0].copy()
+        for phase, re, im in series[1:].reshape(-1, 3, len(weights)):
             values += re * np.cos(phase) - im * np.sin(phase)
         mean[p] = weights @ values
         std[p] = np.sqrt(weights @ (values - mean[p]) ** 2)

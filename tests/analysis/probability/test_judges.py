@@ -152,3 +152,29 @@ def test_a_study_runs_the_model_where_a_required_probability_is_decided(
     without = study.run_in(tmp_path / "without", fb.RunOptions(verification_runs=0))
     (verdict,) = without.verdicts
     assert (verdict.verdict, verdict.reason) == (Verdict.UNDECIDED, Reason.NOT_JUDGED)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_probability_in_a_window_is_searched_over_the_intervals():
+    """Of (x + e) t above 1 from 0.33 to 0.55: P(x + 1 > 1/0.55), with runs and without."""
+    time = np.linspace(0.0, 1.0, 11)
+
+    def ramp(x, e):
+        values = (np.asarray(x) + np.asarray(e))[:, None] * time
+        return xr.DataArray(values[:, None], {"output": ["u"], "time": time},
+                            ("sample", "output", "time"))  # fmt: skip
+
+    inputs = {"x": fb.Normal(0.0, 0.3), "e": fb.Interval(-1.0, 1.0)}
+    surrogate = fb.expand(ramp, inputs, fb.AdaptivePCCI(0.01))
+    requirement = fb.Requirement("u", "u", below=1.0, during=(0.33, 0.55))
+    exact = norm.sf((1 / 0.55 - 1) / 0.3)
+    for runs in (0, 32):
+        judge = {"response": ramp, "runs": runs} if runs else {}
+        answer = fb.analysis.failure_probability(surrogate, requirement, **judge)
+        low, high = (float(answer["between"][k, -1]) for k in (1, 2)) if "between" in answer else (
+            float(answer["confidence_low"][-1]), float(answer["confidence_high"][-1])
+        )  # fmt: skip
+        assert np.isfinite([low, high]).all()
+        assert low <= exact * 1.1
+        assert high >= exact * 0.5
+        assert float(answer["probability_at"].sel(input="e", bound="upper")) > 0.9

@@ -251,6 +251,7 @@ class LimitState:
     def scatter(self, u: np.ndarray, eta: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return means and standard deviations of margins over u, (places, outputs, times) each.
 
+        These are ∞ and 1 out of the window.
         There are samples u at each η; their shapes are (points, n) and (places, m).
         """
         samples = np.tile(u, (len(eta), 1)), np.repeat(eta, len(u), axis=0)
@@ -258,7 +259,12 @@ class LimitState:
         moments = []
         for part, margins in zip(self.parts, zip(*blocks, strict=True), strict=True):
             samples = np.concatenate(margins).reshape(len(eta), -1, *part.series.shape)
-            moments.append((samples.mean(axis=1), np.maximum(samples.std(axis=1), 1e-3)))
+            inside = np.broadcast_to(part.inside, part.series.shape)
+            mean, std = np.full((2, len(eta), *part.series.shape), np.inf)
+            std[:] = 1.0
+            mean[:, inside] = samples[..., inside].mean(axis=1)
+            std[:, inside] = np.maximum(samples[..., inside].std(axis=1), 1e-3)
+            moments.append((mean, std))
         return moments
 
     def in_parts_of(self, scatter: list[np.ndarray]) -> LimitState:

@@ -11,7 +11,7 @@ import xarray as xr
 from flexband.analysis.probability.at_each import at_each_time
 from flexband.analysis.probability.correction import Correction, corrected, with_missed
 from flexband.analysis.probability.ends import EndOptions, ends, rare_at
-from flexband.analysis.probability.estimates import Estimate, estimate
+from flexband.analysis.probability.estimates import TWO_SIDED, Estimate, estimate
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import (
     ANYTHING,
@@ -196,6 +196,8 @@ def _between(raw: Sequence[Estimate], final: Sequence[Estimate | Correction]) ->
             if part.probability:  # as many more samples leave the limits between the times
                 grown = part.between / part.probability
             value, low, high = grown * [correction.probability, low, high]
+            sampled = part.between_error / np.maximum(part.between, 1e-300)  # of the samples alone
+            low, high = low * np.exp(-TWO_SIDED * sampled[1]), high * np.exp(TWO_SIDED * sampled[2])
         probabilities.append(np.minimum([value, low, high], 1.0))
     alike = len(set(map(type, final))) == 1
     each = np.transpose(probabilities)

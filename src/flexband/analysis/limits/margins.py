@@ -40,7 +40,7 @@ from flexband.requirements.requirement import Requirement, Requirements, by_name
 from flexband.uncertainty.inputs.space import check_no_play
 from flexband.uncertainty.surrogates.axes import axes_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.sigmas import checked_sigmas, relative_errors
+from flexband.uncertainty.surrogates.sigmas import AT_ONE_TIME, checked_sigmas, relative_errors
 
 
 def check_limits(
@@ -60,7 +60,7 @@ def check_limits(
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar; `above` and `below` are the limits.
+    limited; `expected_error` that of the error bar at one time, 1.5 times its mean; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
     the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at
@@ -192,7 +192,7 @@ class _Checked:
         """
         if label not in self.bands:
             self.bands[label] = (
-                self.cases[label].bands(self.sigmas)
+                with_errors_at_one_time(self.cases[label].bands(self.sigmas))
                 if label
                 else _bands(self.surrogate, self.requirements, self.sigmas)
             )
@@ -224,13 +224,25 @@ class _Checked:
         )
 
 
+def with_errors_at_one_time(bands: xr.Dataset) -> xr.Dataset:
+    """Return bands with the error of the error bar at one time: a verdict rests on one.
+
+    Errors of bands are right in the mean over time. Where the margin is least, the error is more
+    likely one of the larger ones.
+    """
+    name = "error_bar_expected_error"
+    if name not in bands or axes_of(bands["error_bar"].transpose("bound", ...)).time is None:
+        return bands
+    return bands.assign({name: AT_ONE_TIME * bands[name]})
+
+
 def _bands(
     surrogate: AnySurrogate, requirements: Mapping[str, Requirement], sigmas: float
 ) -> xr.Dataset:
     """Return bands; with compensators, where margins are least after these are adjusted."""
     bands, cases = surrogate.bands(sigmas), surrogates_of(surrogate)
     if not any(compensators(case.space) for case in cases.values()):
-        return bands
+        return with_errors_at_one_time(bands)
     if "" not in cases:
         raise InputError("surrogate must have no Choice where it has a Compensator")
     case = cases[""]

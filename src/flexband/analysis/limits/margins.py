@@ -60,7 +60,8 @@ def check_limits(
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar at one time, 1.5 times its mean; `above` and `below` are the limits.
+    limited; `expected_error` that of the error bar at one time, 1.5 times its mean; `above` and
+    `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
     the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at

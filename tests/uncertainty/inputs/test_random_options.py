@@ -184,7 +184,7 @@ def test_a_page_tells_how_likely_options_are():
 @given(st.lists(st.floats(0.01, 1.0), min_size=2, max_size=7), st.integers(0, 2**31))
 def test_polynomials_are_orthogonal_and_make_every_function(weights, seed):
     shares = np.array(weights) / np.sum(weights)
-    points = np.linspace(-1, 1, len(shares))
+    points = np.linspace(0, 1, len(shares)) - shares.argmax() / (len(shares) - 1)
     family = DiscretePolynomials(tuple(points), tuple(shares))
     order = len(shares) - 1
     values = family.values(order, points)

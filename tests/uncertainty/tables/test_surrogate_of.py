@@ -172,6 +172,9 @@ def test_options_have_rows_of_their_own():
     likely = fb.Choice("short", "long", probabilities=(0.5, 0.5))
     mixed = fb.surrogate_of(table, INPUTS | {"gear": likely})
     np.testing.assert_allclose(mixed.bands()["mean"][:, 0], [-1.5 * MEAN, 1.5 * MEAN], rtol=2e-2)
+    third = fb.Choice("short", "long", "reverse", probabilities=(0.5, 0.4, 0.1))
+    (doubt,) = doubts_of(fb.surrogate_of(table, INPUTS | {"gear": third}))
+    assert doubt == "no row of the table has gear = 'reverse'"
 
 
 ROWS = draw(20)

@@ -19,7 +19,7 @@ class DiscretePolynomials:
     K − 1 is exact. Between the values a polynomial is that of the nearest one.
     """
 
-    points: tuple[float, ...]  # increasing, from −1 to 1
+    points: tuple[float, ...]  # increasing, 0 among them, one apart at most
     probabilities: tuple[float, ...]
 
     name = "discrete"
@@ -65,13 +65,13 @@ class DiscretePolynomials:
         return norms
 
     def gauss(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return all values and their probabilities, or with a count of 1 the middle one."""
+        """Return all values and their probabilities, or with a count of 1 the value 0."""
         if count == 1:
             return self.sequence(1), np.ones(1)
         return self._x, np.array(self.probabilities)
 
     def sequence(self, count: int) -> np.ndarray:
-        middle = self.nearest(np.array(np.dot(self.points, self.probabilities)))
+        middle = self.nearest(np.zeros(1))[0]
         others = np.argsort(-np.array(self.probabilities), kind="stable")
         return self._x[[middle, *others[others != middle]]][:count]
 

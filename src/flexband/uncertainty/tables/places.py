@@ -10,6 +10,7 @@ from scipy.cluster.vq import kmeans2
 from scipy.spatial import KDTree
 from scipy.special import ndtri
 
+from flexband.uncertainty.inputs.distributions.random_option import RandomOption
 from flexband.uncertainty.inputs.sampling import of_normals, sobol
 from flexband.uncertainty.inputs.space import Space
 from flexband.words import number_of
@@ -83,15 +84,18 @@ def levels_within(rows: np.ndarray) -> list[np.ndarray]:
 
 
 def too_few_levels(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
-    """Return which inputs have so few values in all rows that nothing tells a curvature."""
+    """Return which inputs have so few values in all rows that these do not tell what they do."""
     names = [*space.owners(random=False), *space.owners(random=True)]
-    finite = [np.inf] * space.interval_dimension + [f.last_order + 1 for f in space.families]
-    columns = np.concatenate([eta, xi], axis=1).T
-    return [
-        f"{name} has {number_of(len(np.unique(column)), 'value')} in all rows, which show no curve"
-        for name, column, most in zip(names, columns, finite, strict=True)
-        if len(np.unique(column)) < min(3, most)
-    ]
+    doubts = []
+    for name, column in zip(names, np.concatenate([eta, xi], axis=1).T, strict=True):
+        count, option = len(np.unique(column)), space.inputs[name]
+        if isinstance(option, RandomOption):
+            absent = set(option.options) - set(option.value(column[:, None]).tolist())
+            doubts += [f"no row of the table has {name} = {each!r}" for each in sorted(absent)]
+        elif count < 3:
+            values = number_of(count, "value")
+            doubts.append(f"{name} has {values} in all rows, which show no curve")
+    return doubts
 
 
 def beyond_rows(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
@@ -100,9 +104,12 @@ def beyond_rows(space: Space, xi: np.ndarray, eta: np.ndarray) -> list[str]:
     Rows that are drawn at random do not reach the ends of intervals; how near they have to be
     depends on how many there are. A random input is looked at up to two standard deviations.
     """
-    m, names = space.interval_dimension, [*space.owners(random=False), *space.owners(random=True)]
+    m = space.interval_dimension
+    owners = [*space.owners(random=False), *space.owners(random=True)]
     ends = np.concatenate([np.ones(m), _usual(space)])
-    at = np.concatenate([eta, xi], axis=1) / ends
+    spread = [v for v, name in enumerate(owners) if space.inputs[name].numeric]
+    names = [owners[v] for v in spread]
+    at = np.concatenate([eta, xi], axis=1)[:, spread] / ends[spread]
     gap = 2.5 / len(at) ** 0.5
     lacking = []
     for v, name in enumerate(names):
@@ -126,7 +133,7 @@ def _in_words(lacking: Sequence[str]) -> list[str]:
 
 
 def _usual(space: Space) -> np.ndarray:
-    """Return the larger distance of ξ from 0 at two standard deviations of a normal one, (n,)."""
+    """Return the smaller distance of ξ from 0 at two standard deviations of a normal one, (n,)."""
     n = space.random_dimension
     both = of_normals(np.array([[-2.0] * n, [2.0] * n]), space.families)
     return np.abs(both).min(axis=0)

@@ -18,7 +18,7 @@ from flexband.uncertainty.inputs.inputs import Input
 class RandomOption(Input):
     """What a `Choice` with probabilities is for a response: one of its options.
 
-    ξ of the options is from −1 to 1: in proportion to numbers, equidistant for texts.
+    ξ of the options is in proportion to numbers, equidistant for texts, and 0 for the likeliest.
     """
 
     options: tuple[Any, ...]
@@ -45,10 +45,9 @@ class RandomOption(Input):
         number = np.arange(len(self.options), dtype=float)
         if not isinstance(self.options[0], str):
             number = np.array(self.options, dtype=float)[self.order]
-        points = 2 * (number - number[0]) / (number[-1] - number[0]) - 1
-        return DiscretePolynomials(
-            tuple(points.tolist()), tuple(self.probabilities[k] for k in self.order)
-        )
+        likely = np.array(self.probabilities)[self.order]
+        points = (number - number[likely.argmax()]) / (number[-1] - number[0])
+        return DiscretePolynomials(tuple(points.tolist()), tuple(likely.tolist()))
 
     def which(self, standard: np.ndarray) -> np.ndarray:
         """Return the number of the option at ξ of shape (n, 1), shape (n,)."""
@@ -69,7 +68,7 @@ class RandomOption(Input):
         }
 
     def mean_or_midpoint(self) -> Any:
-        """Return the option whose ξ is nearest to the mean of ξ."""
+        """Return the likeliest option, of which ξ is 0."""
         return self.value(self.family.sequence(1)[:, None])[0]
 
     def standard(self, value: Any) -> np.ndarray:

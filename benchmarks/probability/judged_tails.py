@@ -152,17 +152,22 @@ class Case:
         )
         return float(np.trapezoid(norm.pdf(y) * chance.sum(axis=1), y))
 
-    def limit(self) -> float:
-        """Return the limit that is exceeded with the probability `level` at the worst e."""
+    def limit(self, level: float) -> float:
+        """Return the limit that is exceeded with a probability at the worst e."""
         x, y = np.linspace(-FARTHEST, FARTHEST, POINTS), np.linspace(-FARTHEST, FARTHEST, NODES)
         sign = -1.0 if self.above else 1.0
         values = sign * self.formula(x[None], y[:, None]) + self.slope
         low, high = float(values.min()), float(values.max())
         for _ in range(60):
             middle = (low + high) / 2
-            more = self.probability(values, middle) > self.level
+            more = self.probability(values, middle) > level
             low, high = (middle, high) if more else (low, middle)
         return high
+
+    def width(self) -> float:
+        """Return the width of μ ± σ over the interval."""
+        x, y = np.random.default_rng(0).standard_normal((2, 20_000))
+        return 2 * float(self.formula(x, y).std()) + 2 * self.slope
 
 
 @dataclass(frozen=True)
@@ -173,6 +178,7 @@ class Outcome:
     verdict: str
     low: float
     high: float
+    margin: float  # between the limit and that of the allowed probability, in parts of the width
 
     @property
     def right(self) -> str:
@@ -192,17 +198,17 @@ class Outcome:
 
 def outcome(case: Case) -> Outcome:
     """Return the verdict of a study of a case, and its interval of the probability."""
-    limit, allowed = case.limit(), case.level * case.factor
-    requirement = fb.Requirement(
-        "q", below=limit, criterion=fb.analysis.Probability(min(0.999, allowed))
-    )
+    allowed = min(0.999, case.level * case.factor)
+    limit = case.limit(case.level)
+    margin = abs(limit - case.limit(allowed)) / case.width()
+    requirement = fb.Requirement("q", below=limit, criterion=fb.analysis.Probability(allowed))
     inputs = {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
     study = fb.Study(case.response, inputs, case.method, requirements=[requirement])
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         (verdict,) = study.run_in(folder, fb.RunOptions(failed="stop")).verdicts
     _, low, high = verdict.share
-    return Outcome(case, str(verdict.verdict), low, high)
+    return Outcome(case, str(verdict.verdict), low, high, margin)
 
 
 def summary(outcomes: list[Outcome]) -> dict[str, Any]:
@@ -219,6 +225,10 @@ def summary(outcomes: list[Outcome]) -> dict[str, Any]:
         "high/low for P ≥ 1e-3, median": round(float(np.median(spans)), 2) if spans else None,
         "allowed is a factor of 2 off or more": len(clear),
         "of these undecided": len(undecided),
+        "margin above 5 % of the width": sum(each.margin > 0.05 for each in outcomes),
+        "of these undecided, too": sum(
+            each.margin > 0.05 and each.verdict == "UNDECIDED" for each in outcomes
+        ),
         "verdicts": dict(Counter(each.verdict for each in outcomes)),
     }
 

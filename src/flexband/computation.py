@@ -37,7 +37,7 @@ class Numbering(NamedTuple):
     """Of all that is made of runs. Raise it where a band, a claim or a verdict is another one."""
 
 
-NUMBERING = Numbering(runs=3, answers=3)
+NUMBERING = Numbering(runs=3, answers=4)
 
 
 class OutdatedError(InputError):

@@ -72,8 +72,9 @@ class SecondRuleOptions(NamedTuple):
     least_points: int = 16_000  # of a product rule that always is affordable
     least_times: int = 12  # at which moments are judged
     places: int = 4  # η between those of bounds
-    # points ξ in each of several samples, where a product rule has too many
+    # points ξ in each of several samples, where a product rule has too many; fewer of many outputs
     samples: int = 8192
+    least_samples: int = 1024
     repetitions: int = 4
 
 

@@ -1,9 +1,9 @@
 """Which few of many variables matter: those whose polynomials explain most of the runs.
 
 If a response depends on a few of many variables, regression has far more terms to choose from than
-runs, and a product of two variables that do nothing alone is one of thousands. Among all terms of
-few variables there are less: four have 35 up to the order three. So sets of variables are compared,
-each with all of its terms: pairs first, and then the best sets with one more variable each.
+runs, and a product of two variables that do nothing alone is one of thousands. A few variables
+have few terms: four have 35 up to the order three. So sets of variables are compared, each with all
+of its terms: pairs first, and then the best sets with one more variable each.
 """
 
 from __future__ import annotations

@@ -77,6 +77,8 @@ def _second_rule(terms: PartTerms, tasks: int) -> tuple[list[Rule], bool]:
     if (rule := resolving_rule(change, most, SECOND_RULE.fineness)) is not None:
         return [rule], False
     count, n = SECOND_RULE.samples, len(change.families)
+    while count > SECOND_RULE.least_samples and count * SECOND_RULE.repetitions > affordable:
+        count //= 2
     weights = np.full(count, 1 / count)
     return [
         (of_normals(sobol_normal(n, count, seed), change.families), weights)

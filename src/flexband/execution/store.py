@@ -193,7 +193,7 @@ def open_runs(folder: str | os.PathLike[str]) -> xr.Dataset:
         for name, variable in runs.variables.items()
         if variable.dtype.kind == "T"  # which cannot be compared with names, nor converted
     }
-    plain = {k: v if isinstance(v, str | int) else json.dumps(v) for k, v in runs.attrs.items()}
+    plain = {k: v if isinstance(v, str) else json.dumps(v) for k, v in runs.attrs.items()}
     runs = runs.drop_encoding().assign(texts).assign_attrs(plain)
     runs["finished"].encoding = {"units": "seconds since 1970-01-01", "dtype": "float64"}
     return runs

@@ -232,7 +232,7 @@ def with_errors_at_one_time(bands: xr.Dataset) -> xr.Dataset:
     likely one of the larger ones.
     """
     name = "error_bar_expected_error"
-    if name not in bands or axes_of(bands["error_bar"].transpose("bound", ...)).time is None:
+    if name not in bands or axes_of(bands["error_bar"].transpose("bound", ...)).times < 2:
         return bands
     return bands.assign({name: AT_ONE_TIME * bands[name]})
 

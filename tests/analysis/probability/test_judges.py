@@ -175,3 +175,24 @@ def test_a_probability_in_a_window_is_searched_over_the_intervals():
         low, high = (float(answer[name].sel(bound="upper")[0]) for name in names)
         assert 0.6 * exact < low < exact < high < 1.5 * exact
         assert float(answer["probability_at"].sel(input="e", bound="upper")[0]) == 1.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_few_runs_teach_does_not_lose_the_worst_interval(seed):
+    """Of e^{0.8 z} + 0.05 y with z = (x + y)/√2, for order 1 a plane: it is worst at e = −1."""
+
+    def response(x, y, e):
+        z = (np.asarray(x) + np.asarray(y)) / np.sqrt(2)
+        return -(np.exp(0.8 * z) + 0.05 * np.asarray(y) + 0.06 * np.asarray(e))[:, None]
+
+    inputs = {"x": fb.Normal(0, 1), "y": fb.Normal(0, 1), "e": fb.Interval(-1, 1)}
+    x, y = np.random.default_rng(5).standard_normal((2, 400_000))
+    limit = float(np.quantile(response(x, y, -1.0), 0.8))
+    surrogate = fb.verify(fb.expand(response, inputs, fb.PCCI(1, 2)), response)
+    answer = fb.analysis.failure_probability(
+        surrogate, fb.Requirement("q", below=limit), response=response, runs=64, seed=seed
+    )
+    low, high = (
+        float(answer[f"confidence_{end}"].sel(bound="upper")[0]) for end in ("low", "high")
+    )
+    assert low < 0.2 < high

@@ -22,6 +22,7 @@ from flexband.analysis.probability.statements import (
     tails_are_judged,
 )
 from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.subset import Rare
 from flexband.analysis.results import Variables, is_judged, places
 from flexband.requirements.corridors import Corridor
 from flexband.requirements.scatter import ScatteringTolerances
@@ -42,12 +43,15 @@ def first_passage(
     worst_alone: bool = False,
     search: EndOptions = EndOptions(),
     max_unseen: float = 0.03,
+    max_apart: float = 0.1,
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for limits of which any counts.
 
     Where tolerances do not scatter, probabilities are bounded over the intervals. The model
-    corrects both bounds, or the larger one if it is `worst_alone` that counts. At most `max_unseen`
-    of a probability is at times that the search for bounds leaves out.
+    corrects both bounds, or the larger one if it is `worst_alone` that counts; where the search
+    with what runs have taught and that of the surrogate alone end more than `max_apart` from each
+    other, runs are made at both places. At most `max_unseen` of a probability is at times that the
+    search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     error = error_of_runs(surrogate)[1]
@@ -73,9 +77,18 @@ def first_passage(
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final = list[Estimate | Correction](raw)
     if model is not None:
-        for k in range(len(raw))[-1 if worst_alone else 0 :]:
+        counted = range(len(raw))[-1 if worst_alone else 0 :]
+        for k in counted:
             at_end = eta[k], by_model[k]
             final[k] = corrected(searched, model, *at_end, accuracy, rng, raw[k].noise)
+        alone = ends(state, n, m, rng, options=search)[:3] if m else (eta, known, noise)
+        for k in counted:
+            if np.abs(alone[0][k] - eta[k]).max(initial=0.0) > max_apart:
+                there = alone[0][k], alone[1][k], float(alone[2][k])
+                raw[k], final[k], eta[k], known[k] = _of_two_places(
+                    (state, searched, model), (raw[k], final[k], eta[k], known[k]), there,
+                    accuracy, rng, search, largest=k > 0,
+                )  # fmt: skip
     eta, raw, final = _ordered(eta, raw, final)
     dims = labels.dims[1:]
     if m:
@@ -110,6 +123,33 @@ def first_passage(
     coords = {str(k): c.variable for k, c in coordinates(labels).items()}
     result = xr.Dataset(data, {**coords, "bound": BOUNDS})
     return result.set_coords("input") if "input" in result else result
+
+
+def _of_two_places(
+    states: tuple[LimitState, LimitState, ResponseModel],
+    here: tuple[Estimate, Estimate | Correction, np.ndarray, Rare],
+    there: tuple[np.ndarray, Rare, float],
+    accuracy: float,
+    rng: np.random.Generator,
+    search: EndOptions,
+    *,
+    largest: bool,
+) -> tuple[Estimate, Estimate | Correction, np.ndarray, Rare]:
+    """Return the estimate, the correction, η and rare samples at the worse of two places.
+
+    What few runs have taught may mislead a search: `there` are η, rare samples and noise that the
+    surrogate alone leads to. Runs are made at both; `states` are that of the surrogate alone and
+    that with what is missed, and the model.
+    """
+    (state, searched, model), (eta, known, noise) = states, there
+    near = rare_at(searched, eta, rng=rng, n=known.u.shape[1], options=search)
+    other = corrected(searched, model, eta, near, accuracy, rng, noise)
+    if (other.probability > here[1].probability) == largest:
+        moved = estimate(state, state, eta, known, accuracy, rng, options=search.importance)
+        here = replace(moved, noise=noise), other, eta, known
+    raw, final, eta, known = here
+    assert isinstance(final, Correction)
+    return raw, replace(final, runs=2 * model.runs), eta, known
 
 
 def _ordered(

@@ -310,7 +310,7 @@ def test_serve_ends_with_an_interrupt():
         model = fb.models.UMBridgeModel(f"http://localhost:{port}", "flexband", ["x"])
         assert model(x=[3.0]).item() == 6.0
         process.send_signal(signal.SIGINT)
-        out = process.communicate(timeout=10)[0]
+        out = process.communicate(timeout=60)[0]
         assert process.returncode == 0
         assert f"served by UM-Bridge at http://127.0.0.1:{port}" in out
     finally:

@@ -60,8 +60,8 @@ def check_limits(
     Returns
     -------
     Dataset with the dim "limit". `margin` is the margin at every time, NaN where nothing is
-    limited; `expected_error` that of the error bar at one time, 1.5 times its mean; `above` and
-    `below` are the limits.
+    limited; `expected_error` that of the error bar which few times exceed, three times what is
+    expected in the mean; `above` and `below` are the limits.
     `least_margin`, `least_margin_error` and `least_margin_at` are the least margin, its expected
     error and the value of the last dim where it is; `margin_between` is the least margin between
     the times, and `margin_between_after` the time before it; `margin_at_most` is what it is at
@@ -226,15 +226,16 @@ class _Checked:
 
 
 def with_errors_at_one_time(bands: xr.Dataset) -> xr.Dataset:
-    """Return bands with the error of the error bar at one time: a verdict rests on one.
+    """Return bands with the error that few times exceed: a verdict rests on one.
 
     Errors of bands are right in the mean over time. Where the margin is least, the error is more
-    likely one of the larger ones.
+    likely one of the larger ones; few are above twice that of one time.
     """
+    most = 2 * AT_ONE_TIME
     name = "error_bar_expected_error"
     if name not in bands or axes_of(bands["error_bar"].transpose("bound", ...)).times < 2:
         return bands
-    return bands.assign({name: AT_ONE_TIME * bands[name]})
+    return bands.assign({name: most * bands[name]})
 
 
 def _bands(

@@ -127,7 +127,7 @@ def first_passage(
 
 def _of_two_places(
     states: tuple[LimitState, LimitState, ResponseModel],
-    here: tuple[Estimate, Estimate | Correction, np.ndarray, Rare],
+    at_first: tuple[Estimate, Estimate | Correction, np.ndarray, Rare],
     there: tuple[np.ndarray, Rare, float],
     accuracy: float,
     rng: np.random.Generator,
@@ -144,10 +144,10 @@ def _of_two_places(
     (state, searched, model), (eta, known, noise) = states, there
     near = rare_at(searched, eta, rng=rng, n=known.u.shape[1], options=search)
     other = corrected(searched, model, eta, near, accuracy, rng, noise)
-    if (other.probability > here[1].probability) == largest:
+    if (other.probability > at_first[1].probability) == largest:
         moved = estimate(state, state, eta, known, accuracy, rng, options=search.importance)
-        here = replace(moved, noise=noise), other, eta, known
-    raw, final, eta, known = here
+        at_first = replace(moved, noise=noise), other, eta, known
+    raw, final, eta, known = at_first
     assert isinstance(final, Correction)
     return raw, replace(final, runs=2 * model.runs), eta, known
 

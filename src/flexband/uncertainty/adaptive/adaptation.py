@@ -219,7 +219,7 @@ class Adaptation:
         known, budget = len(self.design), self.remaining_runs - BATCH
         if budget < 1:
             return StopReason.BUDGET_USED
-        variables = sum(v.shape[1] for v in self.design.points)
+        variables = self.space.interval_dimension + self.space.random_dimension
         if self.tries_samples and budget > 2 * variables and self._many_matter(known):
             self.tries_samples = False
             self._interpolate(budget)

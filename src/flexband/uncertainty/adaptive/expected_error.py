@@ -23,6 +23,7 @@ from flexband.uncertainty.surrogates.diagnostics import (
     DOUBT,
     Quantities,
     missed_part,
+    of_bands,
     rms,
     running,
     share,
@@ -91,8 +92,7 @@ class ExpectedError:
             )
             for expansion in self.expansions
         ]
-        d = joined(self.expansions, errors, 2)
-        both = np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
+        both = of_bands(joined(self.expansions, errors, 2))
         order = np.argsort(self.times)
         edges = [(0, 0)] * 2 + [(1, 1)]
         around = np.pad(both[..., order], edges, mode="edge")

@@ -158,8 +158,12 @@ def stacked(extremes: list[Extremes]) -> np.ndarray:
 
 def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return how far interval means and error bars differ, mean of both bounds, (2, …)."""
-    d = np.abs(a - b)
-    return np.stack([d[0, 0] + d[0, 1], d[1, 0] + d[2, 1]]) / 2
+    return of_bands(np.abs(a - b))
+
+
+def of_bands(errors: np.ndarray) -> np.ndarray:
+    """Return errors of mean and error bar, (2, …), from those of bounds of μ, μ − σ and μ + σ."""
+    return np.stack([errors[0, 0] + errors[0, 1], errors[1, 0] + errors[2, 1]]) / 2
 
 
 def at_all_times(v: np.ndarray, thin: slice, times: int) -> np.ndarray:

@@ -42,10 +42,6 @@ class RunTable:
             )
         return RunTable(inputs, response)
 
-    def which(self, rows: np.ndarray) -> RunTable:
-        """Return some of the rows."""
-        return RunTable({k: v[rows] for k, v in self.inputs.items()}, self.response[rows])
-
     @cached_property
     def group(self) -> np.ndarray:
         """The number of the different inputs that each row has, in the order of rows, (rows,)."""

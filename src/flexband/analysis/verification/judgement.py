@@ -8,9 +8,9 @@ import numpy as np
 
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.bands import BandRecord
-from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, trust, varying
+from flexband.uncertainty.surrogates.diagnostics import missed_part, rms, trust
 from flexband.uncertainty.surrogates.held_out import HeldOut
-from flexband.uncertainty.surrogates.sigmas import bars_vary, growth, relative_errors
+from flexband.uncertainty.surrogates.sigmas import growth, relative_to_bars
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 
 
@@ -21,7 +21,6 @@ def judged(
     weight: np.ndarray,
     *,
     window: float = 0.02,
-    beyond: float = 1e6,
 ) -> Surrogate:
     """Return a surrogate with the error that is expected from its verification runs.
 
@@ -33,7 +32,6 @@ def judged(
     missed : what the surrogate misses of them, of the same shape.
     weight : of each run, (runs,).
     window : part of the times over which the error at each is averaged.
-    beyond : error of what varies, but whose error bar has no width, in parts of this width.
     """
     record = BandRecord.read(surrogate.diagnostics)
     if "error_bar_expected_error" in surrogate.diagnostics and not record.judged_by:
@@ -53,9 +51,7 @@ def judged(
         trusted=trusted["trusted"],
     )
     bar = surrogate.bands()["error_bar"].transpose("bound", *dims)
-    relative = relative_errors(diagnostics, "expected_error", bar)
-    hidden = varying(F, units_of(labels)).reshape(relative.shape) & ~bars_vary(bar)
-    relative = np.where(hidden, beyond, relative)
+    relative = relative_to_bars(diagnostics, bar, F, units_of(labels))
     diagnostics = diagnostics.assign(relative_expected_error=(axes_of(labels).dims, relative))
     attrs = {
         "judged_by": "verification runs",

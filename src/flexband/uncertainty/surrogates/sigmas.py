@@ -16,6 +16,7 @@ from flexband.errors import InputError, check_numbers, check_positive
 from flexband.rounding import Units
 from flexband.uncertainty.surrogates.axes import axes_of, units_of
 from flexband.uncertainty.surrogates.bands import BandRecord
+from flexband.uncertainty.surrogates.diagnostics import varying
 
 AT_ONE_TIME = 1.5
 """Error at one time, as a multiple of the error expected there of which means over time are right.
@@ -87,6 +88,19 @@ def not_constant(lower: np.ndarray, upper: np.ndarray, units: Units) -> np.ndarr
     """Return which outputs have error bars wider than rounding, from ends (outputs, times)."""
     size = np.maximum(abs(lower), abs(upper)).max(axis=-1)
     return units.varies((upper - lower).max(axis=-1), size)
+
+
+def relative_to_bars(
+    diagnostics: xr.Dataset, bar: xr.DataArray, F: np.ndarray, units: Units, beyond: float = 1e6
+) -> np.ndarray:
+    """Return expected errors in parts of the width of error bars, with the shape of the outputs.
+
+    It is `beyond` of outputs that vary in runs F, (runs, outputs, times), but whose error bar has
+    no width.
+    """
+    relative = relative_errors(diagnostics, "expected_error", bar)
+    hidden = varying(F, units).reshape(relative.shape) & ~bars_vary(bar)
+    return np.where(hidden, beyond, relative)
 
 
 def bars_vary(bar: xr.DataArray) -> np.ndarray:

@@ -13,10 +13,9 @@ from flexband.uncertainty.surrogates.diagnostics import (
     missed_part,
     share,
     trust,
-    varying,
 )
 from flexband.uncertainty.surrogates.held_out import HeldOut
-from flexband.uncertainty.surrogates.sigmas import bars_vary, growth, relative_errors
+from flexband.uncertainty.surrogates.sigmas import growth, relative_to_bars
 from flexband.uncertainty.surrogates.surrogate import Surrogate
 from flexband.uncertainty.tables.table import RunTable
 
@@ -28,8 +27,6 @@ def judged(
     missed: np.ndarray,
     weight: np.ndarray,
     carriers: np.ndarray,
-    *,
-    beyond: float = 1e6,
 ) -> Surrogate:
     """Return the surrogate with the error that its cross-validation tells.
 
@@ -39,7 +36,6 @@ def judged(
     missed : what is missed of them, (rows, outputs, times).
     weight : the part of the inputs for which each row speaks, (rows,).
     carriers : of each output.
-    beyond : error of what varies, but whose error bar has no width, in parts of this width.
     """
     (xi, eta, F), labels, space = runs, surrogate.labels, surrogate.space
     units = units_of(table.response)
@@ -65,9 +61,7 @@ def judged(
     dataset = dataset.assign_attrs(surrogate.diagnostics.attrs)
     surrogate = replace(surrogate, diagnostics=dataset, held_out=held)
     bar = surrogate.bands()["error_bar"].transpose("bound", *labels.dims[1:])
-    relative = relative_errors(dataset, "expected_error", bar)
-    hidden = varying(F, units).reshape(relative.shape) & ~bars_vary(bar)
-    relative = np.where(hidden, beyond, relative)
+    relative = relative_to_bars(dataset, bar, F, units)
     dataset["relative_expected_error"] = axes_of(labels).dims, relative
     attrs = {
         "expected_error": float(np.max(relative)),

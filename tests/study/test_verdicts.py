@@ -165,12 +165,12 @@ def test_every_criterion_is_judged_from_the_file_to_the_page(tmp_path):
     assert call.exit_code == 5, call.output
     text = " ".join(call.output.split())
     for line in (
-        "FAIL near (nominal ± 1500 mm): exceeded by 530 mm at",
-        "FAIL rare (below 5.015): probability 0.067 (95 % confidence: 0.0",
-        "PASS most (nominal ± 1): 25 % of the parts fail (95 % confidence: 2",
-        "FAIL many (nominal ± 2): 25 % of the parts fail (95 % confidence: 2",
+        r"FAIL near \(nominal ± 1500 mm\): exceeded by 530 mm at",
+        r"FAIL rare \(below 5.015\): probability 0.06[67] \(95 % confidence: 0.06",
+        r"PASS most \(nominal ± 1\): 2[4-6] % of the parts fail \(95 % confidence: 2",
+        r"FAIL many \(nominal ± 2\): 2[4-6] % of the parts fail \(95 % confidence: 2",
     ):
-        assert line in text
+        assert re.search(line, text)
     namespace = {}
     exec(STUDY, namespace)
     study = namespace["study"]

@@ -357,7 +357,7 @@ def beyond(limit):
 def test_runs_correct_a_wrong_surrogate():
     """A linear surrogate of x + 0.1 y + 0.15 (y² − 1) finds a fifth of the probability.
 
-    x + 0.25 sin 3x is not quadratic in what is missed, so that disagreements remain.
+    x + 0.1 sin 40x varies faster than runs tell.
     """
     plane = fb.expand(curved, {"x": NORMAL, "y": NORMAL}, fb.PCCI(1, 1))
     limit, exact = fb.Limit(below=4.75), beyond(4.75)
@@ -368,7 +368,7 @@ def test_runs_correct_a_wrong_surrogate():
     assert "corrected with 80 runs of the model" in found.attrs["verdict"]
 
     def wavy(x):
-        return constant(x + 0.25 * np.sin(3 * x))
+        return constant(x + 0.1 * np.sin(40 * x))
 
     x = np.linspace(-8, 8, 100_001)
     line, limit = fb.expand(wavy, {"x": NORMAL}, fb.PCCI(1, 1)), fb.Limit(below=2.5)
@@ -378,7 +378,6 @@ def test_runs_correct_a_wrong_surrogate():
         for k in range(25)
     ]
     value, low, high = np.array([bounds(one)[:, 0] for one in every]).T
-    assert sum(one["disagreements"].values[0, 0] > 0 for one in every) > 5
     assert np.sum((low <= exact) & (exact <= high)) >= 23
     assert abs(value.mean() - exact) < 3 * value.std() / 5
     assert np.all(high - low > 0.02 * exact)  # not a bare number where nothing disagreed

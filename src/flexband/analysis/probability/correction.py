@@ -1,8 +1,9 @@
 """The probability of leaving limits, corrected with runs of the model.
 
-Let g(u) be the least margin on the surrogate, and g*(u) that of the model. Some of the runs, at
-rare samples, tell what the surrogate misses there: a quadratic function b(u), and how much
-g* − g − b scatters. With h = g + b, the probability is
+Let g(u) be the least margin on the surrogate, and g*(u) that of the model. Some of the runs tell
+what the surrogate misses: a function b(u), and how much g* − g − b scatters. First they are at rare
+samples and at all distances from the middle; then round by round where it is the least sure on
+which side of the limit a sample is. With h = g + b, the probability is
 
     P = E[1(h < 0)] + E[1(g* < 0) − 1(h < 0)].
 
@@ -18,13 +19,15 @@ makes of the probability.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import erf, ndtr
+from scipy.special import chdtri, erf, ndtr
 
 from flexband.analysis.probability.discrepancy import DiscrepancyModel
 from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
+from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.states import LimitState
 from flexband.analysis.probability.subset import Margins, Rare, rare
@@ -34,14 +37,16 @@ from flexband.analysis.probability.subset import Margins, Rare, rare
 class CorrectionOptions:
     """How runs of the model correct a probability."""
 
-    farthest: float = 3.5
-    """Standard deviations to which runs are spread that learn before the search for η."""
+    beyond_spread: float = 1e-5
+    """Probability of samples farther from the middle than runs that are spread to learn."""
     vertex_share: float = 0.5
     """Part of such runs that are at vertices of the intervals."""
     learning_part: int = 8
     """Runs per run of a round that learns what is missed."""
+    spread_share: float = 0.25
+    """Part of them that are spread."""
     min_rounds: int = 2
-    """Rounds before one that finds all samples beyond the limit may be the last."""
+    """Rounds before little doubt about samples ends the learning."""
     max_rounds: int = 6
     """Most rounds."""
     widened: float = 1.3
@@ -85,17 +90,10 @@ def with_missed(
     near = rare_samples[rng.permutation(len(rare_samples))[: count // 2]]
     others = count - len(near)
     half = (others + 1) // 2  # of them, and their mirror images: there may be a limit on each side
-    direction = rng.standard_normal((half, n))
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True) + 1e-300
-    spread = direction * options.farthest * (np.arange(half)[:, None] + 0.5) / half
+    spread = _spread(half, n, rng, options)
     spread = np.concatenate([spread, -spread])[:others]
-    places = np.where(
-        rng.random((others, 1)) < options.vertex_share,
-        rng.choice([-1.0, 1.0], (others, m)),
-        rng.uniform(-1, 1, (others, m)),
-    )
     u = np.concatenate([near[:, :n], spread])
-    eta = np.concatenate([erf(near[:, n:] / np.sqrt(2)), places])
+    eta = np.concatenate([erf(near[:, n:] / np.sqrt(2)), _anywhere(others, m, rng, options)])
     runs = state.least_of_response(model(*state.places(u, eta)))
     missed = DiscrepancyModel(np.concatenate([u, eta], axis=1), runs - state.least(u, eta))
     return replace(state, missed=missed, beyond=u[runs < 0])
@@ -111,6 +109,7 @@ class Correction:
     runs: int
     disagreements: int  # runs that correct in which h and the model disagree about the limit
     noise: float  # of the search for η, as in `Estimate`
+    missed: DiscrepancyModel  # what all these runs have taught
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
@@ -130,32 +129,39 @@ def corrected(
 ) -> Correction:
     """Return the probability at one η, corrected with runs of the model.
 
-    `near` are rare samples of the surrogate, and `accuracy` is the relative standard error of the
-    first term.
+    The state knows what first runs have taught (`with_missed`); `near` are its rare samples, and
+    `accuracy` is the relative standard error of the first term.
     """
     n, importance = near.u.shape[1], options.importance
-    known = DiscrepancyModel(near.u[:0], np.zeros(0))
+    assert state.missed is not None  # of the first runs
+    surrogate, known = replace(state, missed=None), state.missed
 
-    def least(u: np.ndarray) -> np.ndarray:
-        return state.least(u, eta)
+    def at_eta(u: np.ndarray) -> np.ndarray:
+        return np.hstack([u, np.broadcast_to(eta, (len(u), len(eta)))])
 
-    def least_of_runs(u: np.ndarray) -> np.ndarray:
-        return state.least_of_response(model(*state.places(u, eta)))
+    def least(v: np.ndarray) -> np.ndarray:  # v are u and η
+        return surrogate.least(v[:, :n], v[:, n:])
+
+    def least_of_runs(v: np.ndarray) -> np.ndarray:
+        return state.least_of_response(model(*state.places(v[:, :n], v[:, n:])))
+
+    def margin_and_scatter(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        missed, scatter = known.expected(v)
+        return least(v) + missed, options.widened * scatter
 
     def margin(u: np.ndarray) -> np.ndarray:
-        return least(u) + known.expected(u)[0]
+        return margin_and_scatter(at_eta(u))[0]
 
     beyond, remaining = state.beyond.reshape(-1, n), model.runs
     near = replace(near, u=np.concatenate([near.u, beyond]))
     for k in range(options.max_rounds):
-        at = near.u[rng.permutation(len(near.u))[: model.runs // options.learning_part]]
-        if not len(at):
+        at, doubt = _doubtful(
+            margin_and_scatter, near, eta, model.runs // options.learning_part, rng, options
+        )
+        if not len(at) or (k >= options.min_rounds and doubt < accuracy):
             break
         run_margins, remaining = least_of_runs(at), remaining - len(at)
-        if k >= options.min_rounds and np.all(run_margins < 0):
-            break
-        missed = np.concatenate([known.missed, run_margins - least(at)])
-        known = DiscrepancyModel(np.concatenate([known.u, at]), missed)
+        known = known.with_runs(at, run_margins - least(at))
         kept = near.u[margin(near.u) < 0]  # far from runs, a margin would mislead scouts
         near = rare(margin, n, rng, scouts=False, options=importance.subset)
         kept = np.concatenate([kept[: importance.subset.level_samples], beyond])
@@ -163,11 +169,10 @@ def corrected(
     u, w, h = _samples(margin, near, accuracy, rng, importance)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
-    scatter = options.widened * known.expected(u)[1]
-    size = float(np.std(least(u)))
-    scatter = np.maximum(scatter, options.min_scatter * size + 1e-300)
+    size, v = float(np.std(h)), at_eta(u)
+    scatter = np.maximum(margin_and_scatter(v)[1], options.min_scatter * size + 1e-300)
     which, values = _drawn(h / scatter, w, remaining, rng, options)
-    run_margins = least_of_runs(u[which])
+    run_margins = least_of_runs(v[which])
     differences = (run_margins < 0).astype(float) - inside[which]
     z = (differences * values[which])[differences != 0]
     usual = [_usual(h / scatter, w, values, side) for side in (~inside, inside)]
@@ -184,7 +189,9 @@ def corrected(
         low = min(low, float(np.mean(w * (h < -2 * wider))))
         high = max(high, float(np.mean(w * ndtr(-h / wider))))
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
-    return Correction(probability, low, high, model.runs, len(z), noise)
+    known = known.with_runs(v[which], run_margins - least(v[which]))
+    high = max(high, min(1.0, _possible(margin_and_scatter, n, eta, rng, options)))
+    return Correction(probability, low, high, model.runs, len(z), noise, known)
 
 
 def _ends(
@@ -209,6 +216,81 @@ def _ends(
         moved = base + parts @ sizes / (parts.sum(axis=1) + rest)
         ends[k] = np.quantile(moved * of_base, part)
     return ends
+
+
+def _doubtful(
+    margin_and_scatter: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    near: Rare,
+    eta: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
+    options: CorrectionOptions,
+) -> tuple[np.ndarray, float]:
+    """Return u and η of which little is known on which side of the limit they are, and the doubt.
+
+    Most are drawn at the given η, with the probability that they are taken for the wrong side; the
+    others are spread over u and η, also to where this hardly counts yet. The doubt is the
+    probability of the wrong side, in parts of that beyond the limit.
+    """
+    samples, (_, n) = options.importance.batch_samples, near.u.shape
+    if not len(near.u):
+        return np.zeros((0, n + len(eta))), 0.0
+    mixture = Mixture.of(near.u, rng, options=options.importance.subset.mixture)
+    u, far = mixture.sample(samples, rng), round(options.spread_share * count)
+    v = np.hstack([u, np.broadcast_to(eta, (samples, len(eta)))])
+    spread = _spread(samples, n, rng, options)
+    spread = np.hstack([spread, _anywhere(samples, len(eta), rng, options)])
+    weights, (h, scatter), (h_spread, scatter_spread) = (
+        mixture.weights(u), margin_and_scatter(v), margin_and_scatter(spread)
+    )  # fmt: skip
+    wrong, beyond = weights * ndtr(-np.abs(h) / scatter), float(weights @ (h < 0))
+    wrong_spread = ndtr(-np.abs(h_spread) / scatter_spread)
+    at = v[_systematic(wrong, count - far, rng)], spread[_systematic(wrong_spread, far, rng)]
+    return np.concatenate(at), float(wrong.sum() / max(wrong.sum(), beyond, 1e-300))
+
+
+def _possible(
+    margin_and_scatter: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    n: int,
+    eta: np.ndarray,
+    rng: np.random.Generator,
+    options: CorrectionOptions,
+) -> float:
+    """Return the expected probability of leaving the limit, by what is known of all samples.
+
+    Where no run was made, the scatter of margins is large.
+    """
+    options_of_mixture = replace(options.importance.subset.mixture, wide_std=2.0, wide_share=0.5)
+    mixture = Mixture.of(np.zeros((0, n)), rng, options=options_of_mixture)
+    u = mixture.sample(options.repeats, rng)
+    h, scatter = margin_and_scatter(np.hstack([u, np.broadcast_to(eta, (len(u), len(eta)))]))
+    return float(np.mean(mixture.weights(u) * ndtr(-h / scatter)))
+
+
+def _anywhere(
+    count: int, m: int, rng: np.random.Generator, options: CorrectionOptions
+) -> np.ndarray:
+    """Return η at vertices of the intervals or anywhere in them, (count, m)."""
+    return np.where(
+        rng.random((count, 1)) < options.vertex_share,
+        rng.choice([-1.0, 1.0], (count, m)),
+        rng.uniform(-1, 1, (count, m)),
+    )
+
+
+def _spread(count: int, n: int, rng: np.random.Generator, options: CorrectionOptions) -> np.ndarray:
+    """Return samples in random directions, (count, n), whose distances are the rarer the larger."""
+    direction = rng.standard_normal((count, n))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True) + 1e-300
+    farther = options.beyond_spread ** ((np.arange(count) + 0.5) / count)
+    return direction * np.sqrt(chdtri(n, farther))[:, None]
+
+
+def _systematic(sizes: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return different numbers that are drawn in proportion to sizes; none if these are zero."""
+    ends = np.cumsum(sizes)
+    at = np.searchsorted(ends, (np.arange(count) + rng.random()) / count * ends[-1], "right")
+    return np.unique(at[at < len(sizes)])
 
 
 def _samples(

@@ -4,45 +4,93 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, product
 
 import numpy as np
+from scipy.spatial.distance import cdist
+
+ROUGHNESS = 0.1, 1.0, 10.0
+"""Variances of the rough part, in parts of the mean one of the quadratic function."""
+
+LENGTHS = 0.5, 1.0, 2.0, 4.0
+"""Over which the rough part varies, in parts of the root of the number of variables."""
+
+NOISE = 1e-8, 1e-4, 1e-2, 0.1, 1.0
+"""Variances of the noise, in the same parts."""
 
 
 @dataclass(frozen=True)
 class DiscrepancyModel:
     """Margins of the model less those of a surrogate, learnt from few runs.
 
-    It is a Gaussian process with the covariance (1 + u·v)², that is a quadratic function of u, and
-    noise. Their ratio is that with the least leave-one-out errors, which scale the variances as
-    well (Rasmussen and Williams, 2006, section 5.4.2).
+    It is a Gaussian process: a quadratic function of u with the covariance (1 + u·v)², a rough
+    part with that of Matérn (ν = 3/2), which kinks need, and noise. Their ratios and the length
+    of the rough part are those under which every run is the most likely if it is left out, which
+    scales the variances as well (Rasmussen and Williams, 2006, section 5.4.2).
     """
 
     u: np.ndarray  # where they are known, shape (runs, n)
     missed: np.ndarray  # their values, shape (runs,)
 
+    def with_runs(self, u: np.ndarray, missed: np.ndarray) -> DiscrepancyModel:
+        """Return the model that has learnt from further runs."""
+        return DiscrepancyModel(np.concatenate([self.u, u]), np.concatenate([self.missed, missed]))
+
     @cached_property
-    def _fit(self) -> tuple[np.ndarray, float, float]:
-        """The inverse of the covariance, the variance of its noise, and the factor of both."""
-        covariance = (1 + self.u @ self.u.T) ** 2
-        fits = []
-        for ratio in (1e-8, 1e-4, 1e-2, 0.1, 1.0):  # of the noise to the quadratic function
-            noise = ratio * float(np.mean(np.diag(covariance)))
-            inverse = np.linalg.inv(covariance + noise * np.eye(len(self.u)))
-            left_out = inverse @ self.missed / np.diag(inverse)
-            scale = float(np.mean(left_out**2 * np.diag(inverse)))
-            fits.append((float(np.sum(left_out**2)), inverse, noise, scale))
-        _, inverse, noise, scale = min(fits, key=lambda fit: fit[0])
-        return inverse, noise, scale
+    def _fit(self) -> _Fit:
+        smooth, rough = product((0.0,), LENGTHS[:1], NOISE), product(ROUGHNESS, LENGTHS, NOISE)
+        fits = (_Fit.of_ratios(self, *ratios) for ratios in chain(smooth, rough))
+        return max(fits, key=lambda fit: fit.likelihood)
 
     def expected(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is expected to be missed at u (points, n), and its scatter, each (points,).
+        """Return what is missed at u (points, n), as expected, and its scatter, each (points,)."""
+        fit = self._fit
+        across = fit.kernel.covariance(u, self.u)
+        prior = fit.kernel.variance(u)
+        variance = np.maximum(prior - np.sum(across @ fit.inverse * across, axis=1), 0.0)
+        return across @ (fit.inverse @ self.missed), np.sqrt(fit.scale * (variance + fit.noise))
 
-        Without runs these are 0 and ∞.
-        """
-        if not len(self.u):
-            return np.zeros(len(u)), np.full(len(u), np.inf)
-        inverse, noise, scale = self._fit
-        across = (1 + u @ self.u.T) ** 2
-        prior = (1 + np.sum(u**2, axis=1)) ** 2
-        variance = np.maximum(prior - np.sum(across @ inverse * across, axis=1), 0.0) + noise
-        return across @ (inverse @ self.missed), np.sqrt(scale * variance)
+
+@dataclass(frozen=True)
+class _Kernel:
+    """The covariance of a quadratic function and of a rough part."""
+
+    roughness: float  # variance of the rough part
+    length: float
+
+    def covariance(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the covariance between points, (points of u, points of v)."""
+        quadratic = (1 + u @ v.T) ** 2
+        if not self.roughness:
+            return quadratic
+        distance = np.sqrt(3) / self.length * cdist(u, v)
+        return quadratic + self.roughness * (1 + distance) * np.exp(-distance)
+
+    def variance(self, u: np.ndarray) -> np.ndarray:
+        """Return the variance at points, (points,)."""
+        return (1 + np.sum(u**2, axis=1)) ** 2 + self.roughness
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A covariance, its inverse over the runs, and how likely these are."""
+
+    kernel: _Kernel
+    noise: float
+    inverse: np.ndarray
+    scale: float  # of all variances
+    likelihood: float
+
+    @staticmethod
+    def of_ratios(known: DiscrepancyModel, roughness: float, length: float, noise: float) -> _Fit:
+        """Return the fit of a model with the ratios of variances, and the relative length."""
+        u, missed = known.u, known.missed
+        size = float(np.mean((1 + np.sum(u**2, axis=1)) ** 2))
+        kernel = _Kernel(roughness * size, length * float(np.sqrt(u.shape[1])))
+        variance = noise * size
+        inverse = np.linalg.inv(kernel.covariance(u, u) + variance * np.eye(len(u)))
+        precision = np.diag(inverse)
+        left_out = inverse @ missed / precision
+        scale = float(np.mean(left_out**2 * precision)) + 1e-300
+        likelihood = float(np.sum(np.log(precision))) - len(u) * float(np.log(scale))
+        return _Fit(kernel, variance, inverse, scale, likelihood)

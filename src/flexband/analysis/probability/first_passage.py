@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -48,10 +49,9 @@ def first_passage(
     """Return the result of `failure_probability` for limits of which any counts.
 
     Where tolerances do not scatter, probabilities are bounded over the intervals. The model
-    corrects both bounds, or the larger one if it is `worst_alone` that counts; where the search
-    with what runs have taught and that of the surrogate alone end more than `max_apart` from each
-    other, runs are made at both places. At most `max_unseen` of a probability is at times that the
-    search for bounds leaves out.
+    corrects both bounds, or the larger one if it is `worst_alone` that counts; where searches end
+    more than `max_apart` from each other, runs are made at each place. At most `max_unseen` of a
+    probability is at times that the search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     error = error_of_runs(surrogate)[1]
@@ -63,7 +63,7 @@ def first_passage(
     searched = state if model is None else with_missed(state, model, n, m, rng)
     for thin in (True, False):
         eta, known, noise, near = ends(searched, n, m, rng, thin=thin, options=search)
-        by_model, near = known, replace(near, missed=None)
+        near = replace(near, missed=None)
         if model is not None:
             known = [rare_at(state, place, n, rng, options=search) for place in eta]
         places_and_rare = list(zip(eta, known, strict=True))[: 1 + (m > 0)]
@@ -77,18 +77,17 @@ def first_passage(
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final = list[Estimate | Correction](raw)
     if model is not None:
-        counted = range(len(raw))[-1 if worst_alone else 0 :]
-        for k in counted:
-            at_end = eta[k], by_model[k]
-            final[k] = corrected(searched, model, *at_end, accuracy, rng, raw[k].noise)
-        alone = ends(state, n, m, rng, options=search)[:3] if m else (eta, known, noise)
-        for k in counted:
-            if np.abs(alone[0][k] - eta[k]).max(initial=0.0) > max_apart:
-                there = alone[0][k], alone[1][k], float(alone[2][k])
-                raw[k], final[k], eta[k], known[k] = _of_two_places(
-                    (state, searched, model), (raw[k], final[k], eta[k], known[k]), there,
-                    accuracy, rng, search, largest=k > 0,
-                )  # fmt: skip
+        for k in range(len(raw))[-1 if worst_alone else 0 :]:
+            first = _Place(eta[k], known[k], raw[k].noise)
+            place, final[k] = _judged(
+                state, searched, model, first, accuracy, rng, search, max_apart, largest=k > 0
+            )
+            if place is not first:
+                eta[k], known[k] = place.eta, place.known
+                raw[k] = estimate(
+                    state, state, place.eta, place.known, accuracy, rng, options=search.importance
+                )
+                raw[k] = replace(raw[k], noise=place.noise)
     eta, raw, final = _ordered(eta, raw, final)
     dims = labels.dims[1:]
     if m:
@@ -125,31 +124,52 @@ def first_passage(
     return result.set_coords("input") if "input" in result else result
 
 
-def _of_two_places(
-    states: tuple[LimitState, LimitState, ResponseModel],
-    at_first: tuple[Estimate, Estimate | Correction, np.ndarray, Rare],
-    there: tuple[np.ndarray, Rare, float],
+class _Place(NamedTuple):
+    """Values of the interval inputs at which a probability is the least or the largest."""
+
+    eta: np.ndarray
+    known: Rare  # rare samples of the surrogate alone
+    noise: float  # of the search
+
+
+def _judged(
+    state: LimitState,
+    searched: LimitState,
+    model: ResponseModel,
+    first: _Place,
     accuracy: float,
     rng: np.random.Generator,
     search: EndOptions,
+    max_apart: float,
     *,
     largest: bool,
-) -> tuple[Estimate, Estimate | Correction, np.ndarray, Rare]:
-    """Return the estimate, the correction, η and rare samples at the worse of two places.
+) -> tuple[_Place, Correction]:
+    """Return the place with the least or the largest probability, and what runs say of it.
 
-    What few runs have taught may mislead a search: `there` are η, rare samples and noise that the
-    surrogate alone leads to. Runs are made at both; `states` are that of the surrogate alone and
-    that with what is missed, and the model.
+    The surrogate alone, and what few runs have taught (`searched`), may each mislead a search. Runs
+    are made at the places to which both lead, and to which what all of these have taught leads.
     """
-    (state, searched, model), (eta, known, noise) = states, there
-    near = rare_at(searched, eta, rng=rng, n=known.u.shape[1], options=search)
-    other = corrected(searched, model, eta, near, accuracy, rng, noise)
-    if (other.probability > at_first[1].probability) == largest:
-        moved = estimate(state, state, eta, known, accuracy, rng, options=search.importance)
-        at_first = replace(moved, noise=noise), other, eta, known
-    raw, final, eta, known = at_first
-    assert isinstance(final, Correction)
-    return raw, replace(final, runs=2 * model.runs), eta, known
+    n, m = first.known.u.shape[1], len(first.eta)
+
+    def place_by(by: LimitState) -> _Place:
+        eta, _, noise, _ = ends(by, n, m, rng, options=search)
+        at = eta[int(largest)]
+        return _Place(at, rare_at(state, at, n, rng, options=search), float(noise[int(largest)]))
+
+    places: list[tuple[_Place, Correction]] = []
+    for lead in ("first runs", "the surrogate alone", "all runs")[: 3 if m else 1]:
+        place = first if not places else place_by(searched if lead == "all runs" else state)
+        if any(np.abs(place.eta - other.eta).max() <= max_apart for other, _ in places):
+            continue
+        near = rare_at(searched, place.eta, n, rng, options=search)
+        there = corrected(searched, model, place.eta, near, accuracy, rng, place.noise)
+        searched = replace(searched, missed=there.missed)
+        places.append((place, there))
+    extreme = max if largest else min
+    place, correction = extreme(places, key=lambda pair: pair[1].probability)
+    low, high = (extreme(getattr(there, end) for _, there in places) for end in ("low", "high"))
+    runs = sum(there.runs for _, there in places)
+    return place, replace(correction, low=low, high=high, runs=runs)
 
 
 def _ordered(

@@ -67,7 +67,7 @@ def test_the_worst_of_the_intervals():
     assert found["probability_at"].item() == pytest.approx(-t[1], rel=0.02)
     assert found.attrs["confirmed"] == "yes"
     assert found["run_probability"] <= 1e-3
-    assert found.attrs["runs"] == 64
+    assert found.attrs["runs"] == 80
 
 
 def test_first_passage_and_not_each_time():

@@ -105,10 +105,10 @@ def allocate(
     `elasticity`, ∂ ln P / ∂ ln t of every tolerance. As in `failure_probability`, the interval
     allows for the expected error of the surrogate, probabilities below 1e-4 are only bounded unless
     this is negligible (`at_each_time` is NaN there), and all are NaN if the surrogate missed its
-    tolerance; `surrogate_probability` is what the surrogate alone finds. With a `response`, 64 runs
+    tolerance; `surrogate_probability` is what the surrogate alone finds. With a `response`, 80 runs
     or more correct it: `run_probability`, `run_confidence_low` and `run_confidence_high`.
-    Where it is larger than stated, or less than 0.7 of that, the search goes on, with five times
-    64 runs at most. "Confirmed" means that it is not larger.
+    Where it is larger than stated, or less than 0.7 of that, the search goes on, with five such
+    corrections at most. "Confirmed" means that it is not larger.
 
     ``attrs["cost"]`` is the sum of all costs, ``attrs["confirmed"]`` "yes", "no", "inferred" (no
     run violates a limit, but some are so far inside μ ± kσ that they tell nothing of it) or "no

@@ -9,7 +9,7 @@ function replaces it in a search within a trust region, at whose end it is estim
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -18,9 +18,10 @@ import scipy
 from scipy.special import log_ndtr
 
 from flexband.analysis.allocation.tolerances import Tolerances
-from flexband.analysis.probability.correction import Correction, corrected
+from flexband.analysis.probability.correction import Correction, with_missed
 from flexband.analysis.probability.ends import EndOptions, ends
 from flexband.analysis.probability.estimates import Estimate, estimate, mixture_around
+from flexband.analysis.probability.first_passage import Place, corrected_at_worst
 from flexband.analysis.probability.model import ResponseModel
 from flexband.analysis.probability.statements import error_of_runs
 from flexband.analysis.probability.states import LimitState
@@ -148,10 +149,15 @@ class Chance:
         return self._start.inside
 
     def by_runs(self, solution: ExceedanceEstimate, model: ResponseModel) -> Correction:
-        """Return the probability corrected with runs, at the same place."""
-        state, place, accuracy = self._narrow(solution.x), solution.place, self.options.accuracy
-        rng = np.random.default_rng(1)
-        return corrected(state, model, place, solution.known, accuracy, rng, solution.noise)
+        """Return the probability corrected with runs, at the same place or a worse one."""
+        state, space = self._narrow(solution.x), self.surrogate.space
+        n, m, rng = space.random_dimension, space.interval_dimension, np.random.default_rng(1)
+        first = Place(solution.place, solution.known, solution.noise)
+        searched, options = with_missed(state, model, n, m, rng), self.options
+        _, correction = corrected_at_worst(
+            state, searched, model, first, options.accuracy, rng, options.ends, largest=True
+        )
+        return replace(correction, runs=correction.runs + model.first_runs)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:
         """Return ∂ ln P / ∂ ln t of every tolerance t, (variables,); of sizes by η."""

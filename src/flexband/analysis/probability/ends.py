@@ -55,6 +55,8 @@ class EndOptions:
     """Steps of the pattern search in η."""
     fine_steps: tuple[float, ...] = (0.1, 0.03, 0.01)
     """Steps of the search from the best place."""
+    same_distance: float = 0.1
+    """Distance of places that count as one."""
     importance: ImportanceOptions = field(default_factory=ImportanceOptions)
 
 

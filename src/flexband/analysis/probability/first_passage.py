@@ -44,13 +44,12 @@ def first_passage(
     worst_alone: bool = False,
     search: EndOptions = EndOptions(),
     max_unseen: float = 0.03,
-    max_apart: float = 0.1,
 ) -> xr.Dataset:
     """Return the result of `failure_probability` for limits of which any counts.
 
     Where tolerances do not scatter, probabilities are bounded over the intervals. The model
     corrects both bounds, or the larger one if it is `worst_alone` that counts; where searches end
-    more than `max_apart` from each other, runs are made at each place. At most `max_unseen` of a
+    at different places, runs are made at each. At most `max_unseen` of a
     probability is at times that the search for bounds leaves out.
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
@@ -78,9 +77,9 @@ def first_passage(
     final = list[Estimate | Correction](raw)
     if model is not None:
         for k in range(len(raw))[-1 if worst_alone else 0 :]:
-            first = _Place(eta[k], known[k], raw[k].noise)
-            place, final[k] = _judged(
-                state, searched, model, first, accuracy, rng, search, max_apart, largest=k > 0
+            first = Place(eta[k], known[k], raw[k].noise)
+            place, final[k] = corrected_at_worst(
+                state, searched, model, first, accuracy, rng, search, largest=k > 0
             )
             if place is not first:
                 eta[k], known[k] = place.eta, place.known
@@ -124,7 +123,7 @@ def first_passage(
     return result.set_coords("input") if "input" in result else result
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     """Values of the interval inputs at which a probability is the least or the largest."""
 
     eta: np.ndarray
@@ -132,18 +131,17 @@ class _Place(NamedTuple):
     noise: float  # of the search
 
 
-def _judged(
+def corrected_at_worst(
     state: LimitState,
     searched: LimitState,
     model: ResponseModel,
-    first: _Place,
+    first: Place,
     accuracy: float,
     rng: np.random.Generator,
     search: EndOptions,
-    max_apart: float,
     *,
     largest: bool,
-) -> tuple[_Place, Correction]:
+) -> tuple[Place, Correction]:
     """Return the place with the least or the largest probability, and what runs say of it.
 
     The surrogate alone, and what few runs have taught (`searched`), may each mislead a search. Runs
@@ -151,15 +149,15 @@ def _judged(
     """
     n, m = first.known.u.shape[1], len(first.eta)
 
-    def place_by(by: LimitState) -> _Place:
+    def place_by(by: LimitState) -> Place:
         eta, _, noise, _ = ends(by, n, m, rng, options=search)
         at = eta[int(largest)]
-        return _Place(at, rare_at(state, at, n, rng, options=search), float(noise[int(largest)]))
+        return Place(at, rare_at(state, at, n, rng, options=search), float(noise[int(largest)]))
 
-    places: list[tuple[_Place, Correction]] = []
+    places: list[tuple[Place, Correction]] = []
     for lead in ("first runs", "the surrogate alone", "all runs")[: 3 if m else 1]:
         place = first if not places else place_by(searched if lead == "all runs" else state)
-        if any(np.abs(place.eta - other.eta).max() <= max_apart for other, _ in places):
+        if any(np.abs(place.eta - other.eta).max() <= search.same_distance for other, _ in places):
             continue
         near = rare_at(searched, place.eta, n, rng, options=search)
         there = corrected(searched, model, place.eta, near, accuracy, rng, place.noise)

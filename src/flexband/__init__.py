@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from flexband.mechanics.discretization import discretization_error as discretization_error
     from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha as GeneralizedAlpha
     from flexband.mechanics.equilibrium import equilibrium as equilibrium
+    from flexband.mechanics.joints.compliant import Compliant as Compliant
     from flexband.mechanics.joints.drives import (
         PrescribedPath as PrescribedPath,
         PrescribedRotation as PrescribedRotation,

@@ -300,7 +300,7 @@ def _labels(system: System) -> dict[Label, np.ndarray]:
     entries = mechanism.entries.items()
     angles = [owner for owner, row in mechanism.constraints for _ in row.polar]
     angles += [owner for owner, f in mechanism.frictions for _ in f.whole_travel.polar]
-    angles += [owner for owner, s in mechanism.springs if s.torsion for _ in s.vectors]
+    angles += [owner for owner, spring in mechanism.springs for _ in spring.angles]
     angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
     angles += [owner for owner, entry in entries for _ in entry.moments]
     angles += [f"sensors of {point}" for point in mechanism.sensor_points]

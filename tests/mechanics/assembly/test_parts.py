@@ -106,8 +106,8 @@ UNIT = {(0, 0): np.ones(()), (1, 1): np.ones(())}
         ("loads", AnyLoad(None), "load 'a': what it enters must be Entries"),
         (
             "loads",
-            AnyLoad(Entries(springs=[SpringEntry([(FAR, NEAR)], 1.0, 1.0, 0.0, 0.0, Form({}))])),
-            "load 'a': the vectors of a spring must be of rows",
+            AnyLoad(Entries(springs=[SpringEntry(FAR, 1.0, 1.0, 0.0, 0.0, Form({}))])),
+            "load 'a': the elongation of a spring must be of rows",
         ),
         ("sensors", AnySensor([NEAR, FAR]), "sensor 'a': rows must be of rows"),
         ("sensors", AnySensor([1.0]), "sensor 'a': rows must be a Form"),

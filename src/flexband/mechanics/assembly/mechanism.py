@@ -66,6 +66,7 @@ from flexband.mechanics.loads.load import (
     PairLoad,
     SpringEntry,
 )
+from flexband.mechanics.loads.springs import spring_entries
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import ContactRows, FrictionRows, Sensor
 from flexband.words import with_article
@@ -140,6 +141,7 @@ class Mechanism:
 
     def _check_joint(self, joint: Joint) -> None:
         rows = joint.constraints(self.frame)
+        rows += [spring.travel for spring in joint.compliances(self.frame)]
         check_forms("constraints", rows, 1 + sum(body.size for body in self.bodies.values()))
         self._check_points(joint)
         kind = with_article(type(joint).__name__)
@@ -250,7 +252,7 @@ class Mechanism:
         """The rows of the state z before those of extremes, which may depend on all of them."""
         coordinates = sum(body.size for body in self.bodies.values())
         angles = sum(len(row.polar) for row in self.rows_with_multipliers)
-        angles += 2 * sum(spring.torsion for _, spring in self.springs)
+        angles += sum(len(spring.angles) for _, spring in self.springs)
         points = sum(len(law.points) for law in self.laws)
         angles += points + len(self.moments)
         return State.of(
@@ -492,12 +494,14 @@ class Mechanism:
             name: naming(f"load {name!r}", entered, load, self) for name, load in self.loads.items()
         }
         for name, joint in self.joints.items():
-            contacts = joint.contacts(self.frame)
-            if name in entries and (contacts or entries[name].frictions):
+            contacts, compliances = joint.contacts(self.frame), joint.compliances(self.frame)
+            if name in entries and (contacts or compliances or entries[name].frictions):
                 raise InputError(
                     f"joint {name!r} must not have the name of a load, since one of them has "
-                    "contacts or friction"
+                    "contacts, springs or friction"
                 )
+            if compliances:
+                entries[name] = naming(f"joint {name!r}", spring_entries, compliances)
             if contacts:
                 first, second = map(self.frame, joint.points)
                 entries[name] = contact_entries(contacts, first, second, closed_at_start=False)
@@ -507,7 +511,7 @@ class Mechanism:
     def springs(self) -> list[tuple[str, SpringEntry]]:
         """The springs as the engine numbers them, each with the name of its load."""
         springs = [(name, entry) for name, e in self.entries.items() for entry in e.springs]
-        return sorted(springs, key=lambda spring: spring[1].torsion)
+        return sorted(springs, key=lambda spring: spring[1].line is None)
 
     @cached_property
     def laws(self) -> list[LawEntry]:
@@ -561,12 +565,17 @@ class Mechanism:
         return sum(len(getattr(self.entries[name], kind)) for name in others)
 
     def joint(self, name: str) -> tuple[Joint, list[Form]]:
-        """Return a joint and its multipliers; of contacts, −1 times their force and moment."""
+        """Return a joint and its multipliers: of springs, their tensions.
+
+        Those of contacts are −1 times their force and moment.
+        """
         _within("joint", name, self.joints)
         if name in self.entries and self.joints[name].contacts(self.frame):
             rows = self._law_rows(name)
             force = ([Form.variable(row + axis) * -1.0 for row in rows] for axis in range(3))
             return self.joints[name], [sum(parts, Form({})) for parts in force]
+        if springs := self._springs_of(name):
+            return self.joints[name], [self._spring_forms(k)[0] for k in springs]
         frictions = [k for k, (part, _) in enumerate(self.frictions) if part == name]
         rows = [self.state.multiplier + k for k in self._rows_of(name)]
         rows += [self.state.friction + k for k in frictions]
@@ -609,10 +618,23 @@ class Mechanism:
         """Return the tension and the elongation of a translational or a torsion spring."""
         rows = {}
         for k, (owner, spring) in enumerate(self.springs):
-            if spring.torsion == torsion:
+            if spring.angular == torsion and owner in self.loads:
                 rows.setdefault(owner, self._spring_forms(k))
         _within("torsion spring" if torsion else "spring", name, rows)
         return rows[name]
+
+    def _springs_of(self, joint: str) -> list[int]:
+        """Return the numbers of the springs of a joint that gives."""
+        if joint not in self.joints or not self.joints[joint].compliances(self.frame):
+            return []
+        return [k for k, (owner, _) in enumerate(self.springs) if owner == joint]
+
+    def _elongation_form(self, number: int) -> Form:
+        """Return the elongation of a spring with variables of z in place of its angles."""
+        first = sum(len(row.polar) for row in self.rows_with_multipliers)
+        first += sum(len(spring.angles) for _, spring in self.springs[:number])
+        variables = itertools.count(self.state.angle + first)
+        return self.springs[number][1].elongation.with_variables(variables)
 
     def _spring_forms(self, number: int) -> tuple[Form, Form]:
         rows = (self.state.tension + number, self.state.elongation + number)
@@ -681,6 +703,7 @@ class Mechanism:
         travels = [self.travel_forms[k] for k in alone]
         if part in self.joints and not self.joints[part].contacts(self.frame):
             rows = [self.constraint_forms[k] for k in self._rows_of(part)] + travels
+            rows += [self._elongation_form(k) for k in self._springs_of(part)]
             force = constraint_force(rows, self.joint(part)[1])
             return [(form, Form.variable(j)) for j, form in force.items()]
         multipliers = [Form.variable(self.state.friction + k) for k in alone]
@@ -705,16 +728,14 @@ class Mechanism:
         """The terms of each row of z that is an angle or an elongation, which is their sum."""
         rows, unit = self.rows_with_multipliers, np.asarray(1.0)
         angles = [polar._replace(c=unit, f=None) for row in rows for polar in row.polar]
-        turns = [spring.vectors for _, spring in self.springs if spring.torsion]
+        turns = [[angle.vector for angle in spring.angles] for _, spring in self.springs]
         turns += [[frame.normal for frame in law.points] for law in self.laws]
         turns += [[moment.direction] for moment in self.moments]
         turns += [self.sensor_directions]
         angles += [Polar(vector, unit) for vectors in turns for vector in vectors]
         polars = {self.state.angle + k: [angle] for k, angle in enumerate(angles)}
         for k, (_, spring) in enumerate(self.springs):
-            first, *others = spring.vectors
-            terms = [Polar(first, unit, length=not others), *(Polar(v, -unit) for v in others)]
-            polars[self.state.elongation + k] = terms
+            polars[self.state.elongation + k] = list(spring.elongation.polar)
         return polars
 
     # --- inertia ----------------------------------------------------------------------------

@@ -128,8 +128,7 @@ def check_entries(entries: Entries, state: State) -> None:
     check_forms("forces", list(entries.forces.values()), state.rows)
     check_forms("the potential", [entries.potential], state.rows)
     for spring in entries.springs:
-        for vector in spring.vectors:
-            check_forms("the vectors of a spring", vector, 1 + state.coordinates)
+        check_forms("the elongation of a spring", [spring.elongation], 1 + state.coordinates)
     for law in entries.laws:
         for frame in law.points:
             check_forms("the points of a law", frame.position, 1 + state.coordinates)

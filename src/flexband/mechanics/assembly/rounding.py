@@ -26,7 +26,7 @@ def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
     forces = [mass * size / h**2]
     forces += [np.max(np.abs(v.stiffness)) * np.max(v.inverse_length) for v in members]
     forces += [
-        np.max(spring.stiffness) * size ** (-1 if spring.torsion else 1) for spring in springs
+        np.max(spring.stiffness) * size ** (-1 if spring.angular else 1) for spring in springs
     ]
     force = max(forces)
     size_of = {

@@ -48,10 +48,16 @@ class Continua(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors linear in q, with angles or lengths first: of constraints, springs, laws, moments."""
+    """Vectors at most quadratic in q, with angles or lengths first, see `kernels.angles`.
+
+    Those with angles or lengths are of constraints, springs, laws and moments.
+    """
 
     start: np.ndarray  # vector -> first of its entries
     coordinate: np.ndarray  # of an entry
+    partner: np.ndarray  # the other coordinate of a product, 0 for a linear entry
+    partner_slot: np.ndarray  # of both
+    spatial: int  # whether there is a third component
     length: np.ndarray  # whether the variable of a vector is its length instead of its angle
     direction: int  # first of the vectors along which following forces act
     sensor_angle: int  # first of those whose angles sensors alone read
@@ -68,7 +74,11 @@ class Springs(NamedTuple):
     table: np.ndarray  # first row of its table: places, rates, then coefficients
     places: np.ndarray  # how many it has, 0 without a table
     rates: np.ndarray  # the same
-    vector: np.ndarray  # the vector of each translational spring, both of each torsion spring
+    vector: (
+        np.ndarray
+    )  # of each: a translational spring's own, of others the form of the elongation
+    angle_start: np.ndarray  # spring -> first of the angles in its elongation
+    angle: np.ndarray
     slot: np.ndarray  # (springs, most entries, most entries)
 
 
@@ -198,6 +208,7 @@ class VectorValues(NamedTuple):
 
     x: np.ndarray
     y: np.ndarray
+    z: np.ndarray  # without rows in the plane
 
 
 class SpringValues(NamedTuple):
@@ -209,6 +220,7 @@ class SpringValues(NamedTuple):
     damping: np.ndarray
     pull: np.ndarray
     table: np.ndarray
+    weight: np.ndarray  # of the angles
 
 
 class FrictionValues(NamedTuple):

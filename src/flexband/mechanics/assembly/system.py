@@ -36,7 +36,6 @@ from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.records import Record
-from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.law_shape import CompiledLaw
 from flexband.mechanics.sensors.motion import Sensor
 
@@ -128,7 +127,8 @@ def assemble(mechanism: Mechanism) -> System:
     angle = state.angle
     among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
     frictions = [f"friction {k}" for k in range(len(mechanism.frictions))]
-    pairs = _pairs(state, [*owners, *frictions])
+    bodies = [name for name, body in mechanism.bodies.items() for _ in range(body.size)]
+    pairs = [*_pairs(bodies, 1), *_pairs([*owners, *frictions], state.multiplier)]
     pattern, slots = analyse(pairs, state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
     places = Places(state, numbers, slots, nowhere=pattern.rows - 1)
@@ -228,10 +228,9 @@ def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
     return constant, [*others[:count], *rows[count:]]
 
 
-def _pairs(state: State, owners: Sequence[str]) -> list[tuple[int, int]]:
-    """Return the unknowns in pairs: vectors of the plane, then multipliers of the same joint."""
-    pairs = [(i, i + 1) for i in range(1, state.coordinates, 2)]
-    first = state.multiplier
+def _pairs(owners: Sequence[str], first: int) -> list[tuple[int, int]]:
+    """Return the unknowns from row `first` of z on in pairs, each of one owner."""
+    pairs = []
     for _, group in groupby(owners):
         end = first + len(list(group))
         pairs += [(k, k + 1 if k + 1 < end else NONE) for k in range(first, end, 2)]

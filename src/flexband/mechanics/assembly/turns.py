@@ -27,7 +27,7 @@ def drawn_angle(
     angles of first sections in place of the given ones. The angle of a vector between bodies, which
     none of them is given, is near 0.
     """
-    rows = {j for form in vector for _, j, _ in form.terms if j > 0}
+    rows = {n for form in vector for i, j, _ in form.terms for n in (i, j) if n > 0}
     for name, body in bodies.items():
         first = first_coordinates[name]
         if rows and all(first <= row < first + body.size for row in rows):

@@ -1,4 +1,4 @@
-"""Vectors that are linear in the coordinates as arrays, and the springs and laws that use them."""
+"""Vectors as arrays, at most quadratic in the coordinates, and the springs and laws with them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.kernels.forms import TimeFunction, Vector
+from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, GAP_MEMORY
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
@@ -22,17 +22,19 @@ from flexband.mechanics.loads.load import LawEntry, SpringEntry
 compiled_laws = Deferred("flexband.mechanics.loads.compiled_laws")
 
 
-def linear(vector: Vector) -> dict[int, list[ArrayLike]]:
-    """Return row of z -> the coefficients in X and Y of a linear vector."""
-    entries: dict[int, list[ArrayLike]] = {}
+def entries_of(vector: Vector) -> dict[tuple[int, int], list[ArrayLike]]:
+    """Return (row of z, its partner's or 0) -> the coefficients in X, Y and Z of a vector."""
+    entries: dict[tuple[int, int], list[ArrayLike]] = {}
     for axis, form in enumerate(vector):
-        for (_, j, _), c in form.terms.items():
-            entries.setdefault(j, [0.0, 0.0])[axis] = c
+        for (i, j, _), c in form.terms.items():
+            for pair in {(j, i), (i, j)} if i > 0 else {(j, 0)}:
+                coefficients = entries.setdefault(pair, [0.0, 0.0, 0.0])
+                coefficients[axis] = 2.0 * c if i == j > 0 else c
     return dict(sorted(entries.items()))
 
 
 class VectorTable:
-    """The vectors, linear in q, those with `angles` or lengths first.
+    """The vectors, those with `angles` or lengths first.
 
     The first ones belong to constraints whose multipliers are these rows of z, and `lengths` tells
     which are lengths; those of following forces begin at `direction`, those whose angles sensors
@@ -51,8 +53,9 @@ class VectorTable:
         sensor_angle: int,
         turning: int,
     ):
-        self.vectors = [linear(vector) for vector in vectors]
-        self.groups = [list(entries) for entries in self.vectors]
+        self.vectors = [entries_of(vector) for vector in vectors]
+        self.groups = [[row for row, _ in entries] for entries in self.vectors]
+        self.components = max(map(len, vectors), default=2)
         self.turned, self.multipliers = self.groups[:angles], multipliers
         self.lengths, self.direction = lengths, direction
         self.sensor_angle, self.turning = sensor_angle, turning
@@ -70,6 +73,13 @@ class VectorTable:
         return Vectors(
             start=starts(self.groups),
             coordinate=indices(i for group in self.groups for i in group),
+            partner=indices(i for entries in self.vectors for _, i in entries),
+            partner_slot=indices(
+                places.slot(*pair) if pair[1] else places.nowhere
+                for entries in self.vectors
+                for pair in entries
+            ),
+            spatial=int(self.components > 2),
             length=np.array(
                 [*self.lengths, *[False] * (len(self.turned) - len(groups))], dtype=bool
             ),
@@ -82,20 +92,30 @@ class VectorTable:
 
     def values(self) -> VectorValues:
         entries = [entry for vector in self.vectors for entry in vector.values()]
-        return VectorValues(*(stack([entry[axis] for entry in entries]) for axis in range(2)))
+        x, y, z = (stack([entry[axis] for entry in entries]) for axis in range(3))
+        return VectorValues(x, y, z if self.components > 2 else z[:0])
 
 
 class SpringTable:
-    """The springs, translational ones first; `numbers` are those of their vectors."""
+    """The springs, translational ones first.
+
+    The first of them has the vector `vector`; the angles of the others start at `angle`. `groups`
+    are the coordinates of all vectors.
+    """
 
     def __init__(
         self,
         springs: Sequence[SpringEntry],
-        numbers: Sequence[Sequence[int]],
+        vector: int,
+        angle: int,
         groups: Sequence[Sequence[int]],
     ):
-        self.springs, self.numbers = springs, numbers
-        self.groups = [[i for a in vectors for i in groups[a]] for vectors in numbers]
+        self.springs, self.vector = springs, vector
+        self.angles = angle + starts([spring.angles for spring in springs])
+        self.groups = [
+            [i for a in (vector + s, *range(*self.angles[s : s + 2])) for i in groups[a]]
+            for s in range(len(springs))
+        ]
         self.pulls, self.functions = [], []
         self.tables = [s.table.rows if s.table else ([], 0, 0) for s in springs]
         for spring in springs:
@@ -108,12 +128,14 @@ class SpringTable:
 
     def structure(self, places: Places) -> Springs:
         return Springs(
-            translational=sum(not spring.torsion for spring in self.springs),
+            translational=sum(spring.line is not None for spring in self.springs),
             f=indices(places.functions[f] for f in self.functions),
             table=starts([rows for rows, _, _ in self.tables])[:-1],
             places=indices(count for _, count, _ in self.tables),
             rates=indices(count for _, _, count in self.tables),
-            vector=indices(a for vectors in self.numbers for a in vectors),
+            vector=self.vector + np.arange(len(self.springs)),
+            angle_start=self.angles - self.angles[0],
+            angle=np.arange(self.angles[0], self.angles[-1]),
             slot=places.square(self.groups),
         )
 
@@ -125,6 +147,7 @@ class SpringTable:
             damping=stack([s.damping for s in self.springs]),
             pull=stack(self.pulls),
             table=stack([row for rows, _, _ in self.tables for row in rows]),
+            weight=stack([angle.c for spring in self.springs for angle in spring.angles]),
         )
 
 
@@ -214,9 +237,9 @@ class VectorTables(NamedTuple):
     def of(mechanism: Mechanism) -> VectorTables:
         """Return the tables of a mechanism, vectors with angles first.
 
-        These are those of constraints and of friction, of torsion springs, of points of laws and of
-        moments. Translational springs, positions of points of laws, directions of following forces,
-        friction in contacts, what sensors read, and what turns with bodies and rods follow.
+        These are those of constraints and of friction, of springs, of points of laws and of
+        moments. Springs, positions of points of laws, directions of following forces, friction in
+        contacts, what sensors read, and what turns with bodies and rods follow.
         """
         owned = [
             (mechanism.state.multiplier + k, polar)
@@ -227,10 +250,10 @@ class VectorTables(NamedTuple):
         points = [frame for law in mechanism.laws for frame in law.points]
         parts = [
             [polar.vector for _, polar in owned],
-            [vector for spring in springs if spring.torsion for vector in spring.vectors],
+            [angle.vector for spring in springs for angle in spring.angles],
             [frame.normal for frame in points],
             [moment.direction for moment in mechanism.moments],
-            [vector for spring in springs if not spring.torsion for vector in spring.vectors],
+            [spring.line or (spring.polynomial, Form({})) for spring in springs],
             [frame.position for frame in points],
             [force.direction for force in mechanism.following],
             [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
@@ -238,22 +261,20 @@ class VectorTables(NamedTuple):
             [vector for _, vector in mechanism.turning],
         ]
         firsts = starts(parts).tolist()
-        _, torsion, normal, _, straight, position, direction, actions, *others = firsts
+        _, angle, normal, _, elongation, position, direction, actions, *others = firsts
         sensor_angle, turning, _ = others
         vectors = VectorTable(
             [v for part in parts for v in part],
-            straight,
+            elongation,
             [k for k, _ in owned],
             [polar.length for _, polar in owned],
             direction,
             sensor_angle,
             turning,
         )
-        elongations = [range(a, a + 1) for a in range(straight, position)]
-        elongations += [range(a, a + 2) for a in range(torsion, normal, 2)]
         return VectorTables(
             vectors,
-            SpringTable(springs, elongations, vectors.groups),
+            SpringTable(springs, elongation, angle, vectors.groups),
             LawTable(mechanism.laws, normal, position, vectors.groups, len(mechanism.frictions)),
             actions,
         )

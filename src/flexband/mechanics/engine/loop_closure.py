@@ -55,7 +55,7 @@ def closed(
         apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
         if not apart.any():
             break
-        rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
+        rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
         rows[:, :, 2::3] /= options.turn_weight
@@ -88,7 +88,7 @@ def gaps(system: System, sample: int) -> dict[str, float]:
     z, misfit = closed(system, values)
     size = 1 / values.inverse_scale[1]
     c = values.terms * values.functions[system.structure.terms.f]
-    rows = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)[0]
+    rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)[0]
     moves = (rows @ rigid_motions(system, z, size)[:, :, 0]).reshape(len(rows), -1, 3)[:, :, :2]
     open_by: dict[str, float] = {}
     for owner, row, part in zip(system.constraints, moves, misfit[:, 0], strict=True):
@@ -145,8 +145,9 @@ def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
     vectors, state = system.structure.vectors, system.structure.state
     for a, row in enumerate(range(state.angle, state.sensor_angle)):
         entries = slice(vectors.start[a], vectors.start[a + 1])
-        q = z[vectors.coordinate[entries]]
-        x, y = ((v[entries] * q).sum(axis=0) for v in values.vectors)
+        q, partners = z[vectors.coordinate[entries]], vectors.partner[entries, None]
+        q = q * np.where(partners > 0, 0.5 * z[partners[:, 0]], 1.0)
+        x, y = ((v[entries] * q).sum(axis=0) for v in values.vectors[:2])
         if vectors.length[a]:
             z[row] = np.hypot(x, y)
         else:

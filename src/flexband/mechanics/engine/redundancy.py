@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from flexband.errors import InputError, ResolutionWarning, returned, warn
-from flexband.mechanics.assembly.structure import Values
+from flexband.mechanics.assembly.structure import Values, VectorValues
 from flexband.mechanics.assembly.system import System
 from flexband.remarks.remark import Remark, RemarkKind
 
@@ -28,8 +28,8 @@ def jacobian(system: System, z: np.ndarray, samples: np.ndarray) -> np.ndarray:
         if f > 0:
             factor = np.atleast_1d(returned(system.functions[f - 1], system.first_time))
             c[t] *= of_samples(factor, samples)
-    x, y = (of_samples(components, samples) for components in system.values.vectors)
-    return derivatives(system, c, x, y, z)
+    vectors = VectorValues(*(of_samples(parts, samples) for parts in system.values.vectors))
+    return derivatives(system, c, vectors, z)
 
 
 def of_samples(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def of_samples(values: np.ndarray, samples: np.ndarray) -> np.ndarray:
 def rank_deficiency(system: System, values: Values, z: np.ndarray) -> np.ndarray:
     """Return how many constraints depend on others at the start, per lane or once for all."""
     c = values.terms * values.functions[system.structure.terms.f]
-    lanes = derivatives(system, c, *values.vectors, z).transpose(2, 0, 1)
+    lanes = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)
     matrices = _unit_rows(lanes[:1] if (lanes == lanes[0]).all() else lanes)
     sound = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
     sizes = np.linalg.svd(np.where(sound, matrices, 0.0), compute_uv=False)
@@ -56,8 +56,8 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
     massless = (values.mass != values.regular_mass)[entries, lanes]
     places = system.structure.mass.i[entries] - 1
     c = (values.terms * values.functions[system.structure.terms.f])[:, lanes]
-    x, y = (v[:, lanes] for v in values.vectors)
-    Phi = derivatives(system, c, x, y, z) / values.inverse_scale[coordinates, lanes]
+    vectors = VectorValues(*(parts[:, lanes] for parts in values.vectors))
+    Phi = derivatives(system, c, vectors, z) / values.inverse_scale[coordinates, lanes]
     for lane, sample in enumerate(samples):
         free, motion = places[massless[:, lane]], np.zeros(Phi.shape[1])
         matrix = _unit_rows(Phi[:, :, lane])[:, free]
@@ -88,9 +88,7 @@ def _without_inertia(system: System, motion: np.ndarray) -> str:
     )
 
 
-def derivatives(
-    system: System, c: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray
-) -> np.ndarray:
+def derivatives(system: System, c: np.ndarray, numbers: VectorValues, z: np.ndarray) -> np.ndarray:
     """Return Φ_q from the coefficients of terms and vectors; all have a last axis of samples."""
     terms, state, vectors = system.structure.terms, system.structure.state, system.structure.vectors
     count = state.coordinates
@@ -102,7 +100,10 @@ def derivatives(
     for t in range(terms.polynomials, len(terms.k)):
         a = terms.j[t] - state.angle
         entries = slice(vectors.start[a], vectors.start[a + 1])
-        q, vx, vy = z[vectors.coordinate[entries]], x[entries], y[entries]
+        partners = vectors.partner[entries, None]
+        factor = np.where(partners > 0, z[partners[:, 0]], 1.0)
+        q = z[vectors.coordinate[entries]] * np.where(partners > 0, 0.5, 1.0)
+        vx, vy = numbers.x[entries] * factor, numbers.y[entries] * factor
         nx, ny = (vx * q).sum(axis=0), (vy * q).sum(axis=0)
         square = nx * nx + ny * ny + 1e-100  # as in `kernels.angles`
         gradient = (nx * vy - ny * vx) / square

@@ -59,6 +59,16 @@ class Held(NamedTuple):
     angular: bool = False  # whether s is an angle
 
 
+class Compliance(NamedTuple):
+    """A spring along a travel that a joint holds, in place of a multiplier."""
+
+    travel: Form  # s [m] or [rad]; what it has of the time alone is subtracted from the place
+    stiffness: ArrayLike  # [N/m] or [N m/rad]
+    damping: ArrayLike  # [N s/m] or [N m s/rad]
+    angular: bool
+    relaxed: bool  # whether s counts from its value at the start
+
+
 class Joint(ABC):
     """A constraint between points. The first point is on the body that reactions act on.
 
@@ -90,6 +100,10 @@ class Joint(ABC):
 
     def contacts(self, frame: Resolve) -> list[PairContact]:
         """Return contacts between the two points that hold them in place of constraints."""
+        return []
+
+    def compliances(self, frame: Resolve) -> list[Compliance]:
+        """Return springs that hold the two points in place of constraints."""
         return []
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:

@@ -62,7 +62,8 @@ def placed(
 
 def _is_influenced(row: Form, column: Mapping[int, int]) -> bool:
     """Return whether a row changes with the places, polynomially."""
-    polar = {j for term in row.polar for form in term.vector for _, j, _ in form.terms}
+    keys = [key for term in row.polar for form in term.vector for key in form.terms]
+    polar = {n for i, j, _ in keys for n in (i, j)}
     return polar.isdisjoint(column) and any({i, j} & column.keys() for i, j, _ in row.terms)
 
 

@@ -102,12 +102,14 @@ class Switched(HoldingJoint):
         return self.joint.points
 
     def held(self, frame: Resolve) -> list[Held]:
-        loose = self.joint.contacts(frame) or self.joint.frictions(frame)
-        rows = [] if loose else self.joint.held(frame)
+        joint = self.joint
+        other = joint.contacts(frame) or joint.frictions(frame) or joint.compliances(frame)
+        rows = [] if other else joint.held(frame)
         if not rows:
             raise InputError(
                 f"a {type(self.joint).__name__} cannot switch if it has clearance, friction or "
-                "losses, or does not say what it holds (`held`). A contact.Brake beside it rubs"
+                "losses, gives, or does not say what it holds (`held`). A contact.Brake beside it "
+                "rubs"
             )
         return rows
 

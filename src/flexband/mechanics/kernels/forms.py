@@ -45,7 +45,10 @@ Key = tuple[int, int, TimeFunction | None]
 
 
 class Polar(NamedTuple):
-    """The term c f(t) θ, where θ is the angle of a linear vector, or c f(t) ℓ with its length ℓ."""
+    """The term c f(t) θ with the angle θ of a vector that is at most quadratic, or c f(t) ℓ.
+
+    ℓ is the length of a linear vector.
+    """
 
     vector: Vector
     c: np.ndarray
@@ -57,8 +60,8 @@ class Polar(NamedTuple):
 class Form:
     """The function Σ c f(t) z_i z_j + Σ c f(t) θ + Σ c f(t) ℓ.
 
-    The angles θ and the lengths ℓ are those of linear vectors. `terms` maps (i, j, f), i ≤ j, to c
-    of shape () or (n,).
+    The angles θ and the lengths ℓ are those of vectors, see `Polar`. `terms` maps (i, j, f), i ≤ j,
+    to c of shape () or (n,).
     """
 
     terms: Mapping[Key, np.ndarray]
@@ -150,37 +153,37 @@ def _key(indices: tuple[int, ...], f: TimeFunction | None, g: TimeFunction | Non
     return i, j, f if f is not None else g
 
 
-Vector = tuple[Form, Form]
-"""Two forms: the X and Y components of a vector of the plane."""
+Vector = tuple[Form, ...]
+"""A form for each component: X and Y in the plane."""
 
 
 def moves(vector: Vector) -> bool:
-    """Return whether a linear vector depends on the coordinates."""
+    """Return whether a vector depends on the coordinates."""
     return any(j > 0 for form in vector for _, j, _ in form.terms)
 
 
-def fixed(vector: tuple[ArrayLike, ArrayLike]) -> Vector:
+def fixed(vector: Sequence[ArrayLike]) -> Vector:
     """Return a vector that does not depend on the state."""
-    return Form.constant(vector[0]), Form.constant(vector[1])
+    return tuple(map(Form.constant, vector))
 
 
 def add(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
-    return a[0] + b[0], a[1] + b[1]
+    return tuple(p + q for p, q in zip(a, b, strict=True))
 
 
 def subtract(a: Vector, b: Vector) -> Vector:
     """Return a − b."""
-    return a[0] - b[0], a[1] - b[1]
+    return tuple(p - q for p, q in zip(a, b, strict=True))
 
 
 def scale(factor: Form | ArrayLike, a: Vector) -> Vector:
     """Return `factor` times a."""
-    return a[0] * factor, a[1] * factor
+    return tuple(component * factor for component in a)
 
 
 def angle(a: Vector) -> Form:
-    """Return the angle from the X axis to a linear vector [rad], with turns counted."""
+    """Return the angle from the X axis to a vector of the plane [rad], with turns counted."""
     return Form({}, (Polar(a, np.asarray(1.0)),))
 
 
@@ -191,11 +194,12 @@ def length(a: Vector) -> Form:
 
 def dot(a: Vector, b: Vector) -> Form:
     """Return the scalar product a · b."""
-    return a[0] * b[0] + a[1] * b[1]
+    first, *others = (p * q for p, q in zip(a, b, strict=True))
+    return sum(others, first)
 
 
 def cross(a: Vector, b: Vector) -> Form:
-    """Return the out-of-plane component of a × b."""
+    """Return the out-of-plane component of a × b, of vectors of the plane."""
     return a[0] * b[1] - a[1] * b[0]
 
 

@@ -7,13 +7,22 @@ A spring acts along its elongation s with the tension
 g is 1, or a table that is linear between its values: Σ c_ij B_i(x) B_j(ṡ) with B₀ = 1, B₁ = x − x₀
 and B_i = max(x − x_{i−1}, 0), where x_i are the places of the table.
 
-The elongation of a translational spring is the length ℓ = |d| of a vector d; that of a torsion
-spring is the difference of the angles of two vectors. The translational springs come first.
+The elongation of a translational spring is the length ℓ = |d| of a vector d; these springs come
+first. That of all others is c θ + …, a sum of angles, and a form that is at most quadratic in the
+coordinates, the first component of a vector.
 """
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, vector
+from flexband.mechanics.kernels.angles import (
+    add_curvature,
+    angle_gradient,
+    angle_rate,
+    entry_gradient,
+    third_component,
+    vector,
+    vector_rate,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     compiled,
@@ -34,40 +43,39 @@ RELAXED = 1e300
 
 
 @compiled
-def _length(x, y):
+def _length(x, y, h):
     """Return the length of a vector, which is never 0."""
-    return maximum(sqrt(x * x + y * y), filled(SHORTEST))
-
-
-@compiled
-def _angles_of(springs, s):
-    """Return the numbers of both angles of a torsion spring."""
-    place = 2 * s - springs.translational
-    return springs.vector[place], springs.vector[place + 1]
+    return maximum(sqrt(x * x + y * y + h * h), filled(SHORTEST))
 
 
 @compiled
 def elongation(structure, values, z, s):
     """Return s."""
-    springs, state = structure.springs, structure.state
+    springs, a = structure.springs, structure.springs.vector[s]
+    total, _ = vector(structure, values, z, a)
     if s < springs.translational:
-        x, y = vector(structure, values, z, 0, springs.vector[s])
-        return _length(x, y)
-    first, second = _angles_of(springs, s)
-    return load(z, state.angle + first) - load(z, state.angle + second)
+        x, y = vector(structure, values, z, a)
+        return _length(x, y, third_component(structure, values, z, 0, a))
+    for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
+        angle = load(z, structure.state.angle + springs.angle[k])
+        total += load(values.springs.weight, k) * angle
+    return total
 
 
 @compiled
 def _rate(structure, values, z, s):
     """Return ṡ."""
-    springs, state = structure.springs, structure.state
+    springs, a, first = structure.springs, structure.springs.vector[s], structure.state.velocity
+    total, v = vector_rate(structure, values, z, z, first, a)
     if s < springs.translational:
-        x, y = vector(structure, values, z, 0, springs.vector[s])
-        vx, vy = vector(structure, values, z, state.velocity, springs.vector[s])
-        return (x * vx + y * vy) / _length(x, y)
-    first, second = _angles_of(springs, s)
-    rate = angle_rate(structure, values, z, first)
-    return rate - angle_rate(structure, values, z, second)
+        x, y = vector(structure, values, z, a)
+        h = third_component(structure, values, z, 0, a)
+        w = third_component(structure, values, z, first, a)
+        return (x * total + y * v + h * w) / _length(x, y, h)
+    for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
+        rate = angle_rate(structure, values, z, springs.angle[k])
+        total += load(values.springs.weight, k) * rate
+    return total
 
 
 @compiled
@@ -118,19 +126,25 @@ def update_springs(structure, values, now, z):
 
 @compiled
 def add_spring_forces(structure, values, z, r):
-    """Add T ∂s/∂q, or T to the rows of the angles; the springs are up to date."""
+    """Add T ∂s/∂q, that of angles to their rows; the springs are up to date."""
     springs, vectors, state = structure.springs, structure.vectors, structure.state
     for s in range(springs.translational):
         a = springs.vector[s]
-        x, y = vector(structure, values, z, 0, a)
+        x, y = vector(structure, values, z, a)
+        h = third_component(structure, values, z, 0, a)
         tension = load(z, state.tension + s) / load(z, state.elongation + s)
         for p in range(vectors.start[a], vectors.start[a + 1]):
             force = x * load(values.vectors.x, p) + y * load(values.vectors.y, p)
+            if vectors.spatial:
+                force += h * load(values.vectors.z, p)
             add_to(r, vectors.coordinate[p], tension * force)
     for s in range(springs.translational, len(springs.f)):
-        first, second = _angles_of(springs, s)
-        add_to(r, state.angle + first, load(z, state.tension + s))
-        add_to(r, state.angle + second, -load(z, state.tension + s))
+        a, tension = springs.vector[s], load(z, state.tension + s)
+        for p in range(vectors.start[a], vectors.start[a + 1]):
+            gradient, _ = entry_gradient(vectors, values, z, p)
+            add_to(r, vectors.coordinate[p], tension * gradient)
+        for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
+            add_to(r, state.angle + springs.angle[k], load(values.springs.weight, k) * tension)
 
 
 @compiled
@@ -149,53 +163,67 @@ def _slope(structure, values, now, z, rate, s):
 
 
 @compiled
-def _angle_entry(structure, values, z, s, e):
-    """Return the coordinate of entry `e` of a torsion spring, and ∂s/∂q there."""
-    vectors = structure.vectors
-    a, second = _angles_of(structure.springs, s)
-    count, sign = vectors.start[a + 1] - vectors.start[a], 1.0
-    if e >= count:
-        a, e, sign = second, e - count, -1.0
-    x, y = vector(structure, values, z, 0, a)
+def _entry(structure, values, z, s, e):
+    """Return the coordinate of entry `e` of a sum of angles and a form, and ∂s/∂q there."""
+    springs, vectors = structure.springs, structure.vectors
+    a, k = springs.vector[s], springs.angle_start[s]
+    count = vectors.start[a + 1] - vectors.start[a]
+    if e < count:
+        p = vectors.start[a] + e
+        gradient, _ = entry_gradient(vectors, values, z, p)
+        return vectors.coordinate[p], gradient
+    while e >= count:
+        e, a = e - count, springs.angle[k]
+        count, k = vectors.start[a + 1] - vectors.start[a], k + 1
+    x, y = vector(structure, values, z, a)
     p = vectors.start[a] + e
-    return vectors.coordinate[p], sign * angle_gradient(values, p, x, y)
+    gradient = angle_gradient(vectors, values, z, p, x, y)
+    return vectors.coordinate[p], load(values.springs.weight, k - 1) * gradient
 
 
 @compiled
 def add_spring_tangent(structure, values, now, z, weight, rate, matrix):
     """Add `weight` times the tangent of all springs.
 
-    It is (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ) of translational ones; the change of the damper's ℓ̇
-    with the direction is left out. It is (T′ + rate d) ∂s/∂q ∂s/∂qᵀ of torsion springs, to which
+    It is (T′ + rate d) n nᵀ + T/ℓ (I − n nᵀ) of translational ones; the change of the damper's ṡ
+    with the direction is left out. It is (T′ + rate d) ∂s/∂q ∂s/∂qᵀ + T ∂²s/∂q² of the others;
     `angles.add_angle_tangent` adds T times the second derivatives of the angles.
     """
     springs, vectors, numbers = structure.springs, structure.vectors, values.vectors
     for s in range(springs.translational):
         a = springs.vector[s]
         begin, end = vectors.start[a], vectors.start[a + 1]
-        x, y = vector(structure, values, z, 0, a)
+        x, y = vector(structure, values, z, a)
         length = load(z, structure.state.elongation + s)
         slope = weight * _slope(structure, values, now, z, rate, s)
         across = weight * load(z, structure.state.tension + s) / length
-        nx, ny = x / length, y / length
+        nx, ny, none = x / length, y / length, 0.0 * x
+        nh = third_component(structure, values, z, 0, a) / length
         for p in range(begin, end):
             px, py = load(numbers.x, p), load(numbers.y, p)
+            ph = load(numbers.z, p) if vectors.spatial else none
             for q in range(p, end):
                 qx, qy = load(numbers.x, q), load(numbers.y, q)
-                along = (nx * px + ny * py) * (nx * qx + ny * qy)
-                entry = across * (px * qx + py * qy) + (slope - across) * along
+                qh = load(numbers.z, q) if vectors.spatial else none
+                along = (nx * px + ny * py + nh * ph) * (nx * qx + ny * qy + nh * qh)
+                entry = across * (px * qx + py * qy + ph * qh) + (slope - across) * along
                 add_to(matrix, springs.slot[s, p - begin, q - begin], entry)
     for s in range(springs.translational, len(springs.f)):
-        slope = weight * _slope(structure, values, now, z, rate, s)
-        first, second = _angles_of(springs, s)
-        count = vectors.start[first + 1] - vectors.start[first]
-        count += vectors.start[second + 1] - vectors.start[second]
+        slope, a = weight * _slope(structure, values, now, z, rate, s), springs.vector[s]
+        tension = weight * load(z, structure.state.tension + s)
+        count = vectors.start[a + 1] - vectors.start[a]
+        for p in range(vectors.start[a], vectors.start[a + 1]):
+            if vectors.partner[p] > 0:
+                add_curvature(vectors, p, tension * load(numbers.x, p), matrix)
+        for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
+            angle = springs.angle[k]
+            count += vectors.start[angle + 1] - vectors.start[angle]
         for e in range(count):
-            i, gradient = _angle_entry(structure, values, z, s, e)
+            i, gradient = _entry(structure, values, z, s, e)
             for f in range(e, count):
-                j, other = _angle_entry(structure, values, z, s, f)
+                j, other = _entry(structure, values, z, s, f)
                 entry = slope * gradient * other
-                if i == j and e != f:  # both angles depend on this coordinate
+                if i == j and e != f:  # several entries depend on this coordinate
                     entry = entry + entry
                 add_to(matrix, springs.slot[s, e, f], entry)
 

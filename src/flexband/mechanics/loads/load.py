@@ -14,7 +14,14 @@ from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, Frame, GeneralizedForce, TimeFunction, Vector
+from flexband.mechanics.kernels.forms import (
+    Form,
+    Frame,
+    GeneralizedForce,
+    Polar,
+    TimeFunction,
+    Vector,
+)
 from flexband.mechanics.kernels.laws.forces import GAP
 from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.law_shape import Law, LawShape
@@ -37,22 +44,35 @@ class LoadModel(Protocol):
 class SpringEntry(NamedTuple):
     """A spring, damper and actuator along an elongation s, see `kernels.springs`.
 
-    Of a translational spring s is the length of its vector [m]; of a torsion spring it is the angle
-    of the first vector less that of the second [rad].
+    s is the length of a linear vector, or at most quadratic in the coordinates with angles of
+    vectors.
     """
 
-    vectors: Sequence[Vector]
+    elongation: Form  # s [m] or [rad]
     stiffness: ArrayLike  # k
     rest: ArrayLike | None  # s₀, or None if the spring is relaxed at the start
     cubic: ArrayLike  # k₃
     damping: ArrayLike  # d
     pull: Form  # f(t), an additional tension: one term c f(t), or none
     table: Characteristic | None = None  # g(x, ṡ), by which f(t) is multiplied
+    angular: bool = False  # whether s is an angle
 
     @property
-    def torsion(self) -> bool:
-        """Whether it is a torsion spring."""
-        return len(self.vectors) > 1
+    def line(self) -> Vector | None:
+        """The vector of which s is the length, if it is one: of a translational spring."""
+        (first, *others) = self.elongation.polar or (None,)
+        alone = first is not None and first.length and not (others or self.elongation.terms)
+        return first.vector if first is not None and alone else None
+
+    @property
+    def angles(self) -> Sequence[Polar]:
+        """The angles in s."""
+        return () if self.line is not None else self.elongation.polar
+
+    @property
+    def polynomial(self) -> Form:
+        """The rest of s."""
+        return Form(self.elongation.terms)
 
 
 class LawEntry(NamedTuple):

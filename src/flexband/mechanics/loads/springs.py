@@ -9,13 +9,26 @@ from numpy.typing import ArrayLike
 
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
-from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, Vector, moves, subtract
+from flexband.mechanics.joints.joint import Compliance, PointName
+from flexband.mechanics.kernels.forms import Form, angle, length, moves, subtract
 from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, SpringEntry, in_time
 
 Drive = InTime | Characteristic
 """A force in time, or over elongation and speed."""
+
+
+def spring_entries(compliances: Sequence[Compliance]) -> Entries:
+    """Return the springs of a joint that gives, T = k (s − s(t)) + d ṡ."""
+    springs = []
+    for travel, stiffness, damping, angular, relaxed in compliances:
+        terms = travel.terms.items()
+        elongation = Form({key: c for key, c in terms if key[2] is None}, travel.polar)
+        driven = Form({key: c for key, c in terms if key[2] is not None})
+        rest = None if relaxed else 0.0
+        numbers = (stiffness, rest, 0.0, damping, driven * stiffness)
+        springs.append(SpringEntry(elongation, *numbers, angular=angular))
+    return Entries(springs=springs)
 
 
 class SpringLoad(PairLoad):
@@ -33,11 +46,11 @@ class SpringLoad(PairLoad):
         check_non_negative(f"{kind} damping [{damping}]", self.damping)
 
     def _along(
-        self, vectors: Sequence[Vector], rest: ArrayLike | None, drive: Drive, sign: float
+        self, elongation: Form, rest: ArrayLike | None, drive: Drive, *, angular: bool = False
     ) -> Entries:
         pull, table = _pull_and_table("pull", drive)
-        numbers = (self.stiffness, rest, self.cubic, self.damping, pull * sign, table)
-        return Entries(springs=[SpringEntry(vectors, *numbers)])
+        numbers = (self.stiffness, rest, self.cubic, self.damping, -pull if angular else pull)
+        return Entries(springs=[SpringEntry(elongation, *numbers, table, angular)])
 
 
 def _pull_and_table(name: str, drive: Drive) -> tuple[Form, Characteristic | None]:
@@ -86,7 +99,7 @@ class Spring(SpringLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         apart = subtract(model.frame(self.first).position, model.frame(self.second).position)
-        return self._along([apart], self.rest_length, self.pull, 1.0)
+        return self._along(length(apart), self.rest_length, self.pull)
 
 
 @frozen()
@@ -134,7 +147,8 @@ class TorsionSpring(SpringLoad):
         return self.rest_angle
 
     def enters(self, model: LoadModel) -> Entries:
-        normals = [model.frame(point).normal for point in self.points]
-        if not any(map(moves, normals)):
+        first, second = (model.frame(point).normal for point in self.points)
+        if not (moves(first) or moves(second)):
             raise InputError("a TorsionSpring must join a body that rotates")
-        return self._along(normals, self.rest_angle, self.torque, -1.0)
+        turn = angle(first) - angle(second)
+        return self._along(turn, self.rest_angle, self.torque, angular=True)

@@ -78,7 +78,9 @@ class Work(OverSteps):
     def rows(self, model: SensorModel) -> Sequence[Form]:
         if impulses := model.works_of_impulses(self.part):
             return [*model.over_steps(self)[::2], *impulses]
-        pairs = model.generalized_force(self.part) if self.part in model.joints else []
+        springs = self.part in model.entries and model.entries[self.part].springs
+        in_impulses = self.part in model.joints and not springs
+        pairs = model.generalized_force(self.part) if in_impulses else []
         forces = [force for force, _ in pairs]
         rates = [_rate_in_impulse(coordinate, model) for _, coordinate in pairs]
         return [*model.over_steps(self)[::2], *forces, *rates]

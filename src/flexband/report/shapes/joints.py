@@ -8,6 +8,7 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexband.mechanics.joints.compliant import Compliant
 from flexband.mechanics.joints.drives import PrescribedPath, PrescribedRotation, PrescribedTravel
 from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PairJoint, PointName
@@ -52,6 +53,11 @@ def _(joint: Rack) -> Sequence[tuple[PointName, ArrayLike]]:
     return [(joint.first, joint.radius)]
 
 
+@gear_radii.register
+def _(joint: Compliant) -> Sequence[tuple[PointName, ArrayLike]]:
+    return gear_radii(joint.joint)
+
+
 @singledispatch
 def add_joint(joint: Joint, sketch: Sketch, name: str) -> None:
     """Add a joint with its name; a joint of unknown type is a diamond."""
@@ -77,6 +83,16 @@ def _(joint: Switched, sketch: Sketch, name: str) -> None:
     frame = LocalFrame(sketch.tracks.point(joint.first))
     ring = in_points(frame, circle(11.0, 40))
     sketch.line(ring, color="drive", dash=(3, 3), layer=7.5, part=f"joint {name!r}")
+
+
+@add_joint.register
+def _(joint: Compliant, sketch: Sketch, name: str) -> None:
+    """Add the joint in a ring of two lines, which says that it gives."""
+    add_joint(joint.joint, sketch, name)
+    frame = LocalFrame(sketch.tracks.point(joint.first))
+    for radius in (9.0, 11.5):
+        ring = in_points(frame, circle(radius, 40))
+        sketch.line(ring, layer=7.5, part=f"joint {name!r}")
 
 
 @add_joint.register

@@ -10,7 +10,7 @@ its rate takes it in a time ẏ/ÿ, if not within an output step.
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.angles import polar_rate, vector
+from flexband.mechanics.kernels.angles import polar_rate, vector_rate
 from flexband.mechanics.kernels.lanes import (
     add_to,
     call_at,
@@ -40,7 +40,7 @@ def _move(structure, values, z, wrong, s, step, memory):
     laws, rows = structure.laws, layout(structure.laws, s)
     for p in range(rows.first, rows.end):
         row, a = AXES * (p - rows.first), laws.angle + p
-        x, y = vector(structure, values, wrong, 0, laws.position + p)
+        x, y = vector_rate(structure, values, z, wrong, 0, laws.position + p)
         moves = x, y, polar_rate(structure, values, z, wrong, 0, a)
         for axis in range(AXES):
             add_to(memory, rows.x + row + axis, moves[axis])

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.angles import polar_rate, vector
+from flexband.mechanics.kernels.angles import polar_rate, vector, vector_rate
 from flexband.mechanics.kernels.constraints import (
     add_constraint_tangent,
     add_constraints,
@@ -74,7 +74,7 @@ FOLLOW = FollowOptions()
 @compiled
 def distance_of_centres(structure, values, z, n):
     """Return |d| of an orbit."""
-    x, y = vector(structure, values, z, 0, structure.friction.centres[n])
+    x, y = vector(structure, values, z, structure.friction.centres[n])
     return sqrt(x * x + y * y)
 
 
@@ -175,9 +175,9 @@ def add_to_contacts(structure, values, z):
     for n in range(len(friction.rubbed)):
         row, first = friction.contact_force[n], friction.action + 3 * n
         force = load(z, structure.state.friction + friction.rubbed[n])
-        x, y = vector(structure, values, z, 0, first)
-        ax, ay = vector(structure, values, z, 0, first + 1)
-        bx, by = vector(structure, values, z, 0, first + 2)
+        x, y = vector(structure, values, z, first)
+        ax, ay = vector(structure, values, z, first + 1)
+        bx, by = vector(structure, values, z, first + 2)
         size, couple = sqrt(x * x + y * y) + 1e-100, force * load(values.friction.radius, n)
         x, y = force * x / size, force * y / size
         add_to(z, row, -x)
@@ -312,8 +312,8 @@ def subtract_drift_of_circles(structure, values, z, r, s):
     """Subtract the rate of |d| times that of φ."""
     friction, state = structure.friction, structure.state
     for n in range(len(friction.orbit_term)):
-        x, y = vector(structure, values, z, 0, friction.centres[n])
-        u, v = vector(structure, values, z, state.velocity, friction.centres[n])
+        x, y = vector(structure, values, z, friction.centres[n])
+        u, v = vector_rate(structure, values, z, z, state.velocity, friction.centres[n])
         angle = friction.terms.j[friction.orbit_term[n]] - state.angle
         turning = polar_rate(structure, values, z, z, state.velocity, angle)
         apart = (x * u + y * v) / (sqrt(x * x + y * y) + 1e-100)

@@ -16,7 +16,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flexband.mechanics.kernels.angles import angle_gradient, angle_rate, update_angles, vector
+from flexband.mechanics.kernels.angles import (
+    angle_gradient,
+    angle_rate,
+    update_angles,
+    vector,
+    vector_rate,
+)
 from flexband.mechanics.kernels.lanes import (
     add_to,
     any_true,
@@ -109,8 +115,8 @@ def fill(structure, values, now, z, s, memory):
     rows = layout(laws, s)
     for p in range(rows.first, rows.end):
         row, a = AXES * (p - rows.first), laws.angle + p
-        px, py = vector(structure, values, z, 0, laws.position + p)
-        vx, vy = vector(structure, values, z, state.velocity, laws.position + p)
+        px, py = vector(structure, values, z, laws.position + p)
+        vx, vy = vector_rate(structure, values, z, z, state.velocity, laws.position + p)
         rate = angle_rate(structure, values, z, a)
         store_rows(memory, rows.x + row, (px, py, load(z, state.angle + a)))
         store_rows(memory, rows.v + row, (vx, vy, rate))
@@ -357,7 +363,7 @@ def _fill_derivatives(structure, values, z, s, memory, B):
         for e in range(vectors.start[position], vectors.start[position + 1]):
             store(memory, row + laws.place[e], load(values.vectors.x, e))
             store(memory, row + count + laws.place[e], load(values.vectors.y, e))
-        nx, ny = vector(structure, values, z, 0, a)
+        nx, ny = vector(structure, values, z, a)
         for e in range(vectors.start[a], vectors.start[a + 1]):
-            gradient = angle_gradient(values, e, nx, ny)
+            gradient = angle_gradient(vectors, values, z, e, nx, ny)
             store(memory, row + 2 * count + laws.place[e], gradient)

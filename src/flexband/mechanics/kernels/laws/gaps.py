@@ -6,7 +6,7 @@ step is taken, and its size is the speed |ġ| at the last event.
 
 from __future__ import annotations
 
-from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector
+from flexband.mechanics.kernels.angles import angle_drift, polar_rate, vector_rate
 from flexband.mechanics.kernels.lanes import add_to, call_at, compiled, filled, load, store
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, fill, layout
 from flexband.mechanics.kernels.laws.states import rows_of_states
@@ -26,7 +26,7 @@ def _move(structure, values, z, s, time, memory):
         add_to(memory, rows.x + row, time * load(memory, rows.v + row))
     for p in range(rows.first, rows.end):
         row, a = rows.v + AXES * (p - rows.first), laws.angle + p
-        ax, ay = vector(structure, values, z, state.acceleration, laws.position + p)
+        ax, ay = vector_rate(structure, values, z, z, state.acceleration, laws.position + p)
         turning = polar_rate(structure, values, z, z, state.acceleration, a)
         turning += angle_drift(structure, values, z, a)
         add_to(memory, row, time * ax)

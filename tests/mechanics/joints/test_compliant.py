@@ -1,0 +1,191 @@
+"""Joints that give, against closed forms, free bodies with springs, and rigid joints."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import flexband as fb
+
+STEEL = 7800.0
+
+
+def disc(**motion):
+    return fb.RigidBody.disc(radius=0.1, width=0.05, density=STEEL, **motion)
+
+
+def mass_of(body):
+    return float(body.mass)
+
+
+def test_two_masses_on_a_rod_that_gives():
+    """ω² = k (1/m₁ + 1/m₂), and the damping ratio is ω τ/2."""
+    a, b, k = fb.PointMass(mass=2.0), fb.PointMass(mass=3.0, position=(0.5, 0.0)), 4e4
+    rod = fb.Compliant(fb.Distance("a", "b", 0.5), stiffness=k, damping=1e-4)
+    rails = {name: fb.Slot(name, (0.0, 0.0)) for name in "ab"}
+    train = fb.Mechanism(bodies={"a": a, "b": b}, joints={**rails, "rod": rod})
+    modes = fb.modes(train, 2)
+    square = k * (1 / 2.0 + 1 / 3.0)
+    damping = np.sqrt(square) * 1e-4 / 2
+    assert modes["frequency"].values[1] == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-9)
+    assert modes["damping_ratio"].values[1] == pytest.approx(damping, rel=1e-9)
+
+
+def test_a_jeffcott_rotor_in_anisotropic_bearings():
+    """Whirls at √(k_x/m) and √(k_y/m); its unbalance e moves it by e Ω²/(k/m − Ω²)."""
+    speed, e = 200.0, 1e-4
+    k, mass = (2e6, 1e6), mass_of(disc())
+    bearing = fb.Compliant(fb.Revolute("rotor.shaft", (0.0, 0.0)), stiffness=k)
+
+    def shaft(**motion):
+        body = disc(**motion)
+        return fb.RigidBody(
+            mass=body.mass, inertia=body.inertia, points={"shaft": (-e, 0.0)}, **motion
+        )
+
+    whirl = [e * speed**2 / (stiffness / mass - speed**2) for stiffness in k]
+    start = shaft(position=(e + whirl[0], 0.0), velocity=(0.0, (e + whirl[1]) * speed), rate=speed)
+    machine = fb.Mechanism(
+        bodies={"rotor": start},
+        joints={"bearing": bearing, "motor": fb.PrescribedRotation("rotor", lambda t: speed * t)},
+        sensors={"place": fb.Position("rotor.shaft"), "force": fb.Reaction("bearing")},
+    )
+    motion = fb.simulate(machine, duration=0.1, step=5e-5)
+    x, y, fx, fy = motion.values
+    turn = speed * motion["time"].values
+    assert x == pytest.approx(whirl[0] * np.cos(turn), abs=2e-4 * whirl[0])
+    assert y == pytest.approx(whirl[1] * np.sin(turn), abs=2e-4 * whirl[1])
+    assert fx == pytest.approx(-k[0] * x, abs=1e-6)
+    assert fy == pytest.approx(-k[1] * y, abs=1e-6)
+    at_rest = fb.Mechanism(bodies={"rotor": disc()}, joints={
+        "bearing": fb.Compliant(fb.Revolute("rotor", (0.0, 0.0)), stiffness=k)
+    })  # fmt: skip
+    frequencies = fb.modes(at_rest, 3)["frequency"].values[1:]
+    assert frequencies == pytest.approx(np.sqrt([k[1] / mass, k[0] / mass]) / (2 * np.pi), rel=1e-9)
+
+
+# Three free bodies with springs along what joints hold, whose elongations are written anew here.
+# A body is (x, y, θ); a point is a body and its place in the body's axes.
+
+
+def turned(angle, v):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
+
+
+def place(q, body, at):
+    return at if body is None else q[3 * body : 3 * body + 2] + turned(q[3 * body + 2], at)
+
+
+def angle_of(q, body):
+    return 0.0 if body is None else q[3 * body + 2]
+
+
+def in_axes(q, first, second):
+    apart = place(q, *first) - place(q, *second)
+    return turned(-angle_of(q, second[0]), apart)
+
+
+def elongations(kind, q, first, second, numbers):
+    """Return travels that a joint holds, and whether each is an angle."""
+    x, y = in_axes(q, first, second)
+    turn = angle_of(q, first[0]) - angle_of(q, second[0])
+    if kind == "Revolute":
+        return [(x, False), (y, False)]
+    if kind == "Weld":
+        return [(x, False), (y, False), (turn - numbers["angle"], True)]
+    a, b = np.array(numbers.get("axis", (1.0, 0.0))) / np.hypot(*numbers.get("axis", (1.0, 0.0)))
+    if kind == "Slot":
+        return [(a * y - b * x, False)]
+    if kind == "Prismatic":
+        return [(a * y - b * x, False), (turn - numbers["angle"], True)]
+    if kind == "Rack":
+        return [(a * x + b * y + numbers["radius"] * turn, False)]
+    length = numbers["length"]
+    return [((x**2 + y**2 - length**2) / (2 * length), False)]
+
+
+def drawn(seed):
+    """Return three bodies and four joints, the last one to the ground."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-0.5, 0.5, 9)
+    v = rng.uniform(-1.0, 1.0, 9)
+    masses = rng.uniform(1.0, 3.0, (3, 2)) * [1.0, 0.02]
+    joints = []
+    for first, second in ((0, None), (1, 0), (2, 1), (2, None)):
+        kind = str(rng.choice(["Revolute", "Weld", "Slot", "Prismatic", "Rack", "Distance"]))
+        ends = [(body, rng.uniform(-0.3, 0.3, 2)) for body in (first, second)]
+        numbers = {
+            "Weld": {"angle": rng.uniform(-1, 1)},
+            "Slot": {"axis": tuple(rng.uniform(-1, 1, 2))},
+            "Prismatic": {"axis": tuple(rng.uniform(-1, 1, 2)), "angle": rng.uniform(-1, 1)},
+            "Rack": {"axis": tuple(rng.uniform(-1, 1, 2)), "radius": rng.uniform(0.1, 0.3)},
+            "Distance": {"length": rng.uniform(0.2, 0.6)},
+        }.get(kind, {})
+        joints.append((kind, *ends, numbers, *rng.uniform([50, 5, 1e-3], [500, 50, 1e-2])))
+    return q, v, masses, joints
+
+
+def accelerations(q, v, masses, joints, start):
+    """Return those of the free bodies, from −(k s + d ṡ) ∂s/∂q by complex steps."""
+    force, n = np.zeros(9), range(9)
+    for kind, first, second, numbers, k, tilt, tau in joints:
+        relaxed = elongations(kind, start, first, second, numbers)
+        moved = [
+            elongations(kind, q + 1e-30j * (np.arange(9) == j), first, second, numbers) for j in n
+        ]
+        for row, (rest, angular) in enumerate(relaxed):
+            stiffness = tilt if angular else k
+            gradient = np.array([moved[j][row][0].imag / 1e-30 for j in n])
+            s = moved[0][row][0].real - (rest if kind == "Rack" else 0.0)
+            force -= (stiffness * s + stiffness * tau * gradient @ v) * gradient
+    return force / masses[:, [0, 0, 1]].ravel()
+
+
+def mechanism_of(q, v, masses, joints):
+    def end(joint, which):
+        body, at = joint[which]
+        return tuple(at) if body is None else f"{'abc'[body]}.{joint[0]} {which} {id(joint)}"
+
+    points = {name: {} for name in "abc"}
+    for joint in joints:
+        for which in (1, 2):
+            body, at = joint[which]
+            if body is not None:
+                points["abc"[body]][end(joint, which).partition(".")[2]] = tuple(at)
+    bodies = {
+        name: fb.RigidBody(
+            mass=masses[b, 0], inertia=masses[b, 1], points=points[name],
+            position=tuple(q[3 * b : 3 * b + 2]), angle=q[3 * b + 2],
+            velocity=tuple(v[3 * b : 3 * b + 2]), rate=v[3 * b + 2],
+        )
+        for b, name in enumerate("abc")
+    }  # fmt: skip
+    kinds = {kind: getattr(fb, kind) for kind in ("Revolute", "Weld", "Slot", "Prismatic", "Rack")}
+    parts = {}
+    for number, joint in enumerate(joints):
+        kind, _, _, numbers, k, tilt, tau = joint
+        rigid = kinds.get(kind, fb.Distance)(end(joint, 1), end(joint, 2), **numbers)
+        tilts = kind in ("Weld", "Prismatic")
+        parts[f"joint {number}"] = fb.Compliant(rigid, k, tilt if tilts else None, damping=tau)
+    sensors = {}
+    for name in "abc":
+        sensors |= {f"r {name}": fb.Position(name), f"angle {name}": fb.Angle(name)}
+    return fb.Mechanism(bodies=bodies, joints=parts, sensors=sensors)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
+    """The error falls with the square of the step, so that two of them give the fourth order."""
+    q, v, masses, joints = drawn(seed)
+
+    def rates(t, state):
+        return [*state[9:], *accelerations(state[:9], state[9:], masses, joints, q)]
+
+    exact = solve_ivp(rates, (0.0, 0.2), [*q, *v], method="DOP853", rtol=1e-11, atol=1e-12)
+    mechanism, steps = mechanism_of(q, v, masses, joints), (5e-4, 2.5e-4)
+    rough, fine = (fb.simulate(mechanism, duration=0.2, step=h).values[:, -1] for h in steps)
+    errors = [np.abs(x - exact.y[:9, -1]).max() for x in (rough, fine, (4 * fine - rough) / 3)]
+    assert errors[1] < 1e-4
+    assert errors[0] > 3 * errors[1]
+    assert errors[2] < 2e-6

@@ -1,0 +1,248 @@
+"""The engine takes vectors of three components: bodies with twelve coordinates, against SciPy.
+
+The body is written here, in forms; there is no spatial body in flexband yet.
+"""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+import flexband as fb
+from flexband.mechanics.bodies.body import Body
+from flexband.mechanics.joints.joint import Joint
+from flexband.mechanics.kernels.forms import Form, Frame, angle, dot, length, subtract
+from flexband.mechanics.loads.load import Entries, SpringEntry
+from flexband.mechanics.sensors.motion import Sensor
+
+pytestmark = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+
+MASS, INERTIA = 15.0, np.array([0.25, 0.4, 0.3])
+WEIGHT = np.array([0.0, 0.0, -9.81 * MASS])
+
+
+class SpatialBody(Body):
+    """A rigid body with the coordinates [r, g₁, g₂, g₃] and six conditions on its axes."""
+
+    per_node = 12
+
+    def __init__(self, place, turn, velocity, spin):
+        axes = turn.as_matrix()  # columns are the axes
+        self.start = [np.asarray(c) for c in (*place, *axes.T.ravel())]
+        rates = np.cross(spin, axes.T).ravel()  # the spin is in global axes
+        self.rates = [np.asarray(c) for c in (*velocity, *rates)]
+
+    def coordinates(self):
+        return self.start
+
+    def velocities(self):
+        return self.rates
+
+    def mass_entries(self):
+        numbers = np.repeat([MASS, *(INERTIA.sum() / 2 - INERTIA)], 3)
+        return {(k, k): np.asarray(number) for k, number in enumerate(numbers)}
+
+    def frame(self, name, first):
+        vectors = np.array([Form.variable(first + k) for k in range(12)]).reshape(4, 3)
+        place, *axes = map(tuple, vectors)
+        if name == "foot":
+            place = subtract(place, axes[1])
+        return Frame(place, axes[0], axes[1]) if name != "third" else Frame(place, axes[2], axes[0])
+
+    def constraints(self, first):
+        frame, third = self.frame("center", first), self.frame("third", first).x
+        x, y = frame.x, frame.y
+        return [*(dot(v, v) - 1.0 for v in (x, y, third)), dot(x, y), dot(y, third), dot(x, third)]
+
+
+class Ball(Joint):
+    """A ball at the origin."""
+
+    def __init__(self, first):
+        self.first = first
+
+    def constraints(self, frame):
+        return list(frame(self.first).position)
+
+
+class Coordinates(Sensor):
+    """All coordinates of a body."""
+
+    units = tuple((f" {k}", "1") for k in range(12))
+
+    def __init__(self, body):
+        self.body = body
+
+    def rows(self, model):
+        frame, third = model.frame(self.body), model.frame(f"{self.body}.third")
+        return [*frame.position, *frame.x, *frame.y, *third.x]
+
+
+class Entered:
+    """A load that is written in a test."""
+
+    points = ()
+
+    def __init__(self, enters):
+        self.enters = enters
+
+
+def weight(name):
+    def enters(model):
+        (row,) = [j for _, j, _ in model.frame(name).position[2].terms]
+        return Entries(forces={row: Form.constant(WEIGHT[2])})
+
+    return Entered(enters)
+
+
+def axes_of(motion, name):
+    names = [f"{name} {k}" for k in range(3, 12)]
+    return motion.sel(output=names).values.T.reshape(-1, 3, 3).transpose(0, 2, 1)
+
+
+def rates_of_top(t, state):
+    """Return Euler's equations of a body about its foot, axes and spin in its own axes."""
+    turn, spin = state[:9].reshape(3, 3), state[9:]
+    inertia = INERTIA + MASS * np.array([1.0, 0.0, 1.0])
+    moment = np.cross([0.0, 1.0, 0.0], turn.T @ WEIGHT)
+    change = (moment - np.cross(spin, inertia * spin)) / inertia
+    return np.concatenate([np.cross(turn, spin).ravel(), change])
+
+
+def test_a_heavy_top_precesses():
+    turn = Rotation.from_euler("xz", [0.4, 0.3])
+    spin = np.array([0.5, 60.0, -2.0])  # in its axes
+    place, turning = turn.apply([0.0, 1.0, 0.0]), turn.apply(spin)
+    top = fb.Mechanism(
+        bodies={"top": SpatialBody(place, turn, np.cross(turning, place), turning)},
+        joints={"tip": Ball("top.foot")},
+        loads={"weight": weight("top")},
+        sensors={"top": Coordinates("top")},
+    )
+    exact = solve_ivp(
+        rates_of_top, (0.0, 0.5), [*turn.as_matrix().ravel(), *spin], method="DOP853", rtol=1e-11,
+        atol=1e-11,
+    ).y[:9, -1].reshape(3, 3)  # fmt: skip
+    errors = []
+    for step in (1e-3, 5e-4, 2.5e-4):
+        motion = fb.simulate(top, duration=0.5, step=step)
+        errors.append(np.abs(axes_of(motion, "top")[-1] - exact).max())
+    assert errors[2] < 3e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
+
+
+def spatial_pair(loads):
+    """Return two free bodies, of which the second one spins about a tilted axis."""
+    first, second = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]), Rotation.from_euler("y", 0.4)
+    spin = second.apply([0.0, 0.0, 14.0])
+    return fb.Mechanism(
+        bodies={
+            "a": SpatialBody((0.0, 0.0, 0.0), first, (0.1, 0.0, -0.2), (0.0, 0.3, 0.1)),
+            "b": SpatialBody((0.4, 1.2, -0.5), second, (0.0, 0.2, 0.1), spin),
+        },
+        loads=loads,
+        sensors={"a": Coordinates("a"), "b": Coordinates("b"), "U": fb.ElasticEnergy()},
+    )
+
+
+def rates_of_pair(forces):
+    """Return the rates of two bodies: positions, axes, velocities and spins in their own axes."""
+
+    def rates(t, state):
+        places, turns, velocities, spins = np.split(state, [6, 24, 30])
+        places, velocities, spins = (v.reshape(2, 3) for v in (places, velocities, spins))
+        turns = turns.reshape(2, 3, 3)
+        force, moment = forces(places, turns, velocities, spins)
+        moment = np.einsum("bij,bi->bj", turns, moment)  # in the axes of the bodies
+        change = (moment - np.cross(spins, INERTIA * spins)) / INERTIA
+        turning = np.stack([np.cross(turn, spin) for turn, spin in zip(turns, spins, strict=True)])
+        return np.concatenate(
+            [velocities.ravel(), turning.ravel(), force.ravel() / MASS, change.ravel()]
+        )
+
+    return rates
+
+
+def errors_of_pair(load, forces, duration=1.5, steps=(1e-3, 5e-4)):
+    """Return the errors of the places and axes at the end with some steps."""
+    pair = spatial_pair({"spring": load})
+    bodies = [pair.bodies[name] for name in "ab"]
+    start = [np.array([*map(float, body.start)]) for body in bodies]
+    rates = [np.array([*map(float, body.rates)]) for body in bodies]
+    turns = [q[3:].reshape(3, 3).T for q in start]
+    spins = [
+        np.array([(turn.T @ rate[3:].reshape(3, 3).T)[i, j] for i, j in ((2, 1), (0, 2), (1, 0))])
+        for turn, rate in zip(turns, rates, strict=True)
+    ]
+    first = np.concatenate([
+        *(q[:3] for q in start), *(turn.ravel() for turn in turns), *(v[:3] for v in rates), *spins
+    ])  # fmt: skip
+    exact = solve_ivp(
+        rates_of_pair(forces), (0.0, duration), first, method="DOP853", rtol=1e-11, atol=1e-11
+    ).y[:24, -1]  # fmt: skip
+    errors = []
+    for step in steps:
+        motion = fb.simulate(pair, duration=duration, step=step)
+        places = [motion.sel(output=[f"{n} {k}" for k in range(3)]).values[:, -1] for n in "ab"]
+        axes = [axes_of(motion, name)[-1].ravel() for name in "ab"]
+        errors.append(np.abs(np.concatenate([*places, *axes]) - exact).max())
+    return errors, motion
+
+
+def test_a_spring_between_two_bodies_in_space():
+    stiffness, damping, rest = 300.0, 2.0, 0.7
+
+    def enters(model):
+        apart = subtract(model.frame("a.foot").position, model.frame("b").position)
+        return Entries(
+            springs=[SpringEntry(length(apart), stiffness, rest, 0.0, damping, Form({}))]
+        )
+
+    def forces(places, turns, velocities, spins):
+        lever = -turns[0][:, 1]
+        apart = places[0] + lever - places[1]
+        moving = velocities[0] + np.cross(turns[0] @ spins[0], lever) - velocities[1]
+        size = np.linalg.norm(apart)
+        tension = stiffness * (size - rest) + damping * (apart @ moving) / size
+        pull = -tension * apart / size
+        return np.array([pull, -pull]), np.array([np.cross(lever, pull), np.zeros(3)])
+
+    errors, _ = errors_of_pair(Entered(enters), forces)
+    assert errors[1] < 2e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+
+
+def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
+    """The angle is that of b's first axis about a's third one, in the other axes of a.
+
+    Its vector has products of coordinates of both bodies. The moments are those of virtual work.
+    """
+    stiffness, damping = 0.05, 0.002
+
+    def enters(model):
+        a, b = model.frame("a"), model.frame("b")
+        turn = angle((dot(b.x, a.x), dot(b.x, a.y)))
+        spring = SpringEntry(turn, stiffness, 0.0, 0.0, damping, Form({}), angular=True)
+        return Entries(springs=[spring])
+
+    state = {"turn": 0.0}
+
+    def forces(places, turns, velocities, spins):
+        a, u = turns[0], turns[1][:, 0]
+        x, y = u @ a[:, 0], u @ a[:, 1]
+        now = np.arctan2(y, x)
+        state["turn"] = now + 2 * np.pi * np.round((state["turn"] - now) / (2 * np.pi))
+        by_u = (x * a[:, 1] - y * a[:, 0]) / (x**2 + y**2)  # ∂θ/∂u
+        by_axes = [np.cross(a[:, 0], -y * u), np.cross(a[:, 1], x * u)]
+        of_b, of_a = np.cross(u, by_u), sum(by_axes) / (x**2 + y**2)
+        rate = of_b @ (turns[1] @ spins[1]) + of_a @ (a @ spins[0])
+        moment = -(stiffness * state["turn"] + damping * rate)
+        return np.zeros((2, 3)), moment * np.array([of_a, of_b])
+
+    errors, motion = errors_of_pair(Entered(enters), forces)
+    assert state["turn"] > 3 * 2 * np.pi
+    energy = float(motion.sel(output="U")[-1])
+    assert energy == pytest.approx(0.5 * stiffness * state["turn"] ** 2, rel=1e-2)
+    assert errors[1] < 5e-3
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)

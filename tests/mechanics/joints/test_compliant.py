@@ -189,3 +189,158 @@ def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     assert errors[1] < 1e-4
     assert errors[0] > 3 * errors[1]
     assert errors[2] < 2e-6
+
+
+def bar(**start):
+    return fb.RigidBody.bar(length=0.5, height=0.02, width=0.02, density=STEEL, **start)
+
+
+def pendulum(joint, sensors=()):
+    return fb.Mechanism(
+        bodies={"bar": bar()},
+        joints={"pin": joint},
+        loads={"gravity": fb.Gravity()},
+        sensors={"end": fb.Position("bar.end"), "pin": fb.Reaction("pin"), **dict(sensors)},
+    )
+
+
+@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+def test_a_stiff_joint_is_the_rigid_one():
+    """What it gives is a hundredth at a hundred times the stiffness."""
+    pin = fb.Revolute("bar.start", (0.0, 0.0))
+    rigid = fb.simulate(pendulum(pin), duration=0.4, step=5e-4)
+    apart = []
+    for stiffness in (1e5, 1e7):
+        gives = fb.Compliant(pin, stiffness=stiffness, damping=1e-3)
+        motion = fb.simulate(pendulum(gives), duration=0.4, step=5e-4)
+        apart.append(np.abs((motion - rigid).values[:, 400:]).max(axis=1))
+    assert apart[1][:2] == pytest.approx(apart[0][:2] / 100, rel=0.3)
+    assert np.all(apart[1][2:] < 2e-3 * 15)  # of the weight [N]
+
+
+@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+@pytest.mark.parametrize(
+    "joint",
+    [
+        fb.Revolute("bar.start", (0.0, 0.0)),
+        fb.Weld("bar.start", (0.0, 0.0)),
+        fb.Prismatic("bar.start", (0.0, 0.0), axis=(1.0, 2.0)),
+        fb.Distance("bar.start", (0.3, 0.2), 0.4),
+    ],
+)
+def test_energy_balances(joint):
+    """Elastic, kinetic and potential energy change by what the dampers take."""
+    tilt = 300.0 if isinstance(joint, fb.Weld | fb.Prismatic) else None
+    sensors = {
+        "T": fb.KineticEnergy(), "U": fb.ElasticEnergy(), "V": fb.PotentialEnergy(),
+        "W": fb.Work("pin"), "P": fb.sensors.Power("pin"),
+    }  # fmt: skip
+    for damping in (0.0, 2e-3):
+        gives = fb.Compliant(joint, 5e3, tilt, damping=damping)
+        motion = fb.simulate(pendulum(gives, sensors), duration=0.5, step=1e-4)
+        T, U, V, W, P = (motion.sel(output=name).values for name in "TUVWP")
+        size = T.max()
+        assert T + V - (T + V)[0] == pytest.approx(W, abs=2e-5 * size)
+        taken = -W - (U - U[0])
+        assert taken[-1] > 1e-4 * size if damping else np.abs(taken).max() < 2e-5 * size
+        assert np.all(np.diff(taken) > -1e-6 * size)
+        power = np.cumsum((P[1:] + P[:-1]) / 2) * 1e-4
+        assert power == pytest.approx(W[1:], abs=2e-4 * size)
+
+
+def test_a_guide_with_two_carriages_shares_its_load_as_springs_do():
+    """Two slots hold one motion twice where there is a third: rigid reactions are not unique."""
+    places = {"a": -0.2, "b": 0.0, "c": 0.3}
+    body = fb.RigidBody(
+        mass=2.0, inertia=0.05, points={name: (x, 0.0) for name, x in places.items()}
+    )
+    stiffness = {"a": 1e5, "b": 2e5, "c": 4e5}
+    joints = {
+        name: fb.Compliant(fb.Slot(f"body.{name}", (0.0, 0.0)), stiffness=k)
+        for name, k in stiffness.items()
+    }
+    guide = fb.Mechanism(
+        bodies={"body": body},
+        joints={**joints, "stop": fb.PrescribedTravel("body", (0.0, 0.0), lambda t: 0.0)},
+        loads={"gravity": fb.Gravity()},
+        sensors={name: fb.Reaction(name) for name in places},
+    )
+    x, k = np.array(list(places.values())), np.array(list(stiffness.values()))
+    matrix = np.array([[k.sum(), k @ x], [k @ x, k @ x**2]])  # of the sink and the turn
+    sink, turn = np.linalg.solve(matrix, [2.0 * 9.81, 0.0])
+    held = fb.equilibrium(guide)
+    reactions = [float(held.sel(output=f"{name}_Y")) for name in places]
+    assert reactions == pytest.approx(k * (sink + turn * x), rel=1e-6)
+
+
+def test_a_motor_and_gears_that_give():
+    """A train in equilibrium is wound up by M/k at each spring, gears by their radii."""
+
+    def wheel(radius, x):
+        return fb.RigidBody.disc(radius=radius, width=0.01, density=STEEL, position=(x, 0.0))
+
+    r1, r2, moment, teeth, motor = 0.2, 0.1, 3.0, 1e5, 40.0
+    train = fb.Mechanism(
+        bodies={"wheel": wheel(r1, 0.0), "pinion": wheel(r2, 0.3)},
+        joints={
+            "axle": fb.Revolute("wheel", (0.0, 0.0)),
+            "shaft": fb.Revolute("pinion", (0.3, 0.0)),
+            "mesh": fb.Compliant(
+                fb.Gear("wheel", "pinion", first_radius=r1, second_radius=r2), stiffness=teeth
+            ),
+            "motor": fb.Compliant(
+                fb.PrescribedRotation("wheel", lambda t: 0.1), tilt_stiffness=motor
+            ),
+        },
+        loads={"load": fb.Moment("pinion", moment)},
+        sensors={
+            "wheel": fb.Angle("wheel"), "pinion": fb.Angle("pinion"),
+            "mesh": fb.Reaction("mesh"), "motor": fb.ReactionMoment("motor"),
+        },
+    )  # fmt: skip
+    held = fb.equilibrium(train)
+    wheel_turn, pinion_turn, _, force, drive = (
+        float(held.sel(output=name)) for name in ("wheel", "pinion", "mesh_X", "mesh_Y", "motor")
+    )
+    tooth = moment / r2
+    turn = 0.1 - tooth * r1 / motor
+    assert abs(force) == pytest.approx(tooth, rel=1e-9)
+    assert abs(drive) == pytest.approx(tooth * r1, rel=1e-9)
+    assert abs(wheel_turn) == pytest.approx(abs(turn), rel=1e-9)
+    assert r1 * wheel_turn + r2 * pinion_turn == pytest.approx(tooth / teeth, rel=1e-6)
+
+
+def test_it_goes_on_from_a_result():
+    gives = fb.Compliant(fb.Weld("bar.start", (0.0, 0.0)), 1e5, 500.0, damping=1e-4)
+    machine = pendulum(gives)
+    first = fb.simulate(machine, duration=0.1, step=1e-3, keep_state=True)
+    again = fb.simulate(machine, duration=0.1, step=1e-3, start=first)
+    whole = fb.simulate(machine, duration=0.2, step=1e-3)
+    assert again.values == pytest.approx(whole.values[:, 100:], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("joint", "numbers", "text"),
+    [
+        (fb.Revolute("m", (0.0, 0.0), radius=0.1, friction=0.2), {}, "clearance, friction"),
+        (fb.Revolute("m", (0.0, 0.0), offset=(1e-3, 0.0)), {}, "with an offset, or with play"),
+        (fb.contact.Switched(fb.Revolute("m", (0.0, 0.0)), lambda t: t > 1), {}, "switches"),
+        (fb.Compliant(fb.Revolute("m", (0.0, 0.0)), 1.0), {}, "gives already"),
+        (fb.Weld("m", (0.0, 0.0)), {}, "a Weld that is Compliant needs a tilt_stiffness"),
+        (fb.Revolute("m", (0.0, 0.0)), {"tilt_stiffness": 1.0}, "holds nothing with a tilt"),
+        (fb.Revolute("m", (0.0, 0.0)), {"stiffness": None}, "needs a stiffness; got None"),
+        (fb.Slot("m", (0.0, 0.0)), {"stiffness": (1.0, 2.0)}, "directions, which are 1; got 2"),
+        (fb.Revolute("m", (0.0, 0.0)), {"stiffness": -1.0}, "must be positive"),
+        (fb.Distance("m", (0.0, 0.0), lambda t: 1.0), {}, "a cylinder cannot be Compliant"),
+        (fb.PrescribedTravel("m", (0.0, 0.0), np.sin), {"damping": 1.0}, "needs damping 0"),
+        ("pin", {}, "must be a joint"),
+    ],
+)
+def test_what_cannot_give_is_refused_by_name(joint, numbers, text):
+    def build():
+        gives = fb.Compliant(joint, **{"stiffness": 1.0, **numbers})
+        body = fb.RigidBody(mass=1.0, inertia=1.0)
+        return fb.Mechanism(bodies={"m": body}, joints={"pin": gives})
+
+    with pytest.raises(fb.errors.InputError, match=text):
+        build()

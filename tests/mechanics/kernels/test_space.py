@@ -240,7 +240,7 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
         moment = -(stiffness * state["turn"] + damping * rate)
         return np.zeros((2, 3)), moment * np.array([of_a, of_b])
 
-    errors, motion = errors_of_pair(Entered(enters), forces)
+    errors, motion = errors_of_pair(Entered(enters), forces, duration=1.8)
     assert state["turn"] > 3 * 2 * np.pi
     energy = float(motion.sel(output="U")[-1])
     assert energy == pytest.approx(0.5 * stiffness * state["turn"] ** 2, rel=1e-2)

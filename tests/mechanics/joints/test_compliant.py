@@ -1,5 +1,7 @@
 """Joints that give, against closed forms, free bodies with springs, and rigid joints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -104,7 +106,10 @@ def elongations(kind, q, first, second, numbers):
     return [((x**2 + y**2 - length**2) / (2 * length), False)]
 
 
-def drawn(seed):
+KINDS = "Revolute", "Weld", "Slot", "Prismatic", "Rack", "Distance"
+
+
+def drawn(seed, kinds=KINDS):
     """Return three bodies and four joints, the last one to the ground."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-0.5, 0.5, 9)
@@ -112,7 +117,7 @@ def drawn(seed):
     masses = rng.uniform(1.0, 3.0, (3, 2)) * [1.0, 0.02]
     joints = []
     for first, second in ((0, None), (1, 0), (2, 1), (2, None)):
-        kind = str(rng.choice(["Revolute", "Weld", "Slot", "Prismatic", "Rack", "Distance"]))
+        kind = str(rng.choice(kinds))
         ends = [(body, rng.uniform(-0.3, 0.3, 2)) for body in (first, second)]
         numbers = {
             "Weld": {"angle": rng.uniform(-1, 1)},
@@ -189,6 +194,36 @@ def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     assert errors[1] < 1e-4
     assert errors[0] > 3 * errors[1]
     assert errors[2] < 2e-6
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frequencies_about_a_loaded_equilibrium(seed):
+    """The tangent has what tensions do: frequencies are those of the Hessian of the energy."""
+    q, v, masses, joints = drawn(100 + seed, ("Revolute", "Weld", "Distance"))
+    joints[0] = ("Weld", *joints[0][1:3], {"angle": 0.3}, *joints[0][4:])
+    loaded = mechanism_of(q, 0 * v, masses, joints)
+    loaded = replace(loaded, loads={"gravity": fb.Gravity()})
+    held = fb.equilibrium(loaded)
+    at = held.values
+    weight = np.zeros(9)
+    weight[1::3] = -9.81 * masses[:, 0]
+    size = masses[:, [0, 0, 1]].ravel()
+
+    def gradient(place):
+        still = [(*joint[:6], 0.0) for joint in joints]
+        return weight + size * accelerations(place, np.zeros(9), masses, still, q)
+
+    assert np.abs(gradient(at)).max() < 1e-5 * np.abs(weight).max()
+    h = 1e-6
+    hessian = -np.array(
+        [(gradient(at + h * e) - gradient(at - h * e)) / (2 * h) for e in np.eye(9)]
+    )
+    square = np.linalg.eigvalsh(hessian / np.sqrt(np.outer(size, size)))
+    assert square.min() > 0
+    undamped = [(*joint[:6], 0.0) for joint in joints]
+    free = replace(mechanism_of(at, 0 * v, masses, undamped), loads={"gravity": fb.Gravity()})
+    found = fb.modes(free, 9, about="equilibrium")["frequency"].values
+    assert found == pytest.approx(np.sqrt(square) / (2 * np.pi), rel=1e-6)
 
 
 def bar(**start):

@@ -246,3 +246,58 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
     assert energy == pytest.approx(0.5 * stiffness * state["turn"] ** 2, rel=1e-2)
     assert errors[1] < 5e-3
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+
+
+class Clamp(Joint):
+    """Holds all coordinates of a body where they are at the start."""
+
+    holds_start = True
+
+    def __init__(self, first):
+        self.first = first
+
+    def constraints(self, frame):
+        a, third = frame(self.first), frame(f"{self.first}.third").x
+        return [*a.position, a.y[2], third[0], third[1]]
+
+
+class Drive(Joint):
+    """A pin along the third axes of both bodies, and the angle about it as a function of time."""
+
+    def __init__(self, first, second, turn):
+        self.first, self.second, self.turn = first, second, turn
+
+    @property
+    def points(self):
+        return [self.first, self.second]
+
+    def constraints(self, frame):
+        a, b = frame(self.second), frame(self.first)
+        axis = frame(f"{self.first}.third").x
+        turn = angle((dot(b.x, a.x), dot(b.x, a.y))) - Form.function(self.turn)
+        return [*subtract(b.position, a.position), dot(axis, a.x), dot(axis, a.y), turn]
+
+    def moment(self, multipliers):
+        return -multipliers[-1]
+
+
+def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
+    """The angle 30 t + 4 t² makes five turns; its moment is 8 J, from the start on."""
+    tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
+    spin = tilted.apply([0.0, 0.0, 30.0])
+    driven = fb.Mechanism(
+        bodies={
+            "a": SpatialBody(np.zeros(3), tilted, np.zeros(3), np.zeros(3)),
+            "b": SpatialBody(np.zeros(3), tilted, np.zeros(3), spin),
+        },
+        joints={"clamp": Clamp("a"), "motor": Drive("b", "a", lambda t: 30 * t + 4 * t**2)},
+        sensors={"b": Coordinates("b"), "motor": fb.ReactionMoment("motor")},
+    )
+    motion = fb.simulate(driven, duration=1.0, step=1e-3)
+    turns = 30 * motion["time"].values + 4 * motion["time"].values ** 2
+    exact = (tilted * Rotation.from_rotvec(np.outer(turns, [0, 0, 1]))).as_matrix()
+    assert turns[-1] > 5 * 2 * np.pi
+    assert axes_of(motion, "b") == pytest.approx(exact, abs=1e-9)
+    moment = motion.sel(output="motor").values
+    assert moment[0] == pytest.approx(8 * INERTIA[2], rel=1e-9)
+    assert moment[100:] == pytest.approx(8 * INERTIA[2], rel=2e-3)

@@ -209,7 +209,7 @@ def simulated(
     system, begins = started(mechanism, start, period, float(grid.step), slow)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
-    mechanism.warn_of_windings()
+    mechanism.warn_at_start(start)
     free = integrator.step_limits(system.structure.state, grid.step)
     check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()

@@ -379,3 +379,10 @@ def test_what_cannot_give_is_refused_by_name(joint, numbers, text):
 
     with pytest.raises(fb.errors.InputError, match=text):
         build()
+
+
+def test_a_joint_that_starts_far_from_where_it_holds_is_named():
+    gives = fb.Compliant(fb.Revolute("bar.start", (0.05, 0.0)), stiffness=1e4)
+    with pytest.warns(fb.errors.FlexbandWarning, match="joint 'pin' starts 0.05 m from where"):
+        fb.simulate(pendulum(gives), duration=1e-3, step=1e-4)
+    fb.equilibrium(pendulum(gives))

@@ -216,6 +216,31 @@ class Mechanism:
                     "angles on the same turn, unless it is wound up"
                 )
 
+    def warn_at_start(self, start: object) -> None:
+        """Warn of springs that begin wound up or, in an assembled start, of stretched joints."""
+        self.warn_of_windings()
+        if isinstance(start, str) and start == "assembled":
+            self._warn_of_stretched_joints()
+
+    def _warn_of_stretched_joints(self, largest: float = 0.01) -> None:
+        """Warn of joints that give and start far from where they hold, which moves no body.
+
+        A displacement is far from a part `largest` of the size of the mechanism on, and an angle
+        from ten times as many radians on.
+        """
+        places = [np.asarray(self.guess[n + axis]) for n in self.node_rows for axis in (0, 1)]
+        size = max(float(np.abs(place).max()) for place in places)
+        for name, joint in self.joints.items():
+            for travel, _, _, angular, relaxed in joint.compliances(self.frame):
+                scale, unit = (10.0, "rad") if angular else (size, "m")
+                stretch = 0.0 if relaxed else float(np.abs(self._at_guess(travel)).max())
+                if stretch > largest * scale:
+                    warn(
+                        f"joint {name!r} starts {stretch:.3g} {unit} from where it holds, and "
+                        "moves no body there: a Compliant joint is a spring; give its bodies "
+                        "places where its points meet, unless it is preloaded"
+                    )
+
     def check_sensors(self) -> None:
         """Raise `InputError` if there are no sensors, without which nothing is returned."""
         if not self.sensors:

@@ -47,8 +47,8 @@ class Branch:
                 start = assembled(mechanism)
         except (InputError, RunError):
             start = None
-        bodies = [(name, body) for name, body in mechanism.bodies.items() if body.size > 2]
-        for (name, body), (_, vector) in zip(bodies, mechanism.turning, strict=False):
+        bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes]
+        for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.turning, strict=False):
             given[name] = float(np.ravel(body.angles()[0])[0])
             if start is None:
                 continue

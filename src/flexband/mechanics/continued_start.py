@@ -83,8 +83,8 @@ def rest_state(system: System, z: np.ndarray, rest: np.ndarray, time: float) -> 
 def _directions(system: System, q: np.ndarray) -> Iterator[tuple[str, np.ndarray, Vector]]:
     """Yield the bodies that turn, the directions of their first sections, and these vectors."""
     bodies = system.mechanism.bodies.items()
-    turning = [name for name, body in bodies if body.size > 2]
-    for name, (_, (x, y)) in zip(turning, system.mechanism.turning, strict=False):
+    turning = [name for name, body in bodies if body.axes]
+    for name, (_, ((x, y, *_), *_)) in zip(turning, system.mechanism.turning, strict=False):
         yield name, np.arctan2(y.at([*q]), x.at([*q])), (x, y)
 
 

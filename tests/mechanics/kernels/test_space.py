@@ -3,6 +3,8 @@
 The body is written here, in forms; there is no spatial body in flexband yet.
 """
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -15,7 +17,7 @@ from flexband.mechanics.kernels.forms import Form, Frame, angle, dot, length, su
 from flexband.mechanics.loads.load import Entries, SpringEntry
 from flexband.mechanics.sensors.motion import Sensor
 
-pytestmark = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+ignored = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 
 MASS, INERTIA = 15.0, np.array([0.25, 0.4, 0.3])
 WEIGHT = np.array([0.0, 0.0, -9.81 * MASS])
@@ -25,6 +27,7 @@ class SpatialBody(Body):
     """A rigid body with the coordinates [r, g₁, g₂, g₃] and six conditions on its axes."""
 
     per_node = 12
+    axes = ((3, 4, 5), (6, 7, 8), (9, 10, 11))
 
     def __init__(self, place, turn, velocity, spin):
         axes = turn.as_matrix()  # columns are the axes
@@ -109,6 +112,7 @@ def rates_of_top(t, state):
     return np.concatenate([np.cross(turn, spin).ravel(), change])
 
 
+@ignored
 def test_a_heavy_top_precesses():
     turn = Rotation.from_euler("xz", [0.4, 0.3])
     spin = np.array([0.5, 60.0, -2.0])  # in its axes
@@ -190,6 +194,7 @@ def errors_of_pair(load, forces, duration=1.5, steps=(1e-3, 5e-4)):
     return errors, motion
 
 
+@ignored
 def test_a_spring_between_two_bodies_in_space():
     stiffness, damping, rest = 300.0, 2.0, 0.7
 
@@ -213,6 +218,7 @@ def test_a_spring_between_two_bodies_in_space():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
 
 
+@ignored
 def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
     """The angle is that of b's first axis about a's third one, in the other axes of a.
 
@@ -281,6 +287,7 @@ class Drive(Joint):
         return -multipliers[-1]
 
 
+@ignored
 def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
     """The angle 30 t + 4 t² makes five turns; its moment is 8 J, from the start on."""
     tilted = Rotation.from_euler("xyz", [0.5, -0.4, 0.3])
@@ -301,3 +308,19 @@ def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
     moment = motion.sel(output="motor").values
     assert moment[0] == pytest.approx(8 * INERTIA[2], rel=1e-9)
     assert moment[100:] == pytest.approx(8 * INERTIA[2], rel=2e-3)
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -0.5, 0.8)])
+def test_steps_in_which_a_body_turns_far_are_warned_of_about_any_axis(axis):
+    """By 0.6 rad a step numerical damping takes speed; by 0.05 rad it takes none to speak of."""
+    spin = 600.0 * np.array(axis) / np.linalg.norm(axis)
+    free = fb.Mechanism(
+        bodies={"b": SpatialBody(np.zeros(3), Rotation.identity(), np.zeros(3), spin)},
+        sensors={"b": Coordinates("b")},
+    )
+    text = r"body 'b' turns by about 0\.(59|6\d*) rad per step"
+    with pytest.warns(fb.errors.ResolutionWarning, match=text):
+        fb.simulate(free, duration=0.05, step=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fb.simulate(free, duration=0.005, step=1e-3 / 12)

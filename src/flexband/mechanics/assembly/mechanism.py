@@ -323,16 +323,17 @@ class Mechanism:
         return form.with_variables(itertools.count(len(guess))).at([*guess, *turns])
 
     @cached_property
-    def turning(self) -> list[tuple[str, Vector]]:
-        """A vector that turns with each body, and the rods of joints, with the part's name."""
-        vectors = []
+    def turning(self) -> list[tuple[str, list[Vector]]]:
+        """The axes that turn with each body, and the rods of joints, with the part's name."""
+        parts = []
         for name, body in self.bodies.items():
-            if body.size > 2:
-                row = self.first_coordinates[name] + body.nodes[0] + 2
-                vectors.append((f"body {name!r}", (Form.variable(row), Form.variable(row + 1))))
+            first = self.first_coordinates[name]
+            if body.axes:
+                axes = [tuple(Form.variable(first + k) for k in axis) for axis in body.axes]
+                parts.append((f"body {name!r}", axes))
         for name, joint in self.joints.items():
-            vectors += [(f"joint {name!r}", rod) for rod in joint.rods(self.frame)]
-        return vectors
+            parts += [(f"joint {name!r}", [rod]) for rod in joint.rods(self.frame)]
+        return parts
 
     def frame(self, point: PointName) -> Frame:
         """Return the frame of a point."""

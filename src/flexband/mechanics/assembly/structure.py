@@ -61,7 +61,7 @@ class Vectors(NamedTuple):
     length: np.ndarray  # whether the variable of a vector is its length instead of its angle
     direction: int  # first of the vectors along which following forces act
     sensor_angle: int  # first of those whose angles sensors alone read
-    turning: int  # first of those that turn with a body or a rod, which are the last
+    turning: np.ndarray  # body or rod -> first of those that turn with it, which are the last
     slot: np.ndarray  # (angles, most entries, most entries)
     multiplier_slot: np.ndarray  # (angles of constraints, most entries)
 
@@ -283,7 +283,7 @@ class WorkSpace(NamedTuple):
     t: np.ndarray  # as r, for `refine`
     rate: np.ndarray  # of convergence of Newton's method, one row
     smallest: np.ndarray  # pivot of a multiplier that is not left out, see `projection`, one row
-    turned: np.ndarray  # of the angle φ of each turning vector in a step Σ φ⁴, Σ φ, its max, −min
+    turned: np.ndarray  # of the angle φ of what turns in a step Σ φ⁴, Σ φ, its max, −min
     before: np.ndarray  # z and a before a step
     reached: np.ndarray  # number of the last step, one row
     unresolved: np.ndarray  # number of the first time without reliable reactions or 0, one row
@@ -300,11 +300,11 @@ class WorkSpace(NamedTuple):
     def of(structure: Structure) -> WorkSpace:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
-        vectors = len(structure.vectors.start) - 1 - structure.vectors.turning
+        turning = len(structure.vectors.turning) - 1
         blocks = max(ROWS, GAUSS_POINTS * HESSIAN_ROWS, structure.laws.memory)
         unknowns = state.velocity + 1  # the kernels read one row more, see `pattern.NONE`
         rows = (state.rows, 1 + state.coordinates, unknowns, unknowns, pattern.rows)
-        rows += (blocks, unknowns, 1, 1, 4 * vectors, sum(rows[:2]), 1, 1, 4, 4, 5)
+        rows += (blocks, unknowns, 1, 1, 4 * turning, sum(rows[:2]), 1, 1, 4, 4, 5)
         rows += (structure.functions * COEFFICIENTS, 4)
         rows += (len(structure.extremes.kind),)
         rows += (KEPT * rows[1],)

@@ -38,7 +38,7 @@ class VectorTable:
 
     The first ones belong to constraints whose multipliers are these rows of z, and `lengths` tells
     which are lengths; those of following forces begin at `direction`, those whose angles sensors
-    alone read at `sensor_angle`, and those that turn at `turning`.
+    alone read at `sensor_angle`, and those of each part that turns at `turning`.
     """
 
     functions = ()
@@ -51,7 +51,7 @@ class VectorTable:
         lengths: Sequence[bool],
         direction: int,
         sensor_angle: int,
-        turning: int,
+        turning: np.ndarray,
     ):
         self.vectors = [entries_of(vector) for vector in vectors]
         self.groups = [[row for row, _ in entries] for entries in self.vectors]
@@ -258,7 +258,7 @@ class VectorTables(NamedTuple):
             [force.direction for force in mechanism.following],
             [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
             mechanism.sensor_directions,
-            [vector for _, vector in mechanism.turning],
+            [axis for _, axes in mechanism.turning for axis in axes],
         ]
         firsts = starts(parts).tolist()
         _, angle, normal, _, elongation, position, direction, actions, *others = firsts
@@ -270,7 +270,7 @@ class VectorTables(NamedTuple):
             [polar.length for _, polar in owned],
             direction,
             sensor_angle,
-            turning,
+            turning + starts([axes for _, axes in mechanism.turning]),
         )
         return VectorTables(
             vectors,

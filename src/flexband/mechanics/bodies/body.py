@@ -50,6 +50,15 @@ class Body(ABC):
         """Index of the first coordinate of each node, counted from the body's first coordinate."""
         return range(0, self.size, self.per_node)
 
+    @property
+    def axes(self) -> Sequence[Sequence[int]]:
+        """The axes whose rates tell how fast the body turns, each as numbers of coordinates.
+
+        They are counted from the body's first coordinate: r_x of the first node, or all three axes
+        of a body that stores three. By default a node of two coordinates has none.
+        """
+        return [(2, 3)] if self.per_node > 2 else []
+
     @abstractmethod
     def coordinates(self) -> list[np.ndarray]:
         """Return the initial guess of q, one array of shape () or (n,) per coordinate."""

@@ -29,7 +29,7 @@ from flexband.mechanics.engine.projection import (
     share,
     strike,
 )
-from flexband.mechanics.kernels.angles import angle_rate
+from flexband.mechanics.kernels.angles import turning_rate
 from flexband.mechanics.kernels.equations import (
     residual,
     sense,
@@ -344,8 +344,8 @@ def solve_step(structure, method, tolerance, values, now, work, alive, damped):
 def add_turns(structure, method, values, work, stepping):
     """Add a step to `work.turned`, in which φ is the angle that a body or a rod turns."""
     vectors, turned = structure.vectors, work.turned
-    for k in range(len(vectors.start) - 1 - vectors.turning):
-        rate = angle_rate(structure, values, work.z, vectors.turning + k)
+    for k in range(len(vectors.turning) - 1):
+        rate = turning_rate(structure, values, work.z, k)
         turn = where(stepping, method.step * rate, filled(0.0))
         angle = load(turned, 4 * k + 1) + turn
         square = turn * turn

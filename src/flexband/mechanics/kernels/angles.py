@@ -18,10 +18,12 @@ from flexband.mechanics.kernels.lanes import (
     add_to,
     atan2,
     compiled,
+    less,
     load,
     nearest_whole,
     sqrt,
     store,
+    where,
 )
 
 
@@ -125,6 +127,26 @@ def angle_rate(structure, values, z, a):
     x, y = vector(structure, values, z, a)
     u, v = vector_rate(structure, values, z, z, structure.state.velocity, a)
     return (x * v - y * u) / _square(x, y)
+
+
+@compiled
+def turning_rate(structure, values, z, k):
+    """Return the rate at which body or rod k turns, in the plane with its sign.
+
+    It is |n × ṅ|/n² of one axis n, and √(½ Σ (|n × ṅ|/n²)²) = |ω| of three.
+    """
+    vectors, velocity = structure.vectors, structure.state.velocity
+    total, turn = 0.0 * load(z, 0), 0.0 * load(z, 0)
+    for a in range(vectors.turning[k], vectors.turning[k + 1]):
+        x, y = vector(structure, values, z, a)
+        u, v = vector_rate(structure, values, z, z, velocity, a)
+        h = third_component(structure, values, z, 0, a)
+        w = third_component(structure, values, z, velocity, a)
+        square, turn = _square(x, y) + h * h, x * v - y * u
+        cross = turn * turn + (y * w - h * v) * (y * w - h * v) + (h * u - x * w) * (h * u - x * w)
+        total += cross / (square * square)
+    rate = sqrt(total / max(vectors.turning[k + 1] - vectors.turning[k] - 1.0, 1.0))
+    return where(less(turn, 0.0 * turn), -rate, rate) if vectors.spatial == 0 else rate
 
 
 @compiled

@@ -145,6 +145,8 @@ OWN = {
     ("Stress", "body"): "b",
     ("LawState", "load"): "fading",
     ("LawForce", "load"): "fading",
+    ("Compliant", "joint"): fb.Revolute("r.tip", (1.0, 0.0)),
+    ("Compliant", "stiffness"): 1e4,
     ("Switched", "joint"): fb.Revolute("r.tip", (1.0, 0.0)),
     ("Switched", "active"): lambda t: t > 0.05,
     ("FreeStrain", "member"): "c",

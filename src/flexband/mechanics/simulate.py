@@ -179,6 +179,14 @@ class TimeGrid(NamedTuple):
         return np.round(begin + np.arange(count) * (float(step) / substeps), digits)
 
 
+def warn_of_springs(system: System, start: object) -> None:
+    """Warn of springs that begin wound up and, in an assembled start, of stretched joints."""
+    system.mechanism.warn_of_windings()
+    if isinstance(start, str) and start == "assembled":
+        size = float(np.max(1 / system.values.inverse_scale[1]))
+        system.mechanism.warn_of_stretched_joints(size)
+
+
 def simulated(
     mechanism: Mechanism,
     grid: TimeGrid,
@@ -209,7 +217,7 @@ def simulated(
     system, begins = started(mechanism, start, period, float(grid.step), slow)
     grid = grid._replace(begin=system.first_time)
     check_sensors(mechanism, grid)
-    mechanism.warn_at_start(start)
+    warn_of_springs(system, start)
     free = integrator.step_limits(system.structure.state, grid.step)
     check_memory(system, count, threads, substeps, polynomials=free is not None)
     times = grid.times()

@@ -179,7 +179,7 @@ def mechanism_of(q, v, masses, joints):
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     """The error falls with the square of the step, so that two of them give the fourth order."""
     q, v, masses, joints = drawn(seed)
@@ -239,7 +239,7 @@ def pendulum(joint, sensors=()):
     )
 
 
-@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 def test_a_stiff_joint_is_the_rigid_one():
     """What it gives is a hundredth at a hundred times the stiffness."""
     pin = fb.Revolute("bar.start", (0.0, 0.0))
@@ -253,7 +253,7 @@ def test_a_stiff_joint_is_the_rigid_one():
     assert np.all(apart[1][2:] < 2e-3 * 15)  # of the weight [N]
 
 
-@pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
 @pytest.mark.parametrize(
     "joint",
     [

@@ -140,12 +140,11 @@ class Mechanism:
         return {name: body.divided(points[name]) for name, body in self.bodies.items()}
 
     def _check_joint(self, joint: Joint) -> None:
-        rows = joint.constraints(self.frame)
-        rows += [spring.travel for spring in joint.compliances(self.frame)]
-        check_forms("constraints", rows, 1 + sum(body.size for body in self.bodies.values()))
+        rows, count = joint.constraints(self.frame), sum(body.size for body in self.bodies.values())
+        check_forms("constraints", rows, 1 + count)
         self._check_points(joint)
         kind = with_article(type(joint).__name__)
-        for row in rows:
+        for row in (*rows, *(spring.travel for spring in joint.compliances(self.frame))):
             moved = any(j > 0 and np.any(c != 0) for (_, j, _), c in row.terms.items())
             if not moved and not row.polar:
                 raise InputError(
@@ -216,20 +215,12 @@ class Mechanism:
                     "angles on the same turn, unless it is wound up"
                 )
 
-    def warn_at_start(self, start: object) -> None:
-        """Warn of springs that begin wound up or, in an assembled start, of stretched joints."""
-        self.warn_of_windings()
-        if isinstance(start, str) and start == "assembled":
-            self._warn_of_stretched_joints()
-
-    def _warn_of_stretched_joints(self, largest: float = 0.01) -> None:
+    def warn_of_stretched_joints(self, size: float, largest: float = 0.01) -> None:
         """Warn of joints that give and start far from where they hold, which moves no body.
 
-        A displacement is far from a part `largest` of the size of the mechanism on, and an angle
-        from ten times as many radians on.
+        A displacement is far from a part `largest` of the size [m] of the mechanism on, and an
+        angle from ten times as many radians on.
         """
-        places = [np.asarray(self.guess[n + axis]) for n in self.node_rows for axis in (0, 1)]
-        size = max(float(np.abs(place).max()) for place in places)
         for name, joint in self.joints.items():
             for travel, _, _, angular, relaxed in joint.compliances(self.frame):
                 scale, unit = (10.0, "rad") if angular else (size, "m")

@@ -57,7 +57,7 @@ class Compliant(HoldingJoint):
     ...     },
     ... )
     >>> fb.modes(rotor, 3)["frequency"].values.round(1)  # √(k/m)/2π [Hz], and the free turn
-    array([  0. ,  45.5,  64.3])
+    array([ 0. , 45.5, 64.3])
     """
 
     joint: Joint

@@ -375,11 +375,11 @@ def test_runs_correct_a_wrong_surrogate():
     exact = np.trapezoid(norm.pdf(x) * (wavy(x)[:, 0] > 2.5), x)
     every = [
         fb.analysis.failure_probability(line, limit, response=wavy, runs=32, seed=k)
-        for k in range(25)
+        for k in range(12)
     ]
     value, low, high = np.array([bounds(one)[:, 0] for one in every]).T
-    assert np.sum((low <= exact) & (exact <= high)) >= 23
-    assert abs(value.mean() - exact) < 3 * value.std() / 5
+    assert np.sum((low <= exact) & (exact <= high)) >= 11
+    assert abs(value.mean() - exact) < 3 * value.std() / 12**0.5
     assert np.all(high - low > 0.02 * exact)  # not a bare number where nothing disagreed
 
 

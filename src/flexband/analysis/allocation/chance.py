@@ -154,9 +154,10 @@ class Chance:
         n, m, rng = space.random_dimension, space.interval_dimension, np.random.default_rng(1)
         first = Place(solution.place, solution.known, solution.noise)
         searched, options = with_missed(state, model, n, m, rng), self.options
-        _, correction = corrected_at_worst(
-            state, searched, model, first, options.accuracy, rng, options.ends, largest=True
+        judged = corrected_at_worst(
+            state, searched, model, {1: first}, options.accuracy, rng, options.ends
         )
+        _, correction = judged[1]
         return replace(correction, runs=correction.runs + model.first_runs)
 
     def elasticity(self, solution: ExceedanceEstimate) -> np.ndarray:

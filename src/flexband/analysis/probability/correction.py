@@ -146,11 +146,11 @@ def corrected(
         return state.least_of_response(model(*state.places(v[:, :n], v[:, n:])))
 
     def margin_and_scatter(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        missed, scatter = known.expected(v)
-        return least(v) + missed, options.widened * scatter
+        return least(v) + known.expected(v), options.widened * known.scatter(v)
 
     def margin(u: np.ndarray) -> np.ndarray:
-        return margin_and_scatter(at_eta(u))[0]
+        v = at_eta(u)
+        return least(v) + known.expected(v)
 
     beyond, remaining = state.beyond.reshape(-1, n), model.runs
     near = replace(near, u=np.concatenate([near.u, beyond]))

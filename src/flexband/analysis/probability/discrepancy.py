@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -38,17 +38,26 @@ class DiscrepancyModel:
 
     @cached_property
     def _fit(self) -> _Fit:
-        smooth, rough = product((0.0,), LENGTHS[:1], NOISE), product(ROUGHNESS, LENGTHS, NOISE)
-        fits = (_Fit.of_ratios(self, *ratios) for ratios in chain(smooth, rough))
-        return max(fits, key=lambda fit: fit.likelihood)
+        kernels = (0.0, 1.0), *product(ROUGHNESS, LENGTHS)  # the first one is smooth
+        return max(
+            (_Fit.of_kernel(self, *kernel) for kernel in kernels), key=lambda fit: fit.likelihood
+        )
 
-    def expected(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is missed at u (points, n), as expected, and its scatter, each (points,)."""
+    @cached_property
+    def _factors(self) -> np.ndarray:
+        return self._fit.inverse @ self.missed
+
+    def expected(self, u: np.ndarray) -> np.ndarray:
+        """Return what is expected to be missed at u (points, n), shape (points,)."""
+        return self._fit.kernel.covariance(u, self.u) @ self._factors
+
+    def scatter(self, u: np.ndarray) -> np.ndarray:
+        """Return the standard deviation of what is missed at u (points, n), shape (points,)."""
         fit = self._fit
         across = fit.kernel.covariance(u, self.u)
-        prior = fit.kernel.variance(u)
-        variance = np.maximum(prior - np.sum(across @ fit.inverse * across, axis=1), 0.0)
-        return across @ (fit.inverse @ self.missed), np.sqrt(fit.scale * (variance + fit.noise))
+        known = np.sum(across @ fit.inverse * across, axis=1)
+        variance = np.maximum(fit.kernel.variance(u) - known, 0.0)
+        return np.sqrt(fit.scale * (variance + fit.noise))
 
 
 @dataclass(frozen=True)
@@ -73,7 +82,7 @@ class _Kernel:
 
 @dataclass(frozen=True)
 class _Fit:
-    """A covariance, its inverse over the runs, and how likely these are."""
+    """A covariance with the noise that suits it best, its inverse, and how likely the runs are."""
 
     kernel: _Kernel
     noise: float
@@ -82,15 +91,19 @@ class _Fit:
     likelihood: float
 
     @staticmethod
-    def of_ratios(known: DiscrepancyModel, roughness: float, length: float, noise: float) -> _Fit:
-        """Return the fit of a model with the ratios of variances, and the relative length."""
+    def of_kernel(known: DiscrepancyModel, roughness: float, length: float) -> _Fit:
+        """Return the fit with a ratio of variances and a relative length."""
         u, missed = known.u, known.missed
         size = float(np.mean((1 + np.sum(u**2, axis=1)) ** 2))
         kernel = _Kernel(roughness * size, length * float(np.sqrt(u.shape[1])))
-        variance = noise * size
-        inverse = np.linalg.inv(kernel.covariance(u, u) + variance * np.eye(len(u)))
-        precision = np.diag(inverse)
-        left_out = inverse @ missed / precision
-        scale = float(np.mean(left_out**2 * precision)) + 1e-300
-        likelihood = float(np.sum(np.log(precision))) - len(u) * float(np.log(scale))
-        return _Fit(kernel, variance, inverse, scale, likelihood)
+        sizes, vectors = np.linalg.eigh(kernel.covariance(u, u))
+        shrunk = 1 / (np.maximum(sizes, 0.0) + size * np.array(NOISE)[:, None])  # (noise, runs)
+        precision = shrunk @ (vectors**2).T
+        left_out = (shrunk * (missed @ vectors)) @ vectors.T / precision
+        scale = np.mean(left_out**2 * precision, axis=1) + 1e-300
+        likelihood = np.sum(np.log(precision), axis=1) - len(u) * np.log(scale)
+        best = int(np.argmax(likelihood))
+        inverse = (vectors * shrunk[best]) @ vectors.T
+        return _Fit(
+            kernel, size * NOISE[best], inverse, float(scale[best]), float(likelihood[best])
+        )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -76,12 +76,11 @@ def first_passage(
     raw = [replace(part, noise=float(e)) for part, e in zip(estimates, noise, strict=False)]
     final = list[Estimate | Correction](raw)
     if model is not None:
-        for k in range(len(raw))[-1 if worst_alone else 0 :]:
-            first = Place(eta[k], known[k], raw[k].noise)
-            place, final[k] = corrected_at_worst(
-                state, searched, model, first, accuracy, rng, search, largest=k > 0
-            )
-            if place is not first:
+        counted = range(len(raw))[-1 if worst_alone else 0 :]
+        firsts = {k: Place(eta[k], known[k], raw[k].noise) for k in counted}
+        judged = corrected_at_worst(state, searched, model, firsts, accuracy, rng, search)
+        for k, (place, final[k]) in judged.items():
+            if place is not firsts[k]:
                 eta[k], known[k] = place.eta, place.known
                 raw[k] = estimate(
                     state, state, place.eta, place.known, accuracy, rng, options=search.importance
@@ -135,35 +134,44 @@ def corrected_at_worst(
     state: LimitState,
     searched: LimitState,
     model: ResponseModel,
-    first: Place,
+    firsts: Mapping[int, Place],
     accuracy: float,
     rng: np.random.Generator,
     search: EndOptions,
-    *,
-    largest: bool,
-) -> tuple[Place, Correction]:
-    """Return the place with the least or the largest probability, and what runs say of it.
+) -> dict[int, tuple[Place, Correction]]:
+    """Return places with the least (0) and the largest (1) probability, and what runs say there.
 
     The surrogate alone, and what few runs have taught (`searched`), may each mislead a search. Runs
-    are made at the places to which both lead, and to which what all of these have taught leads.
+    are made at the `firsts`, and at the places to which the surrogate alone leads, and what all
+    runs have taught.
     """
-    n, m = first.known.u.shape[1], len(first.eta)
+    one = next(iter(firsts.values()))
+    n, m = one.known.u.shape[1], len(one.eta)
+    places: dict[int, list[tuple[Place, Correction]]] = {k: [] for k in firsts}
 
-    def place_by(by: LimitState) -> Place:
-        eta, _, noise, _ = ends(by, n, m, rng, options=search)
-        at = eta[int(largest)]
-        return Place(at, rare_at(state, at, n, rng, options=search), float(noise[int(largest)]))
-
-    places: list[tuple[Place, Correction]] = []
-    for lead in ("first runs", "the surrogate alone", "all runs")[: 3 if m else 1]:
-        place = first if not places else place_by(searched if lead == "all runs" else state)
-        if any(np.abs(place.eta - other.eta).max() <= search.same_distance for other, _ in places):
-            continue
+    def judge(k: int, place: Place) -> LimitState:
         near = rare_at(searched, place.eta, n, rng, options=search)
         there = corrected(searched, model, place.eta, near, accuracy, rng, place.noise)
-        searched = replace(searched, missed=there.missed)
-        places.append((place, there))
-    extreme = max if largest else min
+        places[k].append((place, there))
+        return replace(searched, missed=there.missed)
+
+    for k, place in firsts.items():
+        searched = judge(k, place)
+    for all_runs in (False, True)[: 2 * (m > 0)]:
+        lead = searched if all_runs else state
+        eta, _, noise, _ = ends(lead, n, m, rng, options=search)
+        for k in firsts:
+            apart = [np.abs(eta[k] - place.eta).max() for place, _ in places[k]]
+            if min(apart) > search.same_distance:
+                known = rare_at(state, eta[k], n, rng, options=search)
+                searched = judge(k, Place(eta[k], known, float(noise[k])))
+    return {k: _worst(of_end, max if k else min) for k, of_end in places.items()}
+
+
+def _worst(
+    places: Sequence[tuple[Place, Correction]], extreme: Callable[..., Any]
+) -> tuple[Place, Correction]:
+    """Return the place with the least or the largest probability, and the ends of all of them."""
     place, correction = extreme(places, key=lambda pair: pair[1].probability)
     low, high = (extreme(getattr(there, end) for _, there in places) for end in ("low", "high"))
     runs = sum(there.runs for _, there in places)

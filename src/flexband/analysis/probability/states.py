@@ -240,7 +240,7 @@ class LimitState:
         least = np.concatenate([np.zeros(0), *blocks])
         if self.missed is not None and len(u):
             places = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
-            least += self.missed.expected(np.concatenate([u, places], axis=1))[0] / self.unit
+            least += self.missed.expected(np.concatenate([u, places], axis=1)) / self.unit
         return least
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:

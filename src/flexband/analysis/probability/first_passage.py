@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -145,8 +145,8 @@ def corrected_at_worst(
     are made at the `firsts`, and at the places to which the surrogate alone leads, and what all
     runs have taught.
     """
-    one = next(iter(firsts.values()))
-    n, m = one.known.u.shape[1], len(one.eta)
+    first = next(iter(firsts.values()))
+    n, m = first.known.u.shape[1], len(first.eta)
     places: dict[int, list[tuple[Place, Correction]]] = {k: [] for k in firsts}
 
     def judge(k: int, place: Place) -> LimitState:
@@ -165,13 +165,14 @@ def corrected_at_worst(
             if min(apart) > search.same_distance:
                 known = rare_at(state, eta[k], n, rng, options=search)
                 searched = judge(k, Place(eta[k], known, float(noise[k])))
-    return {k: _worst(of_end, max if k else min) for k, of_end in places.items()}
+    return {k: _worst(of_end, largest=k > 0) for k, of_end in places.items()}
 
 
 def _worst(
-    places: Sequence[tuple[Place, Correction]], extreme: Callable[..., Any]
+    places: Sequence[tuple[Place, Correction]], *, largest: bool
 ) -> tuple[Place, Correction]:
     """Return the place with the least or the largest probability, and the ends of all of them."""
+    extreme = max if largest else min
     place, correction = extreme(places, key=lambda pair: pair[1].probability)
     low, high = (extreme(getattr(there, end) for _, there in places) for end in ("low", "high"))
     runs = sum(there.runs for _, there in places)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -125,10 +124,11 @@ class Compliant(HoldingJoint):
             self._spring(row, self.tilt_stiffness if row.angular else next(along)) for row in rows
         ]
 
-    def _by_direction(self, directions: int) -> Sequence[Any]:
+    def _by_direction(self, directions: int) -> Sequence[ArrayLike | None]:
         """Return the stiffness along each direction."""
-        several = isinstance(self.stiffness, tuple | list)
-        return list(self.stiffness) if several else [self.stiffness] * directions  # pyright: ignore
+        if isinstance(self.stiffness, tuple | list):
+            return [*self.stiffness]
+        return [self.stiffness] * directions
 
     def _spring(self, row: Held, stiffness: ArrayLike | None) -> Compliance:
         k, damping = np.asarray(stiffness, dtype=float), np.asarray(self.damping, dtype=float)

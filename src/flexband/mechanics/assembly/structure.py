@@ -74,9 +74,7 @@ class Springs(NamedTuple):
     table: np.ndarray  # first row of its table: places, rates, then coefficients
     places: np.ndarray  # how many it has, 0 without a table
     rates: np.ndarray  # the same
-    vector: (
-        np.ndarray
-    )  # of each: a translational spring's own, of others the form of the elongation
+    vector: np.ndarray  # spring -> the vector that its elongation is the length of, or has in it
     angle_start: np.ndarray  # spring -> first of the angles in its elongation
     angle: np.ndarray
     slot: np.ndarray  # (springs, most entries, most entries)

@@ -110,6 +110,7 @@ class Correction:
     disagreements: int  # runs that correct in which h and the model disagree about the limit
     noise: float  # of the search for η, as in `Estimate`
     missed: DiscrepancyModel  # what all these runs have taught
+    confirmed: bool  # whether the surrogate misses next to nothing in any of them
 
     def confidence(self) -> tuple[float, float]:
         """Return the confidence interval of the probability."""
@@ -191,7 +192,8 @@ def corrected(
     probability = min(1.0, max(0.0, base + float(z.sum()) / len(which)))
     known = known.with_runs(v[which], run_margins - least(v[which]))
     high = max(high, min(1.0, _possible(margin_and_scatter, n, eta, rng, options)))
-    return Correction(probability, low, high, model.runs, len(z), noise, known)
+    confirmed = bool(np.abs(known.missed).max() <= options.min_scatter * size)
+    return Correction(probability, low, high, model.runs, len(z), noise, known, confirmed)
 
 
 def _ends(

@@ -142,8 +142,8 @@ def corrected_at_worst(
     """Return places with the least (0) and the largest (1) probability, and what runs say there.
 
     The surrogate alone, and what few runs have taught (`searched`), may each mislead a search. Runs
-    are made at the `firsts`, and at the places to which the surrogate alone leads, and what all
-    runs have taught.
+    are made at the `firsts` and, unless these confirm the surrogate, at the places to which the
+    surrogate alone leads, and what all runs have taught.
     """
     first = next(iter(firsts.values()))
     n, m = first.known.u.shape[1], len(first.eta)
@@ -157,7 +157,8 @@ def corrected_at_worst(
 
     for k, place in firsts.items():
         searched = judge(k, place)
-    for all_runs in (False, True)[: 2 * (m > 0)]:
+    settled = all(there.confirmed for of_end in places.values() for _, there in of_end)
+    for all_runs in () if settled or not m else (False, True):
         lead = searched if all_runs else state
         eta, _, noise, _ = ends(lead, n, m, rng, options=search)
         for k in firsts:

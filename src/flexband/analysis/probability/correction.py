@@ -29,7 +29,7 @@ from flexband.analysis.probability.discrepancy import DiscrepancyModel
 from flexband.analysis.probability.estimates import ImportanceOptions, mixture_around
 from flexband.analysis.probability.importance import Mixture
 from flexband.analysis.probability.model import ResponseModel
-from flexband.analysis.probability.states import LimitState
+from flexband.analysis.probability.states import LimitState, with_eta
 from flexband.analysis.probability.subset import Margins, Rare, rare
 
 
@@ -95,7 +95,7 @@ def with_missed(
     u = np.concatenate([near[:, :n], spread])
     eta = np.concatenate([erf(near[:, n:] / np.sqrt(2)), _anywhere(others, m, rng, options)])
     runs = state.least_of_response(model(*state.places(u, eta)))
-    missed = DiscrepancyModel(np.concatenate([u, eta], axis=1), runs - state.least(u, eta))
+    missed = DiscrepancyModel(with_eta(u, eta), runs - state.least(u, eta))
     return replace(state, missed=missed, beyond=u[runs < 0])
 
 
@@ -137,9 +137,6 @@ def corrected(
     assert state.missed is not None  # of the first runs
     surrogate, known = replace(state, missed=None), state.missed
 
-    def at_eta(u: np.ndarray) -> np.ndarray:
-        return np.hstack([u, np.broadcast_to(eta, (len(u), len(eta)))])
-
     def least(v: np.ndarray) -> np.ndarray:  # v are u and η
         return surrogate.least(v[:, :n], v[:, n:])
 
@@ -150,7 +147,7 @@ def corrected(
         return least(v) + known.expected(v), options.widened * known.scatter(v)
 
     def margin(u: np.ndarray) -> np.ndarray:
-        v = at_eta(u)
+        v = with_eta(u, eta)
         return least(v) + known.expected(v)
 
     beyond, remaining = state.beyond.reshape(-1, n), model.runs
@@ -170,7 +167,7 @@ def corrected(
     u, w, h = _samples(margin, near, accuracy, rng, importance)
     inside = h < 0
     base, error = float(np.mean(w * inside)), float(np.std(w * inside)) / np.sqrt(len(w))
-    size, v = float(np.std(h)), at_eta(u)
+    size, v = float(np.std(h)), with_eta(u, eta)
     scatter = np.maximum(margin_and_scatter(v)[1], options.min_scatter * size + 1e-300)
     which, values = _drawn(h / scatter, w, remaining, rng, options)
     run_margins = least_of_runs(v[which])
@@ -239,9 +236,8 @@ def _doubtful(
         return np.zeros((0, n + len(eta))), 0.0
     mixture = Mixture.of(near.u, rng, options=options.importance.subset.mixture)
     u, far = mixture.sample(samples, rng), round(options.spread_share * count)
-    v = np.hstack([u, np.broadcast_to(eta, (samples, len(eta)))])
     spread = _spread(samples, n, rng, options)
-    spread = np.hstack([spread, _anywhere(samples, len(eta), rng, options)])
+    v, spread = with_eta(u, eta), with_eta(spread, _anywhere(samples, len(eta), rng, options))
     weights, (h, scatter), (h_spread, scatter_spread) = (
         mixture.weights(u), margin_and_scatter(v), margin_and_scatter(spread)
     )  # fmt: skip
@@ -265,7 +261,7 @@ def _possible(
     options_of_mixture = replace(options.importance.subset.mixture, wide_std=2.0, wide_share=0.5)
     mixture = Mixture.of(np.zeros((0, n)), rng, options=options_of_mixture)
     u = mixture.sample(options.repeats, rng)
-    h, scatter = margin_and_scatter(np.hstack([u, np.broadcast_to(eta, (len(u), len(eta)))]))
+    h, scatter = margin_and_scatter(with_eta(u, eta))
     return float(np.mean(mixture.weights(u) * ndtr(-h / scatter)))
 
 

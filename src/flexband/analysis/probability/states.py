@@ -105,6 +105,11 @@ class LimitedOutputs:
         return replace(self, lower=self.lower + moved, upper=self.upper - moved)
 
 
+def with_eta(u: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    """Return samples u (points, n) with η (m,), or (points, m), beside them, (points, n + m)."""
+    return np.concatenate([u, np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))], axis=1)
+
+
 def least_of(margins: list[np.ndarray]) -> np.ndarray:
     """Return the least of some margins of each sample, (points,)."""
     return np.min([part_margins.min(axis=(1, 2)) for part_margins in margins], axis=0)
@@ -239,8 +244,7 @@ class LimitState:
         blocks = self.reduced(u, eta, lambda _, margins: least_of(margins))
         least = np.concatenate([np.zeros(0), *blocks])
         if self.missed is not None and len(u):
-            places = np.broadcast_to(eta, (len(u), np.shape(eta)[-1]))
-            least += self.missed.expected(np.concatenate([u, places], axis=1)) / self.unit
+            least += self.missed.expected(with_eta(u, eta)) / self.unit
         return least
 
     def least_of_response(self, values: np.ndarray) -> np.ndarray:

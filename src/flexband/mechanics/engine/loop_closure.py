@@ -17,7 +17,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.assembly.turns import nearest
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
-from flexband.mechanics.engine.redundancy import RANK, derivatives
+from flexband.mechanics.engine.redundancy import RANK, derivatives, vector_and_gradient
 
 
 class ClosureOptions(NamedTuple):
@@ -144,10 +144,7 @@ def _update_angles(system: System, values: Values, z: np.ndarray) -> None:
     """Set the angles and lengths in z as the kernel of this name does."""
     vectors, state = system.structure.vectors, system.structure.state
     for a, row in enumerate(range(state.angle, state.sensor_angle)):
-        entries = slice(vectors.start[a], vectors.start[a + 1])
-        q, partners = z[vectors.coordinate[entries]], vectors.partner[entries, None]
-        q = q * np.where(partners > 0, 0.5 * z[partners[:, 0]], 1.0)
-        x, y = ((v[entries] * q).sum(axis=0) for v in values.vectors[:2])
+        (x, y), _ = vector_and_gradient(system, values.vectors, a, z)
         if vectors.length[a]:
             z[row] = np.hypot(x, y)
         else:

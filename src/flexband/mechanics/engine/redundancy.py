@@ -100,17 +100,26 @@ def derivatives(system: System, c: np.ndarray, numbers: VectorValues, z: np.ndar
     for t in range(terms.polynomials, len(terms.k)):
         a = terms.j[t] - state.angle
         entries = slice(vectors.start[a], vectors.start[a + 1])
-        partners = vectors.partner[entries, None]
-        factor = np.where(partners > 0, z[partners[:, 0]], 1.0)
-        q = z[vectors.coordinate[entries]] * np.where(partners > 0, 0.5, 1.0)
-        vx, vy = numbers.x[entries] * factor, numbers.y[entries] * factor
-        nx, ny = (vx * q).sum(axis=0), (vy * q).sum(axis=0)
+        (nx, ny), (vx, vy) = vector_and_gradient(system, numbers, a, z)
         square = nx * nx + ny * ny + 1e-100  # as in `kernels.angles`
         gradient = (nx * vy - ny * vx) / square
         if vectors.length[a]:
             gradient = (nx * vx + ny * vy) / np.sqrt(square)
         np.add.at(dense, (terms.k[t], vectors.coordinate[entries]), c[t] * gradient)
     return dense[1 + count :, 1:]
+
+
+def vector_and_gradient(
+    system: System, numbers: VectorValues, a: int, z: np.ndarray
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return both components of a vector, and their derivatives by the coordinate of each entry."""
+    vectors = system.structure.vectors
+    entries = slice(vectors.start[a], vectors.start[a + 1])
+    partners = vectors.partner[entries, None]
+    factor = np.where(partners > 0, z[partners[:, 0]], 1.0)
+    q = z[vectors.coordinate[entries]] * np.where(partners > 0, 0.5, 1.0)
+    gradient = [component[entries] * factor for component in numbers[:2]]
+    return [(component * q).sum(axis=0) for component in gradient], gradient
 
 
 def dependent(system: System, z: np.ndarray, sample: int = 0) -> tuple[int, list[str]]:

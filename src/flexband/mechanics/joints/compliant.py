@@ -12,9 +12,8 @@ from flexband.errors import InputError, check_instance, check_non_negative, chec
 from flexband.mechanics.joints.joint import (
     Compliance,
     Held,
-    HoldingJoint,
     Joint,
-    PointName,
+    ModifiedJoint,
     Resolve,
 )
 from flexband.mechanics.kernels.forms import Form, Vector
@@ -25,7 +24,7 @@ Stiffness = ArrayLike | tuple[ArrayLike, ArrayLike]
 
 
 @frozen()
-class Compliant(HoldingJoint):
+class Compliant(ModifiedJoint):
     """A joint that gives: springs and dampers along what it holds.
 
     A rigid joint is the limit of a large stiffness. Where several rigid joints hold the same
@@ -73,20 +72,11 @@ class Compliant(HoldingJoint):
             check_positive("Compliant tilt_stiffness [N m/rad]", self.tilt_stiffness)
         check_non_negative("Compliant damping [s]", self.damping)
 
-    @property
-    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.joint.first
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        return self.joint.points
-
     def held(self, frame: Resolve) -> list[Held]:
         joint, kind = self.joint, with_article(type(self.joint).__name__)
         if np.any(np.asarray(vars(joint).get("offset", 0.0), dtype=float)):
             raise InputError(f"{kind} with an offset, or with play, cannot be Compliant")
-        other = joint.contacts(frame) or joint.frictions(frame) or joint.compliances(frame)
-        rows = [] if other else joint.held(frame)
+        rows = self.rows_of_joint(frame)
         if not rows:
             raise InputError(
                 f"{kind} cannot be Compliant if it has clearance, friction or losses, switches, "

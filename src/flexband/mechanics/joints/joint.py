@@ -171,6 +171,26 @@ class HoldingJoint(Joint):
         return [(-m * np.asarray(row.moment), []) for row, m in pairs if row.moment is not None]
 
 
+class ModifiedJoint(HoldingJoint):
+    """A joint that holds what another one does, in another way than by constraints."""
+
+    joint: Joint
+
+    @property
+    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.joint.first
+
+    @property
+    def points(self) -> Sequence[PointName]:
+        return self.joint.points
+
+    def rows_of_joint(self, frame: Resolve) -> list[Held]:
+        """Return what the joint holds; none if it has contacts, friction, losses or springs."""
+        joint = self.joint
+        loose = joint.contacts(frame) or joint.frictions(frame) or joint.compliances(frame)
+        return [] if loose else joint.held(frame)
+
+
 def held_place(first: Frame, second: Frame) -> list[Held]:
     """Return what holds the first point at its place in the axes of the second body."""
     apart = subtract(first.position, second.position)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -21,7 +19,7 @@ from flexband.mechanics.joints.joint import (
     Held,
     HoldingJoint,
     Joint,
-    PointName,
+    ModifiedJoint,
     Resolve,
 )
 from flexband.mechanics.joints.joints import Distance
@@ -29,7 +27,7 @@ from flexband.mechanics.kernels.forms import Form
 
 
 @frozen()
-class Switched(HoldingJoint):
+class Switched(ModifiedJoint):
     """A joint that is active only part of the time.
 
     Becoming active is a plastic impact; `sensors.SwitchingLoss` is the energy that it takes. With
@@ -93,18 +91,8 @@ class Switched(HoldingJoint):
             )
         object.__setattr__(self, "active", as_activity("Switched active", self.active))
 
-    @property
-    def first(self) -> PointName:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.joint.first
-
-    @property
-    def points(self) -> Sequence[PointName]:
-        return self.joint.points
-
     def held(self, frame: Resolve) -> list[Held]:
-        joint = self.joint
-        other = joint.contacts(frame) or joint.frictions(frame) or joint.compliances(frame)
-        rows = [] if other else joint.held(frame)
+        rows = self.rows_of_joint(frame)
         if not rows:
             raise InputError(
                 f"a {type(self.joint).__name__} cannot switch if it has clearance, friction or "

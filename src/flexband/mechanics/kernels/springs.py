@@ -52,30 +52,29 @@ def _length(x, y, h):
 def elongation(structure, values, z, s):
     """Return s."""
     springs, a = structure.springs, structure.springs.vector[s]
-    total, _ = vector(structure, values, z, a)
+    x, y = vector(structure, values, z, a)
     if s < springs.translational:
-        x, y = vector(structure, values, z, a)
         return _length(x, y, third_component(structure, values, z, 0, a))
     for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
         angle = load(z, structure.state.angle + springs.angle[k])
-        total += load(values.springs.weight, k) * angle
-    return total
+        x += load(values.springs.weight, k) * angle
+    return x
 
 
 @compiled
 def _rate(structure, values, z, s):
     """Return ṡ."""
     springs, a, first = structure.springs, structure.springs.vector[s], structure.state.velocity
-    total, v = vector_rate(structure, values, z, z, first, a)
+    u, v = vector_rate(structure, values, z, z, first, a)
     if s < springs.translational:
         x, y = vector(structure, values, z, a)
         h = third_component(structure, values, z, 0, a)
         w = third_component(structure, values, z, first, a)
-        return (x * total + y * v + h * w) / _length(x, y, h)
+        return (x * u + y * v + h * w) / _length(x, y, h)
     for k in range(springs.angle_start[s], springs.angle_start[s + 1]):
         rate = angle_rate(structure, values, z, springs.angle[k])
-        total += load(values.springs.weight, k) * rate
-    return total
+        u += load(values.springs.weight, k) * rate
+    return u
 
 
 @compiled

@@ -177,7 +177,8 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
     resolved = np.abs(inverse) > RESOLVED
     s, y = shift * (1 + 1 / inverse[resolved]), y[:n, resolved]
     kept = np.imag(s) >= 0
-    s, vectors = s[kept], _normalized(linear, basis @ y[:, kept])
+    vectors = _normalized(linear, basis @ y[:, kept])
+    s = _balancing(linear, s[kept], vectors)
     noise, size = rounding(linear, vectors), np.abs(s)
     damping = np.abs(np.einsum("im,ij,jm->m", vectors.conj(), linear.D, vectors))
     resting = np.maximum(size**2, size * damping) <= noise
@@ -192,6 +193,24 @@ def _general(linear: Linear, M, D, K, basis: np.ndarray, count: int, symmetric: 
         mask = np.abs(np.diag(R)) > 1e-3 * abs(R[0, 0])
         keep = np.append(np.flatnonzero(resting)[order[: len(mask)][mask]], keep)
     return s[keep], vectors[:, keep]
+
+
+def _balancing(
+    linear: Linear, s: np.ndarray, vectors: np.ndarray, *, unbalanced: float = 1e-3
+) -> np.ndarray:
+    """Return s, where φᴴ(s² M + s D + K) φ = 0 within rounding, else the nearest s that is so.
+
+    Next to motions that are 10²⁰ times as fast, s of slow ones is nothing but rounding.
+    """
+    parts = linear.inertia, linear.D, linear.K + linear.L
+    a, b, c = (np.einsum("im,ij,jm->m", vectors.conj(), part, vectors) for part in parts)
+    root = np.sqrt(b.astype(complex) ** 2 - 4 * a * c)
+    far = -(b + np.where(np.real(np.conj(b) * root) < 0, -root, root)) / 2  # without cancellation
+    roots = np.stack([far / a, np.divide(c, far, out=np.zeros_like(far), where=far != 0)])
+    nearest = np.take_along_axis(roots, np.abs(roots - s).argmin(axis=0)[None], axis=0)[0]
+    terms = np.abs(np.stack([a * s**2, b * s, c])).max(axis=0)
+    rounded = np.abs(a * s**2 + b * s + c) > unbalanced * terms
+    return np.where(rounded, nearest, s)
 
 
 def _with_states(

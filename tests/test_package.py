@@ -41,6 +41,7 @@ ROOMS = [
     "mechanics.joints",
     "mechanics.loads",
     "mechanics.sensors",
+    "mechanics.model",
     "mechanics.assembly",
     "mechanics.engine",
     "mechanics.linearization",

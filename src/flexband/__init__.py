@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         Requirement as Requirement,
     )
     from flexband.analysis.verification.verify import verify as verify
-    from flexband.mechanics.assembly.mechanism import Mechanism as Mechanism
+    from flexband.mechanics.model.mechanism import Mechanism as Mechanism
     from flexband.mechanics.bodies.beam import Beam as Beam
     from flexband.mechanics.bodies.cable import Cable as Cable
     from flexband.mechanics.bodies.point_mass import PointMass as PointMass

@@ -164,7 +164,7 @@ def test_points_of_a_refined_mechanism_stay_where_they_are():
     np.testing.assert_allclose(fine, coarse, atol=2e-6)  # of Hermite cubics that follow a curve
     np.testing.assert_allclose(fine[:8], coarse[:8], atol=1e-12)  # nodes
     with pytest.raises(fb.errors.InputError, match="'node 0' to 'node 6'"):
-        finer.frame("leaf.node 7")
+        finer.model.frame("leaf.node 7")
     with pytest.raises(
         fb.errors.InputError, match="body 'leaf': Beam elements must be 100000 or less"
     ):

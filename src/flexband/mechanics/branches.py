@@ -15,10 +15,10 @@ from functools import partial
 import numpy as np
 
 from flexband.errors import InputError, RunError, without_warnings
-from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.turns import nearest
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.configuration import assembled
+from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.turns import nearest
 
 Builder = Callable[..., Mechanism]
 Values = Mapping[str, Property]
@@ -48,7 +48,7 @@ class Branch:
         except (InputError, RunError):
             start = None
         bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes]
-        for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.turning, strict=False):
+        for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turning, strict=False):
             given[name] = float(np.ravel(body.angles()[0])[0])
             if start is None:
                 continue

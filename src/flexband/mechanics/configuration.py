@@ -13,7 +13,6 @@ from flexband.errors import (
     returned,
     without_warnings,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import assemble
 from flexband.mechanics.bodies.properties import Property
@@ -22,6 +21,7 @@ from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.kernels.forms import Form, Vector
 from flexband.mechanics.loads.load import InTime
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from flexband.errors import InputError, shown
 from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.assembly.structure import Values, WorkSpace
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.assembly.turns import nearest
 from flexband.mechanics.engine.batch import Batch, Begun, Run, Start, begin
 from flexband.mechanics.engine.batch import run as run_task
 from flexband.mechanics.engine.corrections import Corrections
@@ -26,6 +25,7 @@ from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.kernels.lane_arrays import WIDTH, to_lanes
 from flexband.mechanics.kernels.state import STATE_ROWS, rows_of_gaps
+from flexband.mechanics.model.turns import nearest
 from flexband.words import number_of
 
 Label = tuple[str, str, int]
@@ -60,7 +60,7 @@ def end_state(system: System, batch: Batch, time: float, spectral_radius: float)
     start = ends[-system.structure.state.multiplier :]
     both = zip(_directions(system, start), _directions(system, ends), strict=True)
     for k, ((name, before, vector), (_, after, _)) in enumerate(both):
-        begun = nearest(before, system.mechanism.drawn(vector))
+        begun = nearest(before, system.model.drawn(vector))
         change = nearest(after - before, batch.turned[:, k, 1])
         parts["turn", name, 0] = np.atleast_2d(begun + change)
     return EndState(time, spectral_radius, _meshes(system), parts)
@@ -76,15 +76,15 @@ def rest_state(system: System, z: np.ndarray, rest: np.ndarray, time: float) -> 
     kinds = "body", "angle", "spring", "law state"
     parts = {label: ends[rows] for label, rows in _labels(system).items() if label[0] in kinds}
     for name, direction, vector in _directions(system, z):
-        parts["turn", name, 0] = np.atleast_2d(nearest(direction, system.mechanism.drawn(vector)))
+        parts["turn", name, 0] = np.atleast_2d(nearest(direction, system.model.drawn(vector)))
     return EndState(time, np.nan, _meshes(system), parts, at_rest=True)
 
 
 def _directions(system: System, q: np.ndarray) -> Iterator[tuple[str, np.ndarray, Vector]]:
     """Yield the bodies that turn, the directions of their first sections, and these vectors."""
-    bodies = system.mechanism.bodies.items()
+    bodies = system.model.bodies.items()
     turning = [name for name, body in bodies if body.axes]
-    for name, (_, ((x, y, *_), *_)) in zip(turning, system.mechanism.turning, strict=False):
+    for name, (_, ((x, y, *_), *_)) in zip(turning, system.model.turning, strict=False):
         yield name, np.arctan2(y.at([*q]), x.at([*q])), (x, y)
 
 
@@ -142,10 +142,11 @@ def continued(system: System, state: EndState) -> tuple[System, ContinuedStart]:
         return np.where(known[place], ends[place], given)
 
     turns = {name: part[0] for (kind, name, _), part in state.parts.items() if kind == "turn"}
-    turns = {name: turn for name, turn in turns.items() if name in system.mechanism.bodies}
+    turns = {name: turn for name, turn in turns.items() if name in system.model.bodies}
     mechanism = replace(system.mechanism, branches=turns)
     angles = slice(rows.angle, rows.velocity)
-    drawn = np.broadcast_to(stack(mechanism.drawn_angles), (rows.velocity - rows.angle, samples))
+    drawn = stack(mechanism.model.drawn_angles)
+    drawn = np.broadcast_to(drawn, (rows.velocity - rows.angle, samples))
     ends[angles] = np.where(known[angles], ends[angles], drawn)
     values = system.values
     values = values._replace(
@@ -280,35 +281,35 @@ def _sizes(system: System) -> tuple[int, ...]:
 
 def _meshes(system: System) -> dict[str, tuple]:
     """Return what must be the same of each body."""
-    mechanism = system.mechanism
-    meshes = {name: member.mesh[:2] for name, member in mechanism.members.items()}
+    model = system.model
+    meshes = {name: member.mesh[:2] for name, member in model.members.items()}
     return {
         name: (type(body), body.size, *(tuple(array.tolist()) for array in meshes.get(name, ())))
-        for name, body in mechanism.bodies.items()
+        for name, body in model.bodies.items()
     }
 
 
 def _labels(system: System) -> dict[Label, np.ndarray]:
     """Return the rows of the end of a motion that belong to each label."""
-    mechanism, state = system.mechanism, system.structure.state
+    model, state = system.model, system.structure.state
     a, rest, steps, anew, *_ = accumulate(_sizes(system))
     labels: dict[Label, np.ndarray] = {("steps", "", 0): np.arange(steps, anew)}
-    for name, body in mechanism.bodies.items():
-        n = mechanism.first_coordinates[name] + np.arange(body.size)
+    for name, body in model.bodies.items():
+        n = model.first_coordinates[name] + np.arange(body.size)
         places = [n, state.velocity + n, state.acceleration + n, a + n, anew + n]
         labels["body", name, 0] = np.concatenate(places)
-    entries = mechanism.entries.items()
-    angles = [owner for owner, row in mechanism.constraints for _ in row.polar]
-    angles += [owner for owner, f in mechanism.frictions for _ in f.whole_travel.polar]
-    angles += [owner for owner, spring in mechanism.springs for _ in spring.angles]
+    entries = model.entries.items()
+    angles = [owner for owner, row in model.constraints for _ in row.polar]
+    angles += [owner for owner, f in model.frictions for _ in f.whole_travel.polar]
+    angles += [owner for owner, spring in model.springs for _ in spring.angles]
     angles += [owner for owner, entry in entries for law in entry.laws for _ in law.points]
     angles += [owner for owner, entry in entries for _ in entry.moments]
-    angles += [f"sensors of {point}" for point in mechanism.sensor_points]
+    angles += [f"sensors of {point}" for point in model.sensor_points]
     labels |= _numbered("angle", angles, state.angle)
-    labels |= _numbered("spring", [owner for owner, _ in mechanism.springs], rest)
+    labels |= _numbered("spring", [owner for owner, _ in model.springs], rest)
     laws = [(owner, law) for owner, entry in entries for law in entry.laws]
     states = [owner for owner, law in laws for _ in law.states]
-    rough = [owner for owner, _ in mechanism.frictions]
+    rough = [owner for owner, _ in model.frictions]
     labels |= _numbered("friction", rough, state.sliding, copies=2)
     labels |= _numbered("law state", states, state.law_state, copies=STATE_ROWS)
     if states:

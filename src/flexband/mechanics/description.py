@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexband.errors import check_instance
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.corrections import corrections, report
 from flexband.mechanics.joints.joint import Joint, body_and_point
 from flexband.mechanics.linearization.mobility import Mobility
 from flexband.mechanics.loads.load import Load
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 def describe(mechanism: Mechanism) -> str:

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import without_warnings
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.step_check import StepCheck
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.simulate import simulate
 from flexband.rounding import Units
 
@@ -102,7 +102,7 @@ def _with_tenth(
 ) -> GeneralizedAlpha | None:
     """Return the integrator with a tenth of the tolerance of steps that samples choose, or None."""
     integrator = integrator or GeneralizedAlpha()
-    limits = integrator.step_limits(mechanism.state, 1.0)
+    limits = integrator.step_limits(mechanism.model.state, 1.0)
     return replace(integrator, step_tolerance=0.1 * limits.tolerance) if limits else None
 
 

@@ -13,7 +13,6 @@ from flexband.errors import (
     check_numbers,
     warn,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import pack
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.assembly.system import assemble
@@ -27,6 +26,8 @@ from flexband.mechanics.engine.straining import Members, warn_of_large_strains
 from flexband.mechanics.engine.threads import in_parallel, thread_count, while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
+from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.springs_at_start import warn_of_windings
 from flexband.words import number_of
 
 
@@ -88,7 +89,7 @@ def equilibrium(
     """
     check_instance("mechanism", mechanism, Mechanism)
     check_flag("keep_state", keep_state)
-    mechanism.warn_of_windings()
+    warn_of_windings(mechanism.model)
     without, mechanism = mechanism.left_out_at_rest(), mechanism.at_rest()
     steps, at, threads = check_steps(steps), check_time(time), thread_count(threads)
     system = assemble(mechanism)
@@ -160,7 +161,7 @@ def _warn_of_unstable(stable: np.ndarray) -> None:
 
 def _without_friction(mechanism: Mechanism) -> dict[str, list[str]]:
     """Return the attribute that lists parts whose friction is left out, and warn of it."""
-    rough = list(dict.fromkeys(name for name, _ in mechanism.frictions))
+    rough = list(dict.fromkeys(name for name, _ in mechanism.model.frictions))
     if not rough:
         return {}
     warn(

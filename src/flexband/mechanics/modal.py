@@ -25,8 +25,8 @@ from flexband.errors import (
     check_option,
     warn,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.equilibrium import check_steps
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.modes import sample_modes
 from flexband.mechanics.response import Argument
 from flexband.mechanics.static_response import AtRest
@@ -114,7 +114,7 @@ class ModalResponse(AtRest):
         )
 
     def _modes(self, mechanism: Mechanism) -> Followed:
-        if mechanism.state.rule < mechanism.state.gap:
+        if mechanism.model.state.rule < mechanism.model.state.gap:
             raise InputError("modes of force laws with states are not followed; use fb.modes")
         count = self.modes + self.tracking.further
         _, samples, unbalanced = sample_modes(mechanism, count, self.about, self.steps)

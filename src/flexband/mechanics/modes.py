@@ -27,7 +27,6 @@ from flexband.errors import (
     check_option,
     warn,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.stacking import count_samples
 from flexband.mechanics.assembly.system import System, assemble
@@ -40,6 +39,7 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.linearization.block_modes import ModeSolver, SampleModes
 from flexband.mechanics.linearization.linearize import Spin
 from flexband.mechanics.linearization.thickness import Thickness
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 @frozen()
@@ -139,7 +139,7 @@ def modes(
     thickness = check_flag("thickness", thickness)
     system, samples, unbalanced = sample_modes(mechanism, count, about, steps, thickness=thickness)
     result = _dataset(system, samples)
-    names = np.array([name for name, _ in system.mechanism.frictions])
+    names = np.array([name for name, _ in system.model.frictions])
     for kind in ("sliding", "stuck") if len(names) else ():
         chosen = np.any([getattr(of_sample, kind) for of_sample in samples], axis=0)
         result.attrs[kind] = list(dict.fromkeys(names[chosen].tolist()))
@@ -204,7 +204,7 @@ def _spins(
     given = [np.atleast_1d(np.asarray(v, dtype=float)) for v in (rate, x, y)]
     samples = count_samples([*given, np.zeros(system.samples)])
     centre = np.zeros((system.structure.state.coordinates, samples))
-    for row in mechanism.node_rows:
+    for row in mechanism.model.node_rows:
         centre[row - 1], centre[row] = given[1], given[2]
     rates = np.broadcast_to(given[0], samples)
     spins = [Spin(float(rates[k]), centre[:, k]) for k in range(samples)]

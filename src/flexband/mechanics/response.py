@@ -21,13 +21,13 @@ from flexband.errors import (
     warn,
     without_warnings,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.branches import Branch
 from flexband.mechanics.engine.generalized_alpha import GeneralizedAlpha
 from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.linearization.mobility import instantaneous
+from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.parts import naming
 from flexband.mechanics.simulate import TimeGrid, simulated, whole_steps
 from flexband.mechanics.starts import check_multiple, start_of
 from flexband.progress import listener
@@ -166,7 +166,7 @@ class DynamicResponse(SensorResponse):
         """
         mechanism = self.built(values)
         elements = elements_of(mechanism, self.element_parts)
-        limits = self._integrator(mechanism).step_limits(mechanism.state, self.step)
+        limits = self._integrator(mechanism).step_limits(mechanism.model.state, self.step)
         finer = {"step": self.refined(element_parts=1)}
         if elements:
             finer["elements"] = self.refined(step_parts=1)
@@ -182,7 +182,7 @@ class DynamicResponse(SensorResponse):
             numbers,
             finer.copy,
             *self.components(mechanism),
-            impacts=bool(mechanism.contact_laws or mechanism.frictions),
+            impacts=bool(mechanism.model.contact_laws or mechanism.model.frictions),
         )
 
     def at_more_times(
@@ -196,7 +196,8 @@ class DynamicResponse(SensorResponse):
         """
         count = min(max_parts, int(max_times * self.output_step / self.duration))
         most = min(chosen, count)
-        if values and most > 1 and self.integrator.step_limits(self.built(values).state, self.step):
+        limits = self.integrator.step_limits
+        if values and most > 1 and limits(self.built(values).model.state, self.step):
             kept = self.step_parts if self.step_parts < most else -(-self.step_parts // most)
             return self._divided(most, kept)
         if self.step_parts == 1:
@@ -288,7 +289,7 @@ class DynamicResponse(SensorResponse):
 
     def _integrator(self, mechanism: Mechanism) -> GeneralizedAlpha:
         """Return the integrator with the tolerance of the steps that samples choose."""
-        limits = self.integrator.step_limits(mechanism.state, self.step)
+        limits = self.integrator.step_limits(mechanism.model.state, self.step)
         if limits is None or self.chosen_parts == 1:
             return self.integrator
         tolerance = max(limits.tolerance / self.chosen_parts**3, FINEST_TOLERANCE)

@@ -22,7 +22,6 @@ from flexband.errors import (
     check_positive,
     warn,
 )
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import check_memory
 from flexband.mechanics.assembly.rounding import attributes_of_units
 from flexband.mechanics.continued_start import end_state
@@ -44,6 +43,8 @@ from flexband.mechanics.engine.straining import warn_of_large_strains
 from flexband.mechanics.engine.threads import interruptible, thread_count
 from flexband.mechanics.impulses import impulses_text, keep_impulses
 from flexband.mechanics.kernels.failure_codes import FAILURE
+from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.springs_at_start import warn_of_stretched_joints, warn_of_windings
 from flexband.mechanics.sensors.averages import refuse_windows
 from flexband.mechanics.starts import check_multiple, started
 from flexband.progress import Progress, ProgressListener, listener, listening
@@ -181,10 +182,10 @@ class TimeGrid(NamedTuple):
 
 def warn_of_springs(system: System, start: object) -> None:
     """Warn of springs that begin wound up and, in an assembled start, of stretched joints."""
-    system.mechanism.warn_of_windings()
+    warn_of_windings(system.model)
     if isinstance(start, str) and start == "assembled":
         size = float(np.max(1 / system.values.inverse_scale[1]))
-        system.mechanism.warn_of_stretched_joints(size)
+        warn_of_stretched_joints(system.model, size)
 
 
 def simulated(

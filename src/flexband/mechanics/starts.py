@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, check_numbers, check_option, check_positive
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System, assemble
@@ -20,6 +19,7 @@ from flexband.mechanics.kernels.lane_arrays import WIDTH
 from flexband.mechanics.kernels.laws.states import rows_of_states
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.ramps import slowed
 

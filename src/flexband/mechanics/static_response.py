@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from flexband.errors import InputError, RunError, check_function
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.engine.threads import thread_count
 from flexband.mechanics.equilibrium import check_steps, check_time, equilibrium
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import (
     Argument,
     MechanismResponse,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from flexband.analysis.selection import AnySurrogate
 from flexband.errors import InputError, name_of, shown
-from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import MechanismResponse
 from flexband.report.drawing.draw import draw
 from flexband.report.page.inputs import statistics

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexband.compilation.caching import kept
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.engine.entries import dynamics, statics
 from flexband.mechanics.engine.threads import available_cores
 from flexband.mechanics.joints.joints import Revolute
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import DynamicResponse
 from flexband.mechanics.sensors.motion import Position
 from flexband.mechanics.simulate import simulate

@@ -238,7 +238,7 @@ def test_a_free_flexible_body_keeps_momentum():
     q0, v0, _ = states(model, 0, 1e-4, FINE)
     n = assemble(model).structure.state.coordinates
     M = np.zeros((n, n))
-    for (i, j), value in model.mass.items():
+    for (i, j), value in model.model.mass.items():
         M[i - 1, j - 1] = M[j - 1, i - 1] = np.squeeze(value)
     move = np.zeros((2, n))
     move[0, 0::6] = move[1, 1::6] = 1.0

@@ -186,7 +186,7 @@ def test_samples_of_divided_members_do_not_depend_on_each_other():
 def test_elements_are_shared_among_the_parts(kind):
     def mesh(elements, *points, parts=1):
         loads = {point: fb.Force(f"b.{point}", y=1.0) for point in points}
-        return supported(member(elements, kind=kind), loads, []).refined(parts).member("b")[0]
+        return supported(member(elements, kind=kind), loads, []).refined(parts).model.member("b")[0]
 
     even = mesh(4, "start", "1.0", parts=2)
     assert even.mesh.even

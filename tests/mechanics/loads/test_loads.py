@@ -100,7 +100,7 @@ def test_following_force_spirals_and_a_fixed_one_does_not():
 
 def test_distributed_load_has_the_resultant_and_moment_of_its_integral():
     length = np.array([1.0, 1.3])
-    model = fb.Mechanism(bodies={"b": beam(elements=3, length=length, height=0.1)})
+    model = fb.Mechanism(bodies={"b": beam(elements=3, length=length, height=0.1)}).model
     load = {
         j: f.terms[0, 0, None] for j, f in model.line_load("b", 50.0, lambda x: 60 * x**2).items()
     }

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.errors import ResolutionWarning, warn
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Continua, ContinuumValues, Elements, ElementValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
@@ -20,6 +19,7 @@ from flexband.mechanics.kernels.elements.cables import NUMBERS as CABLE_NUMBERS
 from flexband.mechanics.kernels.elements.hermite import GAUSS_POINTS, POSITIONS
 from flexband.mechanics.kernels.forms import TimeFunction
 from flexband.mechanics.loads.load import FreeStrainEntry
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.sections import LocalSensor
 from flexband.remarks.remark import Remark, RemarkKind
 from flexband.words import number_of
@@ -170,7 +170,7 @@ def warn_of_elements(mechanism: Mechanism) -> None:
             f"the number of elements of {name!r} is left out: {mechanism.elements[name]} are used",
             ResolutionWarning,
         )
-    for name, body in mechanism.members.items():
+    for name, body in mechanism.model.members.items():
         if body.mesh.parts > body.elements:
             text = (
                 f"{name!r} has {number_of(body.elements, 'element')} but {body.mesh.parts} "

@@ -6,29 +6,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack
 from flexband.mechanics.assembly.structure import Friction, FrictionValues
 from flexband.mechanics.assembly.tables import Couples, Places, ProductTable, TermTable
 from flexband.mechanics.assembly.vectors import VectorTables
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.mechanics.model.model import Model
 
 
 class FrictionTable:
     """What sticks or slides."""
 
-    def __init__(self, mechanism: Mechanism, vectors: VectorTables):
-        state = mechanism.state
-        self.frictions = [friction for _, friction in mechanism.frictions]
+    def __init__(self, model: Model, vectors: VectorTables):
+        state = model.state
+        self.frictions = [friction for _, friction in model.frictions]
         self.groups, self.actions = vectors.vectors.groups, vectors.actions
-        self.contact_forces, self.gaps = mechanism.rubbed_rows, mechanism.rubbed_gaps
-        self.earlier = _earlier_in_line(self.frictions, mechanism.guess)
-        travels = mechanism.travel_forms
+        self.contact_forces, self.gaps = model.rubbed_rows, model.rubbed_gaps
+        self.earlier = _earlier_in_line(self.frictions, model.guess)
+        travels = model.travel_forms
         self.terms = TermTable(travels, state.friction, state.angle, set())
-        components = [form for group in mechanism.normal_forces for v in group for form in v]
+        components = [form for group in model.normal_forces for v in group for form in v]
         self.normals = ProductTable(components, state.gap - len(components))
-        self.normal_forces = mechanism.normal_forces
+        self.normal_forces = model.normal_forces
         self.orbits = []  # of each, its term and its friction
         for k, (friction, travel) in enumerate(zip(self.frictions, travels, strict=True)):
             last = len(friction.sliding.orbit.polar) if friction.sliding.orbit else 0

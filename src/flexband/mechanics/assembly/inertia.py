@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import stack
 from flexband.mechanics.bodies.body import MassEntries
+from flexband.mechanics.model.model import Model
 
 
 class MassOptions(NamedTuple):
@@ -19,7 +19,7 @@ class MassOptions(NamedTuple):
     """How much more assembly minds turning a rigid body by 1 rad than moving it by the size of
     all."""
     massless: float = 1e-12
-    """What counts as none, relative to the whole mechanism."""
+    """What counts as none, relative to the whole model."""
     regular: float = 1e-4
     """What matrices have instead, relative to the smallest that is not zero …"""
     min_regular: float = 1e-10
@@ -29,25 +29,25 @@ class MassOptions(NamedTuple):
 
 
 class Inertia:
-    """The mass matrices of a mechanism.
+    """The mass matrices of a model.
 
     `inverse_scale` is 1/size of the whole for positions in [1, q], else 1; `regular_mass` has small
     masses of rigid bodies in place of zeros.
     """
 
-    def __init__(self, mechanism: Mechanism, options: MassOptions = MassOptions()):
-        self._mechanism, self._options, self._mass = mechanism, options, mechanism.mass
+    def __init__(self, model: Model, options: MassOptions = MassOptions()):
+        self._model, self._options, self._mass = model, options, model.mass
         self.inverse_scale = self._inverse_scale()
         self._rigid_rows = [
-            mechanism.first_coordinates[name] + k
-            for name, body in mechanism.bodies.items()
+            model.first_coordinates[name] + k
+            for name, body in model.bodies.items()
             for k in range(0 if body.elements else body.size)
         ]
         self.regular_mass = self._regular()
 
     def _inverse_scale(self) -> list[ArrayLike]:
         """Return 1/size for positions, of the nodes' box and the largest gyration, and 1 else."""
-        start, nodes, mass = self._mechanism.guess, self._mechanism.node_rows, self._mass
+        start, nodes, mass = self._model.guess, self._model.node_rows, self._mass
         x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
         none = np.zeros(())
         least = self._options.massless * sum(mass[n, n] for n in nodes)
@@ -66,7 +66,7 @@ class Inertia:
         rows = [i for i, j in mass if i == j]
         sizes = stack([mass[i, i] / np.square(self.inverse_scale[i]) for i in rows])
         inertia = dict(zip(rows, sizes, strict=True))
-        total = np.sum([inertia[i] for i in self._mechanism.node_rows], axis=0)
+        total = np.sum([inertia[i] for i in self._model.node_rows], axis=0)
         return inertia, np.where(total > 0, total, 1.0)
 
     def _regular(self) -> MassEntries:
@@ -93,9 +93,9 @@ class Inertia:
 
     def metric(self) -> list[np.ndarray]:
         """Return the regular mass matrix with moments of inertia that outweigh all masses."""
-        mechanism, mass, nodes = self._mechanism, self.regular_mass, self._mechanism.node_rows
-        rigid = [name for name, body in mechanism.bodies.items() if body.rigid]
-        turned = {mechanism.first_coordinates[name] + k for name in rigid for k in (2, 3)}
+        model, mass, nodes = self._model, self.regular_mass, self._model.node_rows
+        rigid = [name for name, body in model.bodies.items() if body.rigid]
+        turned = {model.first_coordinates[name] + k for name in rigid for k in (2, 3)}
         masses = sum(mass[n, n] for n in nodes)
         inertia = self._options.turning * masses / np.square(self.inverse_scale[nodes[0]])
         return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]

@@ -15,14 +15,14 @@ from flexband.rounding import rounding_attributes
 
 def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
     """Return rounding errors by unit, for the attributes of "unit"; steps h [s], ∞ in statics."""
-    mechanism, values, start = system.mechanism, system.values, system.values.start
-    nodes = mechanism.node_rows
+    model, values, start = system.model, system.values, system.values.start
+    nodes = model.node_rows
     relative = 128 * np.finfo(float).eps  # of some tens of operations, with angles of some turns
     coordinates = np.concatenate([start[nodes], start[[node + 1 for node in nodes]]])
     size = max(np.max(1 / values.inverse_scale[nodes]), np.max(np.abs(coordinates)))
-    mass = np.max(np.sum(stack([mechanism.mass[node, node] for node in nodes]), axis=0))
+    mass = np.max(np.sum(stack([model.mass[node, node] for node in nodes]), axis=0))
     members = [v for v in (values.beams, values.continua, values.cables) if v.stiffness.size]
-    springs = [spring for _, spring in mechanism.springs]
+    springs = [spring for _, spring in model.springs]
     forces = [mass * size / h**2]
     forces += [np.max(np.abs(v.stiffness)) * np.max(v.inverse_length) for v in members]
     forces += [

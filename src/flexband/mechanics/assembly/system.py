@@ -20,8 +20,6 @@ from flexband.mechanics.assembly.elements import (
 )
 from flexband.mechanics.assembly.friction import FrictionTable
 from flexband.mechanics.assembly.inertia import Inertia
-from flexband.mechanics.assembly.mechanism import Mechanism
-from flexband.mechanics.assembly.parts import naming
 from flexband.mechanics.assembly.stacking import count_samples, indices, leaves, stack
 from flexband.mechanics.assembly.structure import Structure, Values
 from flexband.mechanics.assembly.tables import (
@@ -37,6 +35,9 @@ from flexband.mechanics.kernels.forms import Form, TimeFunction
 from flexband.mechanics.kernels.pattern import NONE, analyse
 from flexband.mechanics.kernels.records import Record
 from flexband.mechanics.loads.law_shape import CompiledLaw
+from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.model import Model
+from flexband.mechanics.model.parts import naming
 from flexband.mechanics.sensors.motion import Sensor
 
 
@@ -76,6 +77,11 @@ class System:
         return {name + suffix for name, sensor in sensors if sensor.impulsive
                 for suffix, _ in sensor.outputs()}  # fmt: skip
 
+    @property
+    def model(self) -> Model:
+        """The forms that the arrays are of."""
+        return self.mechanism.model
+
     @cached_property
     def record(self) -> Record:
         """The structure as kernels take it."""
@@ -90,44 +96,43 @@ class System:
 def assemble(mechanism: Mechanism) -> System:
     """Return the arrays of a mechanism."""
     warn_of_elements(mechanism)
-    state, mass = mechanism.state.with_extremes(len(mechanism.watched)), mechanism.mass
+    model = mechanism.model
+    state, mass = model.state.with_extremes(len(model.watched)), model.mass
     velocity: list[ArrayLike] = [0.0]
-    free = [strain for entries in mechanism.entries.values() for strain in entries.strains]
+    free = [strain for entries in model.entries.values() for strain in entries.strains]
     continua = ContinuumTable()
     elements = {"beams": ElementTable(free), "continua": continua, "cables": ElementTable(free)}
-    for name, body in mechanism.bodies.items():
+    for name, body in model.bodies.items():
         velocity += naming(f"body {name!r}", body.velocities)
-        if name in mechanism.members:
-            member, first = mechanism.member(name)
+        if name in model.members:
+            member, first = model.member(name)
             naming(f"body {name!r}", elements[member.element_table].take, name, member, first)
 
-    inertia = Inertia(mechanism)
-    outputs, units, sensors, conditions, sensor_rows = _sensors(mechanism)
-    watched = mechanism.watched
-    weight, force_rows = _forces(mechanism)
-    vectors = VectorTables.of(mechanism)
+    inertia = Inertia(model)
+    outputs, units, sensors, conditions, sensor_rows = _sensors(model)
+    watched = model.watched
+    weight, force_rows = _forces(model)
+    vectors = VectorTables.of(model)
     tables: dict[str, Table] = {
         "mass": MassTable(mass, inertia.regular_mass),
         **elements,
         "vectors": vectors.vectors,
         "springs": vectors.springs,
         "laws": vectors.laws,
-        "terms": TermTable(
-            mechanism.constraint_forms, state.multiplier, state.angle, _turning(mechanism)
-        ),
-        "friction": FrictionTable(mechanism, vectors),
+        "terms": TermTable(model.constraint_forms, state.multiplier, state.angle, _turning(model)),
+        "friction": FrictionTable(model, vectors),
         "forces": ProductTable(force_rows),
         "sensors": ProductTable(sensor_rows),
         "extremes": ExtremeTable([w.form for w in watched], [w.kind for w in watched]),
     }
     used = chain.from_iterable(table.functions for table in tables.values())
     functions = [f for f in dict.fromkeys(used) if f is not None]
-    owners = [owner for owner, _ in mechanism.constraints]
+    owners = [owner for owner, _ in model.constraints]
     couples = set(chain.from_iterable(table.couples() for table in tables.values()))
     angle = state.angle
     among = [(i, j) for i, j in couples if 0 < i < angle and 0 < j < angle]
-    frictions = [f"friction {k}" for k in range(len(mechanism.frictions))]
-    bodies = [name for name, body in mechanism.bodies.items() for _ in range(body.size)]
+    frictions = [f"friction {k}" for k in range(len(model.frictions))]
+    bodies = [name for name, body in model.bodies.items() for _ in range(body.size)]
     pairs = [*_pairs(bodies, 1), *_pairs([*owners, *frictions], state.multiplier)]
     pattern, slots = analyse(pairs, state.coordinates, among)
     numbers = {None: 0} | {f: k + 1 for k, f in enumerate(functions)}
@@ -146,8 +151,8 @@ def assemble(mechanism: Mechanism) -> System:
     )
     of_runs = ("parts", "numbers", "moments", "functions", "rates", "polynomials")
     values = Values(
-        start=stack(mechanism.guess),
-        drawn=stack(mechanism.drawn_angles),
+        start=stack(model.guess),
+        drawn=stack(model.drawn_angles),
         velocity=stack(velocity),
         inverse_scale=stack(inertia.inverse_scale),
         rigidity=stack([rigidity(elements["beams"], continua, elements["cables"], mass)]),
@@ -166,47 +171,45 @@ def assemble(mechanism: Mechanism) -> System:
             shapes = "a number or one per sample, shape (n,)"
             raise InputError(f"{named(f)} must return {shapes}; got shape {value.shape}")
     samples = count_samples([*leaves(values), *driven])
-    loads = [name for name, entries in mechanism.entries.items() for _ in entries.laws]
+    loads = [name for name, entries in model.entries.items() for _ in entries.laws]
     return System(
-        structure, samples, values, functions, owners, [part for part, _ in mechanism.turning],
+        structure, samples, values, functions, owners, [part for part, _ in model.turning],
         outputs, units, sensors, conditions,
         list(zip(loads, vectors.laws.compiled, strict=True)),
-        mechanism, stack(mechanism.given),
+        mechanism, stack(model.given),
     )  # fmt: skip
 
 
-def _turning(mechanism: Mechanism) -> set[int]:
+def _turning(model: Model) -> set[int]:
     """Return the coordinates that angles in constraints, and the travels of friction, depend on."""
-    vectors = [polar.vector for row in mechanism.rows_with_multipliers for polar in row.polar]
+    vectors = [polar.vector for row in model.rows_with_multipliers for polar in row.polar]
     keys = [key for vector in vectors for form in vector for key in form.terms]
-    keys += [key for travel in mechanism.travel_forms for key in travel.terms if key[0] > 0]
+    keys += [key for travel in model.travel_forms for key in travel.terms if key[0] > 0]
     return {n for i, j, _ in keys for n in (i, j) if n > 0}
 
 
-def _sensors(mechanism: Mechanism):
+def _sensors(model: Model):
     """Return outputs, units, sensors with their rows, owners of conditions, and all the rows."""
     outputs, units, sensors, conditions, rows = [], [], [], [], []
-    for name, sensor in mechanism.sensors.items():
+    for name, sensor in model.sensors.items():
         before = len(outputs)
         for suffix, unit in sensor.outputs():
             outputs.append(name + suffix)
             units.append(unit)
         first = len(rows)
-        rows += sensor.rows(mechanism)
-        derived = partial(_derived, name, len(outputs) - before, sensor, mechanism)
+        rows += sensor.rows(model)
+        derived = partial(_derived, name, len(outputs) - before, sensor, model)
         sensors.append((derived, slice(first, len(rows))))
-    for name, joint in mechanism.joints.items():
-        positive = joint.conditions(mechanism.frame)
+    for name, joint in model.joints.items():
+        positive = joint.conditions(model.frame)
         conditions += [name] * len(positive)
         rows += positive
     return outputs, units, sensors, conditions, rows
 
 
-def _derived(
-    name: str, count: int, sensor: Sensor, mechanism: Mechanism, rows: np.ndarray
-) -> np.ndarray:
+def _derived(name: str, count: int, sensor: Sensor, model: Model, rows: np.ndarray) -> np.ndarray:
     """Return the outputs of a sensor, shape (outputs, times, lanes)."""
-    outputs = np.asarray(sensor.derive(rows, mechanism))
+    outputs = np.asarray(sensor.derive(rows, model))
     if outputs.shape != (count, *rows.shape[1:]):
         raise InputError(
             f"sensor {name!r}: derive must return shape (outputs, times, lanes), "
@@ -215,12 +218,12 @@ def _derived(
     return outputs
 
 
-def _forces(mechanism: Mechanism) -> tuple[list[np.ndarray], list[Form]]:
+def _forces(model: Model) -> tuple[list[np.ndarray], list[Form]]:
     """Return the generalized forces: what is constant on [1, q], and all other terms."""
-    count = 1 + mechanism.state.coordinates
-    rows = [Form({})] * mechanism.state.velocity
-    for name in mechanism.loads:
-        for j, force in mechanism.forces(name).items():
+    count = 1 + model.state.coordinates
+    rows = [Form({})] * model.state.velocity
+    for name in model.loads:
+        for j, force in model.forces(name).items():
             rows[j] = rows[j] + force
     constant_key = (0, 0, None)  # key of the constant term
     constant = [row.terms.get(constant_key, np.zeros(())) for row in rows[:count]]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.compilation.functions import Deferred
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
@@ -18,6 +17,7 @@ from flexband.mechanics.kernels.laws.forces import AXES, GAP, GAP_MEMORY
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
 from flexband.mechanics.loads.load import LawEntry, SpringEntry
+from flexband.mechanics.model.model import Model
 
 compiled_laws = Deferred("flexband.mechanics.loads.compiled_laws")
 
@@ -234,31 +234,31 @@ class VectorTables(NamedTuple):
     actions: int  # number of the first vector of contacts that have friction
 
     @staticmethod
-    def of(mechanism: Mechanism) -> VectorTables:
-        """Return the tables of a mechanism, vectors with angles first.
+    def of(model: Model) -> VectorTables:
+        """Return the tables of a model, vectors with angles first.
 
         These are those of constraints and of friction, of springs, of points of laws and of
         moments. Springs, positions of points of laws, directions of following forces, friction in
         contacts, what sensors read, and what turns with bodies and rods follow.
         """
         owned = [
-            (mechanism.state.multiplier + k, polar)
-            for k, row in enumerate(mechanism.rows_with_multipliers)
+            (model.state.multiplier + k, polar)
+            for k, row in enumerate(model.rows_with_multipliers)
             for polar in row.polar
         ]
-        springs = [spring for _, spring in mechanism.springs]
-        points = [frame for law in mechanism.laws for frame in law.points]
+        springs = [spring for _, spring in model.springs]
+        points = [frame for law in model.laws for frame in law.points]
         parts = [
             [polar.vector for _, polar in owned],
             [angle.vector for spring in springs for angle in spring.angles],
             [frame.normal for frame in points],
-            [moment.direction for moment in mechanism.moments],
+            [moment.direction for moment in model.moments],
             [spring.line or (spring.polynomial, Form({})) for spring in springs],
             [frame.position for frame in points],
-            [force.direction for force in mechanism.following],
-            [v for _, f in mechanism.frictions if f.sliding.action for v in f.sliding.action[:3]],
-            mechanism.sensor_directions,
-            [axis for _, axes in mechanism.turning for axis in axes],
+            [force.direction for force in model.following],
+            [v for _, f in model.frictions if f.sliding.action for v in f.sliding.action[:3]],
+            model.sensor_directions,
+            [axis for _, axes in model.turning for axis in axes],
         ]
         firsts = starts(parts).tolist()
         _, angle, normal, _, elongation, position, direction, actions, *others = firsts
@@ -270,11 +270,11 @@ class VectorTables(NamedTuple):
             [polar.length for _, polar in owned],
             direction,
             sensor_angle,
-            turning + starts([axes for _, axes in mechanism.turning]),
+            turning + starts([axes for _, axes in model.turning]),
         )
         return VectorTables(
             vectors,
             SpringTable(springs, elongation, angle, vectors.groups),
-            LawTable(mechanism.laws, normal, position, vectors.groups, len(mechanism.frictions)),
+            LawTable(model.laws, normal, position, vectors.groups, len(model.frictions)),
             actions,
         )

@@ -192,7 +192,7 @@ def run_samples(
 
 def most_matrices(system: System) -> int:
     """Return how many matrices a step that is chosen freely may take."""
-    return NEWTON.rough_matrices if system.mechanism.frictions else NEWTON.factorizations
+    return NEWTON.rough_matrices if system.model.frictions else NEWTON.factorizations
 
 
 def _impulses(
@@ -237,7 +237,7 @@ def begin(
     start = partial(_started, system, values, going_on=held is not None)
     massless = (values.mass != values.regular_mass).any(axis=0)
     pivots = np.where(massless, PROJECTION.massless_pivot, PROJECTION.min_pivot)
-    members = any(len(body.nodes) > 1 for body in system.mechanism.bodies.values())
+    members = any(len(body.nodes) > 1 for body in system.model.bodies.values())
     if held is None and members:
         near, misfit = closed(system, values)
         guess = np.where(

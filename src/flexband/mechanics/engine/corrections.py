@@ -51,12 +51,12 @@ def corrections(
     q, v = z[:velocity], z[velocity:]
     given = of_samples(system.given, samples)
     given_v = of_samples(system.values.velocity, samples)
-    mechanism = system.mechanism
-    shape = len(mechanism.bodies), len(samples)
+    model = system.model
+    shape = len(model.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
-    free = {entry.member for entries in mechanism.entries.values() for entry in entries.strains}
-    for b, (name, body) in enumerate(mechanism.bodies.items()):
-        first = mechanism.first_coordinates[name]
+    free = {entry.member for entries in model.entries.values() for entry in entries.strains}
+    for b, (name, body) in enumerate(model.bodies.items()):
+        first = model.first_coordinates[name]
         n = first + np.array(body.nodes)
         moves[b] = np.hypot(q[n] - given[n], q[n + 1] - given[n + 1]).max(axis=0)
         speed = np.hypot(given_v[first], given_v[first + 1])
@@ -83,7 +83,7 @@ def report(
     system: System, changes: Corrections, limits: ReportedChanges = ReportedChanges()
 ) -> dict[str, str | float]:
     """Return attributes that state the largest changes; warn of large ones."""
-    names, sentences, attributes = list(system.mechanism.bodies), [], {}
+    names, sentences, attributes = list(system.model.bodies), [], {}
     size = float(np.min(1 / system.values.inverse_scale[1]))
 
     def largest(change: np.ndarray) -> tuple[float, str, str]:

@@ -148,9 +148,9 @@ def _reason(system: System, code: float, row: int, part: float, tried: str, driv
 
 
 def _massless(system: System) -> str:
-    mass, first = system.structure.mass, system.mechanism.first_coordinates
+    mass, first = system.structure.mass, system.model.first_coordinates
     rows = mass.i[mass.massless]
-    bodies = system.mechanism.bodies.items()
+    bodies = system.model.bodies.items()
     names = [
         name
         for name, body in bodies
@@ -161,7 +161,7 @@ def _massless(system: System) -> str:
 
 def rough(system: System, *, switched: bool = False) -> str:
     """Return the parts that have friction, or the joints that switch."""
-    names = (name for name, f in system.mechanism.frictions if bool(f.active) == switched)
+    names = (name for name, f in system.model.frictions if bool(f.active) == switched)
     return " or ".join(dict.fromkeys(map(repr, names)))
 
 
@@ -198,7 +198,7 @@ def _causes(found: dict[int, tuple[float, str]]) -> list[str]:
 
 def _advice(system: System, sample: int) -> str:
     """Return which joints of a sample stay open, by how much, and what to change."""
-    open_by, joints = gaps(system, sample), system.mechanism.joints
+    open_by, joints = gaps(system, sample), system.model.joints
     if not open_by:
         return f"`fb.draw(mechanism, sample={sample})` shows the guess"
     worst = max(open_by, key=lambda name: open_by[name])
@@ -218,17 +218,17 @@ def _loose(system: System, number: int) -> str:
     """Say which body is not held, if any: this number from 1 on, negative if loads turn it."""
     if not number:
         return ""
-    name = [*system.mechanism.bodies][abs(number) - 1]
+    name = [*system.model.bodies][abs(number) - 1]
     verb = "move" if number > 0 else "turn"
     return f"its loads {verb} body {name!r}, and nothing seems to hold it; "
 
 
 def _overlap(system: System, number: int, depth: float) -> str:
     """Say how far a contact is closed at the start, and what helps."""
-    name, law = system.mechanism.contact_laws[number]
+    name, law = system.model.contact_laws[number]
     angular = law.is_angular
     text = f"contact {name!r} is closed at the start, by {depth:.3g} {'rad' if angular else 'm'}"
-    if name in system.mechanism.joints:
+    if name in system.model.joints:
         return f"{text} beyond its clearance; move its bodies to where the joint has play"
     if angular and depth > np.pi:
         turn = "angles count from those that bodies are given, turns included"
@@ -251,7 +251,7 @@ def blame_overlaps(
     A depth of `touch` times the size of the mechanism counts as none. Where a contact has closed in
     a motion that goes on, it may be as deep as it was in the state `before`, and deeper by `moved`.
     """
-    laws = [law for _, law in system.mechanism.contact_laws]
+    laws = [law for _, law in system.model.contact_laws]
     if not laws:
         return
     kinds = system.structure.laws.gap_kind

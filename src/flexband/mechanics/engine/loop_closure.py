@@ -15,9 +15,9 @@ import numpy as np
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
-from flexband.mechanics.assembly.turns import nearest
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.redundancy import RANK, derivatives, vector_and_gradient
+from flexband.mechanics.model.turns import nearest
 
 
 class ClosureOptions(NamedTuple):
@@ -101,10 +101,10 @@ def gaps(system: System, sample: int) -> dict[str, float]:
 
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Return dq of each body's moves by `size` [m] and turn by 1 rad, shape (q, motions, …)."""
-    mechanism = system.mechanism
-    motions = np.zeros((system.structure.state.coordinates, 3 * len(mechanism.bodies), z.shape[1]))
-    for b, (name, body) in enumerate(mechanism.bodies.items()):
-        first = mechanism.first_coordinates[name]
+    model = system.model
+    motions = np.zeros((system.structure.state.coordinates, 3 * len(model.bodies), z.shape[1]))
+    for b, (name, body) in enumerate(model.bodies.items()):
+        first = model.first_coordinates[name]
         for n in (first + k for k in body.nodes):
             motions[n - 1, 3 * b], motions[n, 3 * b + 1] = size, size
             motions[n - 1, 3 * b + 2] = -(z[n + 1] - z[first + 1])
@@ -116,8 +116,8 @@ def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray
 
 def _move(system: System, z: np.ndarray, step: np.ndarray, size: np.ndarray) -> None:
     """Move and turn the bodies, each about its first node, by steps as those of `rigid_motions`."""
-    for b, (name, body) in enumerate(system.mechanism.bodies.items()):
-        first = system.mechanism.first_coordinates[name]
+    for b, (name, body) in enumerate(system.model.bodies.items()):
+        first = system.model.first_coordinates[name]
         cosine, sine = np.cos(step[3 * b + 2]), np.sin(step[3 * b + 2])
         n = first + np.array(body.nodes)
         origin = z[first : first + 2].copy()

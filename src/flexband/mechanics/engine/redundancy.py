@@ -72,10 +72,10 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
 
 def _without_inertia(system: System, motion: np.ndarray) -> str:
     """Return which body can move without inertia, and how; coordinates are relative to the size."""
-    first = {name: n - 1 for name, n in system.mechanism.first_coordinates.items()}
+    first = {name: n - 1 for name, n in system.model.first_coordinates.items()}
     bodies = {
         name: motion[first[name] : first[name] + body.size]
-        for name, body in system.mechanism.bodies.items()
+        for name, body in system.model.bodies.items()
     }
     name = max(bodies, key=lambda name: np.abs(bodies[name]).max())
     x, y, *turn = bodies[name]
@@ -146,7 +146,7 @@ def sharing(system: System, z: np.ndarray, sample: int) -> list[str]:
 
 def warn_of_shared(system: System, joints: list[str]) -> list[str]:
     """Warn of sensors of joints that share their forces; return these joints."""
-    sensors = system.mechanism.sensors
+    sensors = system.model.sensors
     joint_of = {k: getattr(sensor, "joint", None) for k, sensor in sensors.items()}
     touched = [k for k, joint in joint_of.items() if f"joint {joint!r}" in joints]
     if touched:
@@ -163,7 +163,7 @@ def warn_of_shared(system: System, joints: list[str]) -> list[str]:
 
 def refuse_shared_friction(system: System, joints: list[str]) -> None:
     """Raise `InputError` if the friction of a joint depends on a reaction that is not unique."""
-    rough = [f"joint {name!r}" for name, _ in system.mechanism.frictions]
+    rough = [f"joint {name!r}" for name, _ in system.model.frictions]
     shared = [joint for joint in joints if joint in rough]
     if shared:
         raise InputError(

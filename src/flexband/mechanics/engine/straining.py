@@ -46,8 +46,8 @@ class Members:
     """The flexible members of a mechanism."""
 
     def __init__(self, system: System):
-        first = system.mechanism.first_coordinates
-        bodies = system.mechanism.bodies.items()
+        first = system.model.first_coordinates
+        bodies = system.model.bodies.items()
         self.bodies = {name: body for name, body in bodies if isinstance(body, CentreLine)}
         self.first = [first[name] for name in self.bodies]
 

@@ -80,8 +80,8 @@ def _loose(system: System, balance: Balance) -> float:
     if not (balance.free and np.isfinite(forces) and forces > 0 and balance.excess > 1):
         return 0.0
     moved, largest, loose = np.abs(balance.push()), 0.0, 0.0
-    for number, (name, body) in enumerate(system.mechanism.bodies.items(), start=1):
-        rows = system.mechanism.first_coordinates[name] - 1 + np.arange(body.size)
+    for number, (name, body) in enumerate(system.model.bodies.items(), start=1):
+        rows = system.model.first_coordinates[name] - 1 + np.arange(body.size)
         place = np.concatenate([moved[rows[node : node + 2]] for node in body.nodes]).max()
         turn = moved[rows[2:4]].max(initial=0.0)
         if max(place, turn) > largest:

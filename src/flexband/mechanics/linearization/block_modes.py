@@ -106,7 +106,7 @@ class ModeSolver:
             linear = linear._replace(M=balance.equations.mass, D=damping)
             basis, sliding = balance.basis, z[balance.equations.senses] != MODE.free
             stuck = balance.equations.holding(z) & ~sliding
-            if system.mechanism.frictions:
+            if system.model.frictions:
                 linear, basis = _with_friction(balance, linear, z, stuck, sample)
             modes = self._lowest(linear, basis, sample, z)
             if spins is not None and spins[lane].pace(balance.equations.size):

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.assembly.packing import AT_START, pack
 from flexband.mechanics.assembly.system import System, assemble
 from flexband.mechanics.engine.batch import begin
@@ -14,6 +13,7 @@ from flexband.mechanics.engine.failures import raise_failures
 from flexband.mechanics.engine.redundancy import dependent
 from flexband.mechanics.engine.threads import while_compiling
 from flexband.mechanics.kernels.lane_arrays import WIDTH
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 class Mobility(NamedTuple):
@@ -52,7 +52,7 @@ def instantaneous(mechanism: Mechanism) -> list[str]:
         return []
     state, names = mobility.system.structure.state, []
     for name, sensor in mechanism.sensors.items():
-        rows = {i for form in sensor.rows(mechanism) for key in form.terms for i in key[:2]}
+        rows = {i for form in sensor.rows(mechanism.model) for key in form.terms for i in key[:2]}
         if all(i <= state.coordinates or state.angle <= i < state.velocity for i in rows):
             names += [name + suffix for suffix, _ in sensor.outputs()]
     return names

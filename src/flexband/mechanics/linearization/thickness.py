@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.beam import DIRECTION, Beam
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 class Thickness:
@@ -17,7 +17,7 @@ class Thickness:
 
     def __init__(self, mechanism: Mechanism):
         self._beams = [
-            (mechanism.first_coordinates[name] + body.element_rows, body.direction_shapes,
+            (mechanism.model.first_coordinates[name] + body.element_rows, body.direction_shapes,
              body.rotary_weights)
             for name, body in mechanism.bodies.items()
             if isinstance(body, Beam) and body.integration is None

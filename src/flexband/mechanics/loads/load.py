@@ -31,7 +31,7 @@ InTime = ArrayLike | TimeFunction
 
 
 class LoadModel(Protocol):
-    """The methods of `Mechanism` that loads use; they are documented there."""
+    """The methods of a mechanism's `model` that loads use; they are documented there."""
 
     def frame(self, point: PointName) -> Frame: ...
     def line_load(self, body: str, x: Property, y: Property) -> GeneralizedForce: ...

@@ -41,7 +41,7 @@ class FrictionRows(NamedTuple):
 
 
 class SensorModel(Protocol):
-    """The members of `Mechanism` that sensors use; they are documented there."""
+    """The members of a mechanism's `model` that sensors use; they are documented there."""
 
     @property
     def joints(self) -> Mapping[str, Joint]: ...

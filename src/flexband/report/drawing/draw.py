@@ -11,7 +11,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
 from flexband.errors import check_flag, check_instance
-from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import COLORS, Lettering
 from flexband.report.drawing.sheet import AFTER, BEFORE, POINTS_PER_INCH, Sheet, draw_on, sheet_for
 from flexband.report.shapes.shapes import Line, Mark

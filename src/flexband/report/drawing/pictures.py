@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.sheet import AFTER, BEFORE, Sheet, draw_on, sheet_for
 from flexband.report.drawing.svg import SvgAxes, svg_address
 from flexband.report.shapes.shapes import Line

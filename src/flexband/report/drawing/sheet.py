@@ -8,8 +8,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from flexband.errors import AssemblyError, warn
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration, assembled, given
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.canvas import Canvas, Surface
 from flexband.report.drawing.words import write
 from flexband.report.shapes.mechanism import extent, sketch_mechanism

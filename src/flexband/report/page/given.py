@@ -16,7 +16,7 @@ from flexband.analysis.resampling import OverOutput
 from flexband.analysis.selection import surrogates_of
 from flexband.analysis.verification.expanded_runs import as_expanded
 from flexband.errors import warn, without_warnings
-from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.response import SensorResponse
 from flexband.report.drawing.pictures import fields_picture, mechanism_picture
 from flexband.report.page.arrays import JsonRecord

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from flexband.errors import InputError, shown
-from flexband.mechanics.assembly.mechanism import Mechanism
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.report.drawing.draw import draw
 from flexband.report.plot.series import literal, with_unit
 from flexband.report.plot.style import LIGHT, LINES, MIDDLE, axes_of

@@ -220,7 +220,7 @@ def _(joint: Rack, sketch: Sketch, name: str) -> None:
 
 def _on_rack(sketch: Sketch, rack: Rack, end: np.ndarray, name: str) -> int:
     """Return the number of the point of a rack's body that is at `end` [m] at the start."""
-    frame = sketch.scene.mechanism.frame(rack.second)
+    frame = sketch.scene.mechanism.model.frame(rack.second)
     offset = end - sketch.scene.at(rack.second)
     x, y = (float(offset @ sketch.scene.start.vector(axis)) for axis in (frame.normal, frame.y))
     return sketch.tracks.position(

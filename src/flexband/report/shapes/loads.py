@@ -143,7 +143,7 @@ def _(load: Moment, sketch: Sketch, name: str) -> None:
 @add_load.register
 def _(load: Force, sketch: Sketch, name: str) -> None:
     """Add an arrow to or from a point, where it covers less."""
-    scene, section = sketch.scene, sketch.scene.mechanism.frame(load.point)
+    scene, section = sketch.scene, sketch.scene.mechanism.model.frame(load.point)
     force = np.array([_value(scene, load.x), _value(scene, load.y)])
     if load.following:
         force = force @ [scene.start.vector(section.normal), scene.start.vector(section.y)]

@@ -9,7 +9,6 @@ import numpy as np
 import scipy
 
 from flexband.errors import InputError
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.bodies.beam import Beam
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.rigid import RigidBody
@@ -18,6 +17,7 @@ from flexband.mechanics.joints.gears import Rack
 from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.mechanics.model.mechanism import Mechanism
 
 
 def body_of(point: PointName) -> str:
@@ -44,11 +44,11 @@ class Scene:
 
     def at(self, point: PointName) -> np.ndarray:
         """Return the position of a point [m]."""
-        return self.start.vector(self.mechanism.frame(point).position)
+        return self.start.vector(self.mechanism.model.frame(point).position)
 
     def velocity(self, point: PointName) -> np.ndarray:
         """Return the velocity of a point [m/s]."""
-        return self.start.vector(self.mechanism.velocity(point).position)
+        return self.start.vector(self.mechanism.model.velocity(point).position)
 
     def corners(self, name: str) -> np.ndarray:
         """Return the hull of a body's named points [m], (points, 2); of one, and the centre."""
@@ -60,7 +60,7 @@ class Scene:
     def rack_line(self, rack: Rack) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends [m] of a rack's pitch line, over its points and half the pinion."""
         centre, radius = self.at(rack.first), self.start.number(rack.radius)
-        x, y = axis = self.start.vector(along(self.mechanism.frame(rack.second), rack.axis))
+        x, y = axis = self.start.vector(along(self.mechanism.model.frame(rack.second), rack.axis))
         body = body_of(rack.second)
         points = self.corners(body) if body else [self.at(rack.second)]
         reach = np.pi * abs(radius) / 2

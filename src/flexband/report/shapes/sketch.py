@@ -77,7 +77,7 @@ class Sketch:
     ) -> tuple[float, float]:
         """Return the extreme places [m] of a part's first point on an axis of the second."""
         first, second = part.points
-        direction = self.scene.start.vector(along(self.scene.mechanism.frame(second), axis))
+        direction = self.scene.start.vector(along(self.scene.mechanism.model.frame(second), axis))
         place = float((self.scene.at(first) - self.scene.at(second)) @ direction)
         return self.ranges.get(name, (place, place))
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.joint import PointName, along
 from flexband.mechanics.kernels.forms import Form, Vector
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.forces import Reaction
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
@@ -37,7 +37,7 @@ class Tracks:
         self._tracks: dict[str, dict[Hashable, Track]] = {kind: {} for kind in KINDS}
 
     def point(self, point: PointName) -> int:
-        self.mechanism.frame(point)  # refuses points that do not exist
+        self.mechanism.model.frame(point)  # refuses points that do not exist
         return self.position(lambda model: model.frame(point).position, _key(point))
 
     def position(self, vector: Callable[[SensorModel], Vector], key: Hashable) -> int:
@@ -55,9 +55,9 @@ class Tracks:
 
     def at_start(self, start: Configuration) -> tuple[np.ndarray, np.ndarray]:
         """Return positions [m] and directions at the start, each of shape (tracks, 2)."""
+        model = self.mechanism.model
         tables = [
-            np.reshape([start.vector(track.vector(self.mechanism)) for track in tracks.values()],
-                       (-1, 2))
+            np.reshape([start.vector(track.vector(model)) for track in tracks.values()], (-1, 2))
             for tracks in (self._tracks["position"], self._tracks["direction"])
         ]  # fmt: skip
         return tables[0], tables[1]
@@ -67,8 +67,8 @@ class Tracks:
 
     def reaction(self, joint: str) -> int | None:
         """Return the number of the force that a joint exerts on its first body, if there is one."""
-        constraint, multipliers = self.mechanism.joint(joint)
-        if constraint.force(self.mechanism.frame, multipliers) is None:
+        constraint, multipliers = self.mechanism.model.joint(joint)
+        if constraint.force(self.mechanism.model.frame, multipliers) is None:
             return None
         return self.force(lambda model: _pair(Reaction(joint).rows(model)), ("reaction", joint))
 

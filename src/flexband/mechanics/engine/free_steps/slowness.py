@@ -29,8 +29,8 @@ def _followed(system: System, work: WorkSpace, lane: int, *, events: float = 2.0
     if limit == 0:
         return f"the depth of {touching}" if touching else "contacts"
     where = f" while {touching} is closed" if touching else ""
-    for name, body in system.mechanism.bodies.items():
-        first = system.mechanism.first_coordinates[name]
+    for name, body in system.model.bodies.items():
+        first = system.model.first_coordinates[name]
         if first <= limit < first + body.size:
             helps = "" if body.rigid else ": damping, or fewer elements, makes them longer"
             return f"fast motions of body {name!r}{where}{helps}"
@@ -41,7 +41,7 @@ def _closed(system: System, z: np.ndarray) -> list[str]:
     """Return the parts whose contacts are closed."""
     rows = rows_of_gaps.py_func(system.structure.state)
     modes = z[rows.mode :][: rows.number]
-    names = [name for name, _ in system.mechanism.contact_laws]
+    names = [name for name, _ in system.model.contact_laws]
     kinds = system.structure.laws.gap_kind
     contacts = np.flatnonzero(np.isin(kinds, (GAP.length, GAP.angle)))
     return [name for name, k in zip(names, contacts, strict=True) if modes[k] < 0]

@@ -24,7 +24,7 @@ from flexband.uncertainty.inputs.space import Space
 from flexband.words import are
 
 if TYPE_CHECKING:
-    from flexband.mechanics.assembly.mechanism import Mechanism
+    from flexband.mechanics.model.mechanism import Mechanism
     from flexband.response import ResponseFunction
 
     Course = tuple[np.ndarray, np.ndarray] | tuple[()]

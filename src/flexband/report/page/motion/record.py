@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from flexband.mechanics.assembly.mechanism import Mechanism
 from flexband.mechanics.kernels.forms import Vector
 from flexband.mechanics.loads.load import in_time
 from flexband.mechanics.loads.loads import Force
+from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.motion import Acceleration, Position, SensorModel, Velocity
 from flexband.report.page.arrays import JsonRecord, packed
 from flexband.report.shapes.joints import force_point

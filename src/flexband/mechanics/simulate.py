@@ -44,9 +44,8 @@ from flexband.mechanics.engine.threads import interruptible, thread_count
 from flexband.mechanics.impulses import impulses_text, keep_impulses
 from flexband.mechanics.kernels.failure_codes import FAILURE
 from flexband.mechanics.model.mechanism import Mechanism
-from flexband.mechanics.model.springs_at_start import warn_of_stretched_joints, warn_of_windings
 from flexband.mechanics.sensors.averages import refuse_windows
-from flexband.mechanics.starts import check_multiple, started
+from flexband.mechanics.starts import check_multiple, started, warn_of_springs
 from flexband.progress import Progress, ProgressListener, listener, listening
 
 if TYPE_CHECKING:
@@ -178,14 +177,6 @@ class TimeGrid(NamedTuple):
         digits = 14 - int(np.ceil(np.log10(float(begin + duration))))  # 0.415 is so for any step
         count = whole_steps(duration, step, substeps) * substeps + 1
         return np.round(begin + np.arange(count) * (float(step) / substeps), digits)
-
-
-def warn_of_springs(system: System, start: object) -> None:
-    """Warn of springs that begin wound up and, in an assembled start, of stretched joints."""
-    warn_of_windings(system.model)
-    if isinstance(start, str) and start == "assembled":
-        size = float(np.max(1 / system.values.inverse_scale[1]))
-        warn_of_stretched_joints(system.model, size)
 
 
 def simulated(

@@ -20,6 +20,7 @@ from flexband.mechanics.kernels.laws.states import rows_of_states
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.linearization.block_equilibria import block_equilibria
 from flexband.mechanics.model.mechanism import Mechanism
+from flexband.mechanics.model.springs_at_start import warn_of_stretched_joints, warn_of_windings
 from flexband.mechanics.periodic_start import PeriodicStart
 from flexband.mechanics.time_functions.ramps import slowed
 
@@ -119,3 +120,11 @@ def started(
     if slow:
         system = replace(system, functions=slowed(system.functions, slow))
     return system, begins
+
+
+def warn_of_springs(system: System, start: object) -> None:
+    """Warn of springs that begin wound up and, in an assembled start, of stretched joints."""
+    warn_of_windings(system.model)
+    if isinstance(start, str) and start == "assembled":
+        size = float(np.max(1 / system.values.inverse_scale[1]))
+        warn_of_stretched_joints(system.model, size)

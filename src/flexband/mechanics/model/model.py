@@ -8,7 +8,7 @@ from typing import NamedTuple
 from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.forms import Form, Frame, constraint_force
 from flexband.mechanics.kernels.state import friction_rows, reaction_rows
-from flexband.mechanics.model.equations import Equations
+from flexband.mechanics.model.equations import EquationForms
 from flexband.mechanics.model.frames import within
 from flexband.mechanics.sensors.extremes import OverSteps
 from flexband.mechanics.sensors.motion import FrictionRows
@@ -23,7 +23,7 @@ class Watched(NamedTuple):
     sensor: OverSteps
 
 
-class Model(Equations):
+class Model(EquationForms):
     """A mechanism as forms in the state z, which loads enter and sensors read."""
 
     def angle(self, point: PointName) -> Form:

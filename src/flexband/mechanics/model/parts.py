@@ -18,7 +18,7 @@ from flexband.errors import InputError, check_each_finite, check_instance, shown
 from flexband.mechanics.bodies.body import Body, check_implements
 from flexband.mechanics.kernels.forms import Form, Key
 from flexband.mechanics.kernels.state import State
-from flexband.mechanics.loads.load import Entries, Load, LoadModel
+from flexband.mechanics.loads.load import Entries
 from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import number_of
 
@@ -114,13 +114,6 @@ def _terms(form: Form) -> Iterable[tuple[Key, np.ndarray]]:
     for polar in form.polar:
         for component in polar.vector:
             yield from component.terms.items()
-
-
-def entered(load: Load, model: LoadModel) -> Entries:
-    """Return what a load enters; raise `InputError` if that is something else than `Entries`."""
-    entries = load.enters(model)
-    check_instance("what it enters", entries, Entries, "Entries")
-    return entries
 
 
 def check_entries(entries: Entries, state: State) -> None:

@@ -47,7 +47,7 @@ class Branch:
                 start = assembled(mechanism)
         except (InputError, RunError):
             start = None
-        bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes]
+        bodies = [(name, body) for name, body in mechanism.bodies.items() if body.axes.size]
         for (name, body), (_, (vector, *_)) in zip(bodies, mechanism.model.turning, strict=False):
             given[name] = float(np.ravel(body.angles()[0])[0])
             if start is None:

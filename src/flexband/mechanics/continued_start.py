@@ -82,8 +82,7 @@ def rest_state(system: System, z: np.ndarray, rest: np.ndarray, time: float) -> 
 
 def _directions(system: System, q: np.ndarray) -> Iterator[tuple[str, np.ndarray, Vector]]:
     """Yield the bodies that turn, the directions of their first sections, and these vectors."""
-    bodies = system.model.bodies.items()
-    turning = [name for name, body in bodies if body.axes]
+    turning = [name for name, (axes, *_) in system.model.axes.items() if len(axes)]
     for name, (_, ((x, y, *_), *_)) in zip(turning, system.model.turning, strict=False):
         yield name, np.arctan2(y.at([*q]), x.at([*q])), (x, y)
 

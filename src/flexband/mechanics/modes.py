@@ -204,8 +204,8 @@ def _spins(
     given = [np.atleast_1d(np.asarray(v, dtype=float)) for v in (rate, x, y)]
     samples = count_samples([*given, np.zeros(system.samples)])
     centre = np.zeros((system.structure.state.coordinates, samples))
-    for row in mechanism.model.node_rows:
-        centre[row - 1], centre[row] = given[1], given[2]
+    for x_row, y_row in mechanism.model.places:
+        centre[x_row - 1], centre[y_row - 1] = given[1], given[2]
     rates = np.broadcast_to(given[0], samples)
     spins = [Spin(float(rates[k]), centre[:, k]) for k in range(samples)]
     return replace(system, samples=samples), spins

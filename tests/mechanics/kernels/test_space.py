@@ -37,7 +37,7 @@ class SpatialBody(Body):
     """A rigid body with the coordinates [r, g₁, g₂, g₃] and six conditions on its axes."""
 
     per_node = 12
-    axes = ((3, 4, 5), (6, 7, 8), (9, 10, 11))
+    dimension = 3
 
     def __init__(self, place, turn, velocity, spin):
         axes = turn.as_matrix()  # columns are the axes

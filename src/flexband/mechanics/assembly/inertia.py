@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -47,18 +48,20 @@ class Inertia:
 
     def _inverse_scale(self) -> list[ArrayLike]:
         """Return 1/size for positions, of the nodes' box and the largest gyration, and 1 else."""
-        start, nodes, mass = self._model.guess, self._model.node_rows, self._mass
-        x, y = (stack([start[node + axis] for node in nodes]) for axis in range(2))
+        start, places, mass = self._model.guess, self._model.places, self._mass
+        axes = [node[:, 0] for nodes in self._model.axes.values() for node in nodes]
+        extents = (np.ptp(stack([start[row] for row in rows]), axis=0) for rows in places.T)
+        masses = [mass[n, n] for n in places[:, 0]]
+        least = self._options.massless * sum(masses)
+        massive = [np.where(m > least, m, np.inf) for m in masses]
         none = np.zeros(())
-        least = self._options.massless * sum(mass[n, n] for n in nodes)
-        massive = [np.where(mass[n, n] > least, mass[n, n], np.inf) for n in nodes]
-        inertia = [mass.get((n + 2, n + 2), none) for n in nodes]
+        inertia = [sum((mass.get((n, n), none) for n in rows), none) for rows in axes]
         gyration = [np.sqrt(j / m) for j, m in zip(inertia, massive, strict=True)]
-        size = np.hypot(np.ptp(x, axis=0), np.ptp(y, axis=0)) + stack(gyration).max(axis=0)
+        size = reduce(np.hypot, extents) + stack(gyration).max(axis=0)
         size = np.where(size > 0, size, 1.0)  # a single point mass has none
         scale: list[ArrayLike] = [1.0] * len(start)
-        for node in nodes:
-            scale[node] = scale[node + 1] = 1 / size
+        for row in places.ravel():
+            scale[row] = 1 / size
         return scale
 
     def _of_rows(self, mass: MassEntries) -> tuple[dict[int, np.ndarray], np.ndarray]:
@@ -66,7 +69,7 @@ class Inertia:
         rows = [i for i, j in mass if i == j]
         sizes = stack([mass[i, i] / np.square(self.inverse_scale[i]) for i in rows])
         inertia = dict(zip(rows, sizes, strict=True))
-        total = np.sum([inertia[i] for i in self._model.node_rows], axis=0)
+        total = np.sum([inertia[i] for i in self._model.places[:, 0]], axis=0)
         return inertia, np.where(total > 0, total, 1.0)
 
     def _regular(self) -> MassEntries:
@@ -93,9 +96,9 @@ class Inertia:
 
     def metric(self) -> list[np.ndarray]:
         """Return the regular mass matrix with moments of inertia that outweigh all masses."""
-        model, mass, nodes = self._model, self.regular_mass, self._model.node_rows
+        model, mass, nodes = self._model, self.regular_mass, self._model.places[:, 0]
         rigid = [name for name, body in model.bodies.items() if body.rigid]
-        turned = {model.first_coordinates[name] + k for name in rigid for k in (2, 3)}
+        turned = {row for name in rigid for row in model.node_vectors[name][:, 1:].flat}
         masses = sum(mass[n, n] for n in nodes)
         inertia = self._options.turning * masses / np.square(self.inverse_scale[nodes[0]])
         return [m + inertia if i == j and i in turned else m for (i, j), m in mass.items()]

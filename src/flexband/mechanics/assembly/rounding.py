@@ -16,11 +16,10 @@ from flexband.rounding import rounding_attributes
 def attributes_of_units(system: System, h: float = np.inf) -> dict[str, str]:
     """Return rounding errors by unit, for the attributes of "unit"; steps h [s], ∞ in statics."""
     model, values, start = system.model, system.values, system.values.start
-    nodes = model.node_rows
+    places = model.places
     relative = 128 * np.finfo(float).eps  # of some tens of operations, with angles of some turns
-    coordinates = np.concatenate([start[nodes], start[[node + 1 for node in nodes]]])
-    size = max(np.max(1 / values.inverse_scale[nodes]), np.max(np.abs(coordinates)))
-    mass = np.max(np.sum(stack([model.mass[node, node] for node in nodes]), axis=0))
+    size = max(np.max(1 / values.inverse_scale[places[:, 0]]), np.max(np.abs(start[places])))
+    mass = np.max(np.sum(stack([model.mass[n, n] for n in places[:, 0]]), axis=0))
     members = [v for v in (values.beams, values.continua, values.cables) if v.stiffness.size]
     springs = [spring for _, spring in model.springs]
     forces = [mass * size / h**2]

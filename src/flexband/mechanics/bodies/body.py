@@ -22,14 +22,17 @@ MassEntries = dict[tuple[int, int], np.ndarray]
 class Body(ABC):
     """A body as assembly sees it: generalized coordinates q, constraints and a mass matrix.
 
-    The coordinates are grouped by node. The first two of each node are the position r [m]; the
-    following pairs are its gradients, vectors without a unit: r_x, and r_y if the node has six
+    The coordinates are grouped by node. The first vector of each node is the position r [m]; the
+    following ones are its gradients, without a unit: r_x, and r_y if a node of the plane has six
     coordinates. In the vector of unknowns z the coordinates occupy consecutive places that start
     at an index `first`.
     """
 
     per_node: ClassVar[int]
     """Number of coordinates of a node."""
+
+    dimension: ClassVar[int] = 2
+    """Number of components of its vectors: 2 in the plane."""
 
     elements: int = 0
     """Number of elements; 0 for a body without a mesh."""
@@ -51,13 +54,18 @@ class Body(ABC):
         return range(0, self.size, self.per_node)
 
     @property
-    def axes(self) -> Sequence[Sequence[int]]:
-        """The axes whose rates tell how fast the body turns, each as numbers of coordinates.
+    def node_vectors(self) -> np.ndarray:
+        """The vectors of each node as numbers of coordinates, (nodes, vectors, `dimension`).
 
-        They are counted from the body's first coordinate: r_x of the first node, or all three axes
-        of a body that stores three. By default a node of two coordinates has none.
+        They are counted from the body's first coordinate. The first vector is r.
         """
-        return [(2, 3)] if self.per_node > 2 else []
+        each = self.per_node // self.dimension
+        return np.arange(self.size).reshape(-1, each, self.dimension)
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Those that tell how each node turns: r_x in the plane, all three axes in space."""
+        return self.node_vectors[:, 1 : 2 if self.dimension == 2 else None]
 
     @abstractmethod
     def coordinates(self) -> list[np.ndarray]:
@@ -117,7 +125,7 @@ def point(name: str, value: Point) -> tuple[np.ndarray, np.ndarray]:
 
 
 def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:
-    """Add a symmetric block (n, i, j) to vectors whose X components are at `places`."""
+    """Add a symmetric block (n, i, j) to vectors of the plane with X components at `places`."""
     for a, i in enumerate(places):
         for b, j in enumerate(places[a:], start=a):
             for axis in range(2):

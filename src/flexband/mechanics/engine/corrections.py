@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from flexband.errors import warn
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.loop_closure import rigid_motions
 from flexband.mechanics.engine.redundancy import RANK, jacobian, of_samples
+from flexband.mechanics.model.rotations import spin, turn_between
 from flexband.remarks.remark import Remark, RemarkKind
 
 
@@ -55,19 +57,16 @@ def corrections(
     shape = len(model.bodies), len(samples)
     turns, moves, rates, speeds = (np.zeros(shape) for _ in range(4))
     free = {entry.member for entries in model.entries.values() for entry in entries.strains}
-    for b, (name, body) in enumerate(model.bodies.items()):
-        first = model.first_coordinates[name]
-        n = first + np.array(body.nodes)
-        moves[b] = np.hypot(q[n] - given[n], q[n + 1] - given[n + 1]).max(axis=0)
-        speed = np.hypot(given_v[first], given_v[first + 1])
-        change = np.hypot(v[first] - given_v[first], v[first + 1] - given_v[first + 1])
-        speeds[b] = _relative(change, speed)
-        if body.per_node > 2:
-            turn = np.arctan2(_cross(given, q, n), _dot(given, q, n))
-            turns[b] = np.abs(turn).max(axis=0)
-            rate = _cross(given, given_v, first) / _dot(given, given, first)
-            now = _cross(q, v, first) / _dot(q, q, first)
-            rates[b] = _relative(np.abs(now - rate), np.abs(rate))
+    for b, (name, vectors) in enumerate(model.node_vectors.items()):
+        places, axes = vectors[:, 0], model.axes[name]
+        moves[b] = _length(q[places] - given[places]).max(axis=0)
+        first = places[0]
+        change = _length((v[first] - given_v[first])[None])[0]
+        speeds[b] = _relative(change, _length(given_v[first][None])[0])
+        if axes.size:
+            turns[b] = np.max([turn_between(given[node], q[node]) for node in axes], axis=0)
+            rate, now = spin(given[axes[0]], given_v[axes[0]]), spin(q[axes[0]], v[axes[0]])
+            rates[b] = _relative(np.linalg.norm(now - rate, axis=0), np.linalg.norm(rate, axis=0))
         if name in free:
             turns[b] = moves[b] = 0.0
     changes = Corrections(turns, moves, rates, speeds, np.zeros(len(samples), dtype=bool))
@@ -136,12 +135,9 @@ def _changed(change: np.ndarray, most: float, text: str) -> list[Remark]:
     ]
 
 
-def _dot(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:
-    return a[node + 2] * b[node + 2] + a[node + 3] * b[node + 3]
-
-
-def _cross(a: np.ndarray, b: np.ndarray, node: int | np.ndarray) -> np.ndarray:
-    return a[node + 2] * b[node + 3] - a[node + 3] * b[node + 2]
+def _length(vectors: np.ndarray) -> np.ndarray:
+    """Return the lengths of vectors (vectors, components, …)."""
+    return reduce(np.hypot, np.moveaxis(vectors, 1, 0))
 
 
 def _relative(change: np.ndarray, given: np.ndarray) -> np.ndarray:

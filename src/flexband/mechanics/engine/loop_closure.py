@@ -1,8 +1,8 @@
 """The guess with all bodies moved and turned, but not bent, to where the joints meet.
 
 Newton's method on all coordinates turns a flexible member along a tangent, which stretches it, and
-then has to undo that against its stiffness. So loops are closed by rigid motions first, with three
-unknowns for each body, turns that are exact, and the steps of Levenberg and Marquardt.
+then has to undo that against its stiffness. So loops are closed by rigid motions first, with moves
+and turns of each body as unknowns, turns that are exact, and the steps of Levenberg and Marquardt.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from flexband.mechanics.assembly.structure import Values
 from flexband.mechanics.assembly.system import System
 from flexband.mechanics.engine.initial_conditions import ASSEMBLY
 from flexband.mechanics.engine.redundancy import RANK, derivatives, vector_and_gradient
+from flexband.mechanics.model.rotations import PLANES, rotation
 from flexband.mechanics.model.turns import nearest
 
 
@@ -50,7 +51,7 @@ def closed(
     c = values.terms * values.functions[system.structure.terms.f]
     z, inverse = guessed(system, values), values.inverse_scale[1]
     misfit = inverse * constraint_errors(system, values, z)
-    damping = np.full(z.shape[1], options.min_damping)
+    damping, turns = np.full(z.shape[1], options.min_damping), _are_turns(system)
     for _ in range(ASSEMBLY.iterations):
         apart = np.abs(misfit).max(axis=0, initial=0.0) > options.tolerance
         if not apart.any():
@@ -58,12 +59,12 @@ def closed(
         rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)
         motions = rigid_motions(system, z, 1 / inverse).transpose(2, 0, 1)
         rows = inverse[:, None, None] * (rows @ motions)
-        rows[:, :, 2::3] /= options.turn_weight
+        rows[:, :, turns] /= options.turn_weight
         matrix = rows @ rows.transpose(0, 2, 1)
         scale = np.maximum(np.abs(matrix).max(axis=(1, 2), keepdims=True), 1.0)
         matrix += damping[:, None, None] * scale * np.eye(rows.shape[1])
         step = -rows.transpose(0, 2, 1) @ np.linalg.solve(matrix, misfit.T[:, :, None])
-        step[:, 2::3] /= options.turn_weight
+        step[:, turns] /= options.turn_weight
         largest = np.abs(step).max(axis=1, keepdims=True)
         step *= ASSEMBLY.max_step / np.maximum(largest, ASSEMBLY.max_step)
         moved = z.copy()
@@ -89,7 +90,7 @@ def gaps(system: System, sample: int) -> dict[str, float]:
     size = 1 / values.inverse_scale[1]
     c = values.terms * values.functions[system.structure.terms.f]
     rows = derivatives(system, c, values.vectors, z).transpose(2, 0, 1)[0]
-    moves = (rows @ rigid_motions(system, z, size)[:, :, 0]).reshape(len(rows), -1, 3)[:, :, :2]
+    moves = rows @ rigid_motions(system, z, size)[:, ~_are_turns(system), 0]
     open_by: dict[str, float] = {}
     for owner, row, part in zip(system.constraints, moves, misfit[:, 0], strict=True):
         if owner.startswith("joint ") and np.abs(row).max() > RANK * size[0]:
@@ -100,34 +101,42 @@ def gaps(system: System, sample: int) -> dict[str, float]:
 
 
 def rigid_motions(system: System, z: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return dq of each body's moves by `size` [m] and turn by 1 rad, shape (q, motions, …)."""
-    model = system.model
-    motions = np.zeros((system.structure.state.coordinates, 3 * len(model.bodies), z.shape[1]))
-    for b, (name, body) in enumerate(model.bodies.items()):
-        first = model.first_coordinates[name]
-        for n in (first + k for k in body.nodes):
-            motions[n - 1, 3 * b], motions[n, 3 * b + 1] = size, size
-            motions[n - 1, 3 * b + 2] = -(z[n + 1] - z[first + 1])
-            motions[n, 3 * b + 2] = z[n] - z[first]
-            for d in range(n + 2, n + body.per_node, 2):
-                motions[d - 1, 3 * b + 2], motions[d, 3 * b + 2] = -z[d + 1], z[d]
+    """Return dq of each body's moves by `size` [m] and turns by 1 rad, shape (q, motions, …)."""
+    count = len(_are_turns(system))
+    motions, m = np.zeros((system.structure.state.coordinates, count, z.shape[1])), 0
+    for vectors in system.model.node_vectors.values():
+        rows, levers = vectors - 1, z[vectors]
+        levers[:, 0] -= levers[0, 0].copy()
+        for axis in range(rows.shape[2]):
+            motions[rows[:, 0, axis], m] = size
+            m += 1
+        for i, j in PLANES[rows.shape[2]]:
+            motions[rows[:, :, i], m] = -levers[:, :, j]
+            motions[rows[:, :, j], m] = levers[:, :, i]
+            m += 1
     return motions
+
+
+def _are_turns(system: System) -> np.ndarray:
+    """Return which of the `rigid_motions` are turns."""
+    components = [body.dimension for body in system.model.bodies.values()]
+    motions = [[False] * count + [True] * len(PLANES[count]) for count in components]
+    return np.concatenate(motions)
 
 
 def _move(system: System, z: np.ndarray, step: np.ndarray, size: np.ndarray) -> None:
     """Move and turn the bodies, each about its first node, by steps as those of `rigid_motions`."""
-    for b, (name, body) in enumerate(system.model.bodies.items()):
-        first = system.model.first_coordinates[name]
-        cosine, sine = np.cos(step[3 * b + 2]), np.sin(step[3 * b + 2])
-        n = first + np.array(body.nodes)
-        origin = z[first : first + 2].copy()
-        z[n] -= origin[0]
-        z[n + 1] -= origin[1]
-        for k in range(0, body.per_node, 2):
-            x, y = z[n + k], z[n + k + 1]
-            z[n + k], z[n + k + 1] = cosine * x - sine * y, sine * x + cosine * y
-        z[n] += origin[0] + size * step[3 * b]
-        z[n + 1] += origin[1] + size * step[3 * b + 1]
+    first = 0
+    for vectors in system.model.node_vectors.values():
+        components = vectors.shape[2]
+        turn = first + components
+        end = turn + len(PLANES[components])
+        levers = z[vectors]
+        origin = levers[0, 0].copy()
+        levers[:, 0] -= origin
+        z[vectors] = np.einsum("ijs,nvjs->nvis", rotation(step[turn:end]), levers)
+        z[vectors[:, 0]] += origin + size * step[first:turn]
+        first = end
 
 
 def constraint_errors(system: System, values: Values, z: np.ndarray) -> np.ndarray:

@@ -72,16 +72,12 @@ def require_inertia(system: System, values: Values, z: np.ndarray, samples: np.n
 
 def _without_inertia(system: System, motion: np.ndarray) -> str:
     """Return which body can move without inertia, and how; coordinates are relative to the size."""
-    first = {name: n - 1 for name, n in system.model.first_coordinates.items()}
-    bodies = {
-        name: motion[first[name] : first[name] + body.size]
-        for name, body in system.model.bodies.items()
-    }
+    bodies = {name: motion[rows - 1] for name, rows in system.model.node_vectors.items()}
     name = max(bodies, key=lambda name: np.abs(bodies[name]).max())
-    x, y, *turn = bodies[name]
-    what, way = "mass", f"move along ({x + 0.0:.2g}, {y + 0.0:.2g})"
-    if np.abs(turn).max(initial=0.0) > DETERMINED:
-        what, way = "inertia" if max(abs(x), abs(y)) < DETERMINED else "mass or inertia", "turn"
+    place, *axes = np.concatenate(bodies[name])
+    what, way = "mass", f"move along ({', '.join(f'{x + 0.0:.2g}' for x in place)})"
+    if np.abs(axes).max(initial=0.0) > DETERMINED:
+        what, way = "inertia" if np.abs(place).max() < DETERMINED else "mass or inertia", "turn"
     return (
         f"body {name!r} has no {what} and can still {way} while all that has mass is at rest; give "
         f"it {what}, or a joint that determines this motion"

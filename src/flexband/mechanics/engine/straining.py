@@ -46,10 +46,9 @@ class Members:
     """The flexible members of a mechanism."""
 
     def __init__(self, system: System):
-        first = system.model.first_coordinates
         bodies = system.model.bodies.items()
         self.bodies = {name: body for name, body in bodies if isinstance(body, CentreLine)}
-        self.first = [first[name] for name in self.bodies]
+        self.axes = [system.model.axes[name][:, 0] for name in self.bodies]
 
     @cached_property
     def bending(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -65,9 +64,8 @@ class Members:
     def largest(self, states: np.ndarray, samples: np.ndarray) -> LargestStrains:
         """Return the largest strains of states (states, rows of [1, q], samples)."""
         strain, kept = largest = LargestStrains.zeros(len(self.bodies), len(samples))
-        for m, (body, first) in enumerate(zip(self.bodies.values(), self.first, strict=True)):
-            at = first + np.array(body.nodes) + 2
-            gx, gy = states[:, at], states[:, at + 1]
+        for m, (body, axes) in enumerate(zip(self.bodies.values(), self.axes, strict=True)):
+            gx, gy = (states[:, rows] for rows in axes.T)
             i = body.element_rows // body.per_node
             turn = np.arctan2(
                 gx[:, i] * gy[:, i + 1] - gy[:, i] * gx[:, i + 1],

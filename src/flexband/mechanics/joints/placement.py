@@ -7,7 +7,7 @@ all angles as they were given; what remains, as in a loop that does not close, i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from flexband.mechanics.kernels.forms import Form
 
 def placed(
     guess: Sequence[np.ndarray],
-    bodies: Sequence[Iterable[int]],
+    bodies: Sequence[Sequence[Sequence[int]]],
     rows: Sequence[Form],
     *,
     iterations: int = 10,
@@ -26,11 +26,15 @@ def placed(
 ) -> list[np.ndarray]:
     """Return the guess [1, q] with each body moved, but not turned, to where the rows vanish.
 
-    `bodies` has the places of the X coordinates of each body's nodes. Singular values of the rows'
+    `bodies` has the rows of the positions of each body's nodes. Singular values of the rows'
     Jacobian below a part of the largest are left to assembly, whose way is then much shorter.
     """
+    starts = np.cumsum([0, *(len(places[0]) for places in bodies)])
     column = {
-        n + axis: 2 * b + axis for b, nodes in enumerate(bodies) for n in nodes for axis in (0, 1)
+        row: int(first) + axis
+        for first, places in zip(starts, bodies, strict=False)
+        for place in places
+        for axis, row in enumerate(place)
     }
     rows = [row for row in rows if _is_influenced(row, column)]
     samples = _samples(guess, rows)
@@ -43,7 +47,7 @@ def placed(
         apart = np.flatnonzero(np.abs(misfit).max(axis=0) > tolerance * size)
         if not len(apart):
             break
-        jacobian = np.zeros((len(apart), len(rows), 2 * len(bodies)))
+        jacobian = np.zeros((len(apart), len(rows), starts[-1]))
         for k, row in enumerate(rows):
             for (i, j, f), c in row.terms.items():
                 at_start = 1.0 if f is None else returned(f, 0.0)
@@ -52,7 +56,7 @@ def placed(
                     if moved in column:
                         jacobian[:, k, column[moved]] += factor * z[other, apart]
         inverse = np.linalg.pinv(jacobian, rcond=min_singular_value)
-        shift = np.zeros((2 * len(bodies), len(apart)))
+        shift = np.zeros((starts[-1], len(apart)))
         for k in range(len(rows)):  # in this order, whatever the number of samples
             shift -= inverse[:, :, k].T * misfit[k, apart]
         for node, c in column.items():

@@ -7,7 +7,7 @@ the size of the mechanism, so that r [N m] and displacements compare.
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -96,7 +96,9 @@ class Balance:
         r, Phi = equations.residual(z)
         self.directionless, loose = equations.directionless(z)
         rows = equations.jacobian(z) * size
-        self.norms = np.hypot(rows[:, ::2], rows[:, 1::2]).max(axis=1, initial=1e-300)
+        each = equations.system.model.dimension
+        lengths = reduce(np.hypot, (rows[:, k::each] for k in range(each)))
+        self.norms = lengths.max(axis=1, initial=1e-300)
         self.rows, self.violation = rows / self.norms[:, None], Phi / self.norms
         self.carried = np.zeros(0)
         if len(rows):

@@ -79,11 +79,10 @@ def _loose(system: System, balance: Balance) -> float:
     forces = np.abs(balance.forces).max(initial=0.0)
     if not (balance.free and np.isfinite(forces) and forces > 0 and balance.excess > 1):
         return 0.0
-    moved, largest, loose = np.abs(balance.push()), 0.0, 0.0
-    for number, (name, body) in enumerate(system.model.bodies.items(), start=1):
-        rows = system.model.first_coordinates[name] - 1 + np.arange(body.size)
-        place = np.concatenate([moved[rows[node : node + 2]] for node in body.nodes]).max()
-        turn = moved[rows[2:4]].max(initial=0.0)
+    model, moved, largest, loose = system.model, np.abs(balance.push()), 0.0, 0.0
+    for number, name in enumerate(model.bodies, start=1):
+        place = moved[model.node_vectors[name][:, 0] - 1].max()
+        turn = moved[model.axes[name][0] - 1].max(initial=0.0)
         if max(place, turn) > largest:
             largest, loose = max(place, turn), float(number if place >= turn else -number)
     return loose

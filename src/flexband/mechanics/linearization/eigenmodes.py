@@ -267,7 +267,8 @@ def rounding(linear: Linear, vectors: np.ndarray) -> np.ndarray:
     Stretched members round relative to their axial stiffness, so components of a vector count as
     one. What is far below that of other modes counts as none.
     """
-    size = np.abs(vectors).reshape(-1, 2, vectors.shape[1]).max(axis=1)
-    pairs = linear.terms.reshape(len(size), 2, len(size), 2).max(axis=(1, 3))
-    error = ROUNDING * np.einsum("im,ij,jm->m", size, pairs, size)
+    each = linear.dimension
+    size = np.abs(vectors).reshape(-1, each, vectors.shape[1]).max(axis=1)
+    terms = linear.terms.reshape(len(size), each, len(size), each).max(axis=(1, 3))
+    error = ROUNDING * np.einsum("im,ij,jm->m", size, terms, size)
     return np.maximum(error, 1e-12 * error.max(initial=0.0))

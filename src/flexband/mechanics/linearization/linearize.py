@@ -53,6 +53,7 @@ class Linear(NamedTuple):
     L: np.ndarray
     Phi: np.ndarray  # (multipliers, coordinates)
     terms: np.ndarray  # magnitudes of the terms of K + L, whose rounding matters
+    dimension: int = 2  # number of components of a vector
     states: LinearStates | None = None  # of laws, where M, … hold them
     carried: np.ndarray | None = None  # inertia by which reactions change friction, R M
 
@@ -359,7 +360,8 @@ class Equations:
         L = -by_place - spin.rate * turning(by_rate)
         terms = np.abs(K) + np.abs(L) + np.abs(centrifugal)
         M = self._square(self.values.regular_mass)
-        return Linear(M, D - by_rate + coriolis, K - centrifugal, L, Phi, terms)
+        dimension = self.system.model.dimension
+        return Linear(M, D - by_rate + coriolis, K - centrifugal, L, Phi, terms, dimension)
 
     def _load_derivatives(self, z: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of the loads, and of the rates of laws' states, by q and v."""

@@ -45,11 +45,10 @@ class EquationForms(PartRows):
     def turning(self) -> list[tuple[str, list[Vector]]]:
         """The axes that turn with each body, and the rods of joints, with the part's name."""
         parts = []
-        for name, body in self.bodies.items():
-            first = self.first_coordinates[name]
-            if body.axes:
-                axes = [tuple(Form.variable(first + k) for k in axis) for axis in body.axes]
-                parts.append((f"body {name!r}", axes))
+        for name, (axes, *_) in self.axes.items():
+            if len(axes):
+                vectors = [tuple(map(Form.variable, axis)) for axis in axes.tolist()]
+                parts.append((f"body {name!r}", vectors))
         for name, joint in self.joints.items():
             parts += [(f"joint {name!r}", [rod]) for rod in joint.rods(self.frame)]
         return parts

@@ -35,11 +35,27 @@ class Frames:
             first += body.size
         return rows
 
+    @property
+    def dimension(self) -> int:
+        """Number of components of all vectors."""
+        return next(iter(self.bodies.values())).dimension
+
     @cached_property
-    def node_rows(self) -> list[int]:
-        """The row of z of the first coordinate of each node."""
+    def node_vectors(self) -> dict[str, np.ndarray]:
+        """The rows of z of the vectors of each body, see `Body.node_vectors`."""
         first = self.first_coordinates
-        return [first[name] + k for name, body in self.bodies.items() for k in body.nodes]
+        return {name: first[name] + body.node_vectors for name, body in self.bodies.items()}
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """The rows of z of the positions of all nodes, shape (nodes, components)."""
+        return np.concatenate([vectors[:, 0] for vectors in self.node_vectors.values()])
+
+    @cached_property
+    def axes(self) -> dict[str, np.ndarray]:
+        """The rows of z of the axes that tell how bodies turn, see `Body.axes`."""
+        first = self.first_coordinates
+        return {name: first[name] + body.axes for name, body in self.bodies.items()}
 
     @cached_property
     def members(self) -> dict[str, CentreLine]:
@@ -94,9 +110,10 @@ class Frames:
             for (i, j), value in naming(f"body {name!r}", body.mass_entries).items()
         }
 
-    def weight(self, x: ArrayLike, y: ArrayLike) -> GeneralizedForce:
-        """Return M g, where g = (x, y) [m/s²] in the rows of the nodes' positions."""
-        g = {n + axis: Form.constant(a) for n in self.node_rows for axis, a in enumerate((x, y))}
+    def weight(self, *components: ArrayLike) -> GeneralizedForce:
+        """Return M g, with the components of g [m/s²] in the rows of the nodes' positions."""
+        forms = [Form.constant(component) for component in components]
+        g = {row: a for place in self.places.tolist() for row, a in zip(place, forms, strict=True)}
         force: GeneralizedForce = {}
         for (i, j), value in self.mass.items():
             for to, of in {(i, j), (j, i)}:

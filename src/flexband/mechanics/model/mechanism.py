@@ -74,6 +74,13 @@ class Mechanism:
         for name, body in self.bodies.items():
             naming(f"body {name!r}", check_body, body)
         object.__setattr__(self, "bodies", Fixed(self._divided()))
+        for name, body in self.bodies.items():
+            if body.dimension != self.model.dimension:
+                (first, *_) = self.bodies
+                raise InputError(
+                    f"bodies must all have vectors of as many components; those of {first!r} have "
+                    f"{self.model.dimension} and those of {name!r} {body.dimension}"
+                )
         check_instance("branches", self.branches, Mapping, "a mapping from names to angles")
         object.__setattr__(self, "branches", Fixed(self.branches))
         for name, angle in self.branches.items():

@@ -81,10 +81,7 @@ class PartRows(Frames):
     @cached_property
     def guess(self) -> list[np.ndarray]:
         """The guess with each body at its angle, moved to where the joints meet if possible."""
-        bodies = [
-            [self.first_coordinates[name] + k for k in body.nodes]
-            for name, body in self.bodies.items()
-        ]
+        bodies = [vectors[:, 0].tolist() for vectors in self.node_vectors.values()]
         joints = [joint for joint in self.joints.values() if not joint.holds_start]
         return placed(
             self.given, bodies, [row for joint in joints for row in joint.constraints(self.frame)]

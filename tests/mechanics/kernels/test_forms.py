@@ -2,7 +2,7 @@
 
 import pytest
 
-from flexband.mechanics.kernels.forms import Form, Frame, dot
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, dot
 
 
 def test_forms_are_an_algebra():
@@ -15,5 +15,5 @@ def test_forms_are_an_algebra():
     }
     with pytest.raises(ValueError, match="at most two variables"):
         product * x
-    frame = Frame.of_node(1)
+    frame = PlanarFrame.of_node(1)
     assert set(dot(frame.x, frame.y).terms) == {(3, 5, None), (4, 6, None)}

@@ -17,13 +17,13 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     add,
-    angle,
     dot,
     fixed,
     length,
     scale,
     subtract,
 )
+from flexband.mechanics.kernels.relations import meet, parallel, turn
 from flexband.mechanics.loads.load import Entries, SpringEntry
 from flexband.mechanics.sensors.motion import Sensor
 
@@ -60,12 +60,11 @@ class SpatialBody(Body):
         place, *axes = map(tuple, vectors)
         if name == "foot":
             place = subtract(place, axes[1])
-        return Frame(place, axes[0], axes[1]) if name != "third" else Frame(place, axes[2], axes[0])
+        return Frame(place, tuple(axes), rigid=True)
 
     def constraints(self, first):
-        frame, third = self.frame("center", first), self.frame("third", first).x
-        x, y = frame.x, frame.y
-        return [*(dot(v, v) - 1.0 for v in (x, y, third)), dot(x, y), dot(y, third), dot(x, third)]
+        x, y, z = axes = self.frame("center", first).axes
+        return [*(dot(v, v) - 1.0 for v in axes), dot(x, y), dot(y, z), dot(x, z)]
 
 
 class Ball(Joint):
@@ -87,8 +86,8 @@ class Coordinates(Sensor):
         self.body = body
 
     def rows(self, model):
-        frame, third = model.frame(self.body), model.frame(f"{self.body}.third")
-        return [*frame.position, *frame.x, *frame.y, *third.x]
+        frame = model.frame(self.body)
+        return [form for vector in (frame.position, *frame.axes) for form in vector]
 
 
 class Entered:
@@ -238,8 +237,7 @@ def test_a_torsion_spring_about_a_tilted_axis_counts_turns():
 
     def enters(model):
         a, b = model.frame("a"), model.frame("b")
-        turn = angle((dot(b.x, a.x), dot(b.x, a.y)))
-        spring = SpringEntry(turn, stiffness, 0.0, 0.0, damping, Form({}), angular=True)
+        spring = SpringEntry(turn(b, a), stiffness, 0.0, 0.0, damping, Form({}), angular=True)
         return Entries(springs=[spring])
 
     state = {"turn": 0.0}
@@ -276,9 +274,7 @@ class Drive(Joint):
 
     def constraints(self, frame):
         a, b = frame(self.second), frame(self.first)
-        axis = frame(f"{self.first}.third").x
-        turn = angle((dot(b.x, a.x), dot(b.x, a.y))) - Form.function(self.turn)
-        return [*subtract(b.position, a.position), dot(axis, a.x), dot(axis, a.y), turn]
+        return [*meet(b, a), *parallel(b, a), turn(b, a) - Form.function(self.turn)]
 
     def moment(self, multipliers):
         return -multipliers[-1]
@@ -302,8 +298,8 @@ def test_a_drive_about_a_tilted_axis_of_two_bodies_counts_turns():
     relative = turns["b"] - turns["a"]
     assert relative[-1] > 5 * 2 * np.pi
     assert np.sum(x["a"] * x["b"], axis=1) == pytest.approx(np.cos(relative), abs=1e-9)
-    for name, turn in turns.items():
-        exact = (tilted * Rotation.from_rotvec(np.outer(turn, [0, 0, 1]))).as_matrix()
+    for name, way in turns.items():
+        exact = (tilted * Rotation.from_rotvec(np.outer(way, [0, 0, 1]))).as_matrix()
         assert axes_of(motion, name) == pytest.approx(exact, abs=2e-2)
     moment = motion.sel(output="M").values
     assert moment[0] == pytest.approx(4 * INERTIA[2], rel=1e-9)
@@ -357,11 +353,11 @@ def test_frequencies_of_a_body_on_six_skew_springs():
     stiffness = rng.uniform(100, 900, 6)
 
     def enters(model):
-        a, third = model.frame("b"), model.frame("b.third").x
+        a = model.frame("b")
         springs = []
         for k, anchor, lever in zip(stiffness, anchors, levers, strict=True):
             place = a.position
-            for axis, component in zip((a.x, a.y, third), lever, strict=True):
+            for axis, component in zip(a.axes, lever, strict=True):
                 place = add(place, scale(component, axis))
             apart = length(subtract(place, fixed(anchor)))
             springs.append(SpringEntry(apart, k, None, 0.0, 0.0, Form({})))

@@ -10,7 +10,7 @@ import pytest
 import flexband as fb
 from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.joints.joint import Joint
-from flexband.mechanics.kernels.forms import Form, Frame
+from flexband.mechanics.kernels.forms import Form, PlanarFrame
 from flexband.mechanics.loads.load import Entries, SpringEntry
 from flexband.mechanics.sensors.motion import Sensor
 
@@ -88,7 +88,7 @@ class AnyBody(Body):
         return self.mass
 
     def frame(self, name, first):
-        return Frame.of_rigid_node(first + 5)
+        return PlanarFrame.of_rigid_node(first + 5)
 
 
 FAR, NEAR = Form.variable(1000), Form.variable(1)

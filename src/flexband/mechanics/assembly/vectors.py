@@ -12,7 +12,7 @@ from flexband.compilation.functions import Deferred
 from flexband.mechanics.assembly.stacking import indices, stack, starts
 from flexband.mechanics.assembly.structure import Laws, Springs, SpringValues, Vectors, VectorValues
 from flexband.mechanics.assembly.tables import Couples, Places, pairs_of
-from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector
+from flexband.mechanics.kernels.forms import Form, TimeFunction, Vector, section_normal
 from flexband.mechanics.kernels.laws.forces import AXES, GAP, GAP_MEMORY
 from flexband.mechanics.kernels.laws.states import MARK
 from flexband.mechanics.kernels.springs import RELAXED
@@ -251,7 +251,7 @@ class VectorTables(NamedTuple):
         parts = [
             [polar.vector for _, polar in owned],
             [angle.vector for spring in springs for angle in spring.angles],
-            [frame.normal for frame in points],
+            [section_normal(frame) for frame in points],
             [moment.direction for moment in model.moments],
             [spring.line or (spring.polynomial, Form({})) for spring in springs],
             [frame.position for frame in points],

@@ -49,7 +49,7 @@ from flexband.mechanics.bodies.section_stiffness import (
 from flexband.mechanics.bodies.sections import Rectangle, Section, curved_second_moment
 from flexband.mechanics.kernels.elements.continuum_strains import gradient, resultants, strains
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, hermite_slope
-from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, subtract
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, Vector, add, scale, subtract
 
 DIRECTION = ((1, 3, 7, 9, 4, 10), -1), ((0, 2, 6, 8, 5, 11), 1)
 """Coordinates of an element that the components of d follow from, and the sign of the first four.
@@ -184,14 +184,14 @@ class Beam(CentreLine):
     def element_table(self) -> str:
         return "beams" if self.integration is None else "continua"
 
-    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+    def section_jumps(self, before: PlanarFrame, after: PlanarFrame) -> Sequence[Form]:
         """Return the difference of r_y; r_x jumps with the axial and the shear force."""
         return subtract(before.y, after.y)
 
-    def node_frame(self, first: int) -> Frame:
-        return Frame.of_node(first)
+    def node_frame(self, first: int) -> PlanarFrame:
+        return PlanarFrame.of_node(first)
 
-    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: PlanarFrame, b: PlanarFrame, slope: Vector) -> Vector:
         linear = add(scale(1 - xi, a.y), scale(xi, b.y))
         if self.integration is not None:
             return linear

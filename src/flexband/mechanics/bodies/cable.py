@@ -29,7 +29,7 @@ from flexband.mechanics.bodies.assumed_strains import (
 from flexband.mechanics.bodies.body import MassEntries
 from flexband.mechanics.bodies.centre_line import CentreLine, ElementState
 from flexband.mechanics.bodies.properties import Along, Property
-from flexband.mechanics.kernels.forms import Form, Frame, Vector, cross
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, Vector, cross
 
 
 @frozen(kw_only=True, renamed={"retardation": "retardation_time"})
@@ -104,14 +104,14 @@ class Cable(CentreLine):
             ("Cable bending_stiffness [N m²]", self.bending_stiffness, check_positive),
         )
 
-    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+    def section_jumps(self, before: PlanarFrame, after: PlanarFrame) -> Sequence[Form]:
         """Return the sine of the angle; the length of r_x jumps by that of the axial force."""
         return [cross(before.x, after.x)]
 
-    def node_frame(self, first: int) -> Frame:
-        return Frame.of_slope_node(first)
+    def node_frame(self, first: int) -> PlanarFrame:
+        return PlanarFrame.of_slope_node(first)
 
-    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: PlanarFrame, b: PlanarFrame, slope: Vector) -> Vector:
         return -slope[1], slope[0]
 
     def section_stiffness(self, along: Along) -> Sequence[np.ndarray]:  # EA [N] and EI [N m²]

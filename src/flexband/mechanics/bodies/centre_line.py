@@ -31,7 +31,7 @@ from flexband.mechanics.bodies.curves import Path, arc, drawn, measured
 from flexband.mechanics.bodies.mesh import Mesh, divided_mesh
 from flexband.mechanics.bodies.properties import Along, Property, evaluated
 from flexband.mechanics.kernels.elements.hermite import POSITIONS, WEIGHTS, hermite, hermite_slope
-from flexband.mechanics.kernels.forms import Form, Frame, Vector, add, scale, subtract
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, Vector, add, scale, subtract
 
 
 class ElementState(NamedTuple):
@@ -131,15 +131,15 @@ class CentreLine(Body):
         """Return the name, the value and the check of each material property."""
 
     @abstractmethod
-    def node_frame(self, first: int) -> Frame:
+    def node_frame(self, first: int) -> PlanarFrame:
         """Return the frame of the node whose coordinates start at z_first."""
 
     @abstractmethod
-    def section_jumps(self, before: Frame, after: Frame) -> Sequence[Form]:
+    def section_jumps(self, before: PlanarFrame, after: PlanarFrame) -> Sequence[Form]:
         """Return what else than r both frames of a doubled node must agree in, as forms."""
 
     @abstractmethod
-    def section_direction(self, xi: float, a: Frame, b: Frame, slope: Vector) -> Vector:
+    def section_direction(self, xi: float, a: PlanarFrame, b: PlanarFrame, slope: Vector) -> Vector:
         """Return r_y at ξ between the nodes a and b, where r_x of the axis is `slope`."""
 
     @abstractmethod
@@ -243,7 +243,7 @@ class CentreLine(Body):
         """Length of each element [m], shape (n or 1, elements)."""
         return np.atleast_1d(self.even_length)[:, None] * np.diff(self.mesh.nodes)
 
-    def doubled_frames(self, first: int) -> list[tuple[Frame, Frame]]:
+    def doubled_frames(self, first: int) -> list[tuple[PlanarFrame, PlanarFrame]]:
         """Return the frames before and after each doubled node; `first` is as in `constraints`."""
         nodes = [first + int(self.element_rows[e]) for e in self.mesh.doubled]
         return [(self.node_frame(n - self.per_node), self.node_frame(n)) for n in nodes]
@@ -332,7 +332,7 @@ class CentreLine(Body):
             )
         return place
 
-    def frame(self, name: str, first: int) -> Frame:
+    def frame(self, name: str, first: int) -> PlanarFrame:
         place, rows = self.located(name), first + self.element_rows
         if place == self.elements:
             return self.node_frame(int(rows[-1]) + self.per_node)
@@ -341,7 +341,7 @@ class CentreLine(Body):
         b = self.node_frame(int(rows[element]) + self.per_node)
         if element in self.mesh.doubled and place == element:
             before = self.node_frame(int(rows[element]) - self.per_node)
-            return replace(a, x=scale(0.5, add(before.x, a.x)))
+            return replace(a, axes=(scale(0.5, add(before.x, a.x)), a.y))
         if place == element:
             return a
         xi, length = place - element, self.length_of(element)
@@ -351,7 +351,8 @@ class CentreLine(Body):
             return add(ends, add(scale(h[1] * slope, a.x), scale(h[3] * slope, b.x)))
 
         x = combined(hermite_slope(xi), 1 / length, 1.0)
-        return Frame(combined(hermite(xi), 1.0, length), x, self.section_direction(xi, a, b, x))
+        axes = x, self.section_direction(xi, a, b, x)
+        return PlanarFrame(combined(hermite(xi), 1.0, length), axes)
 
     def fractions(self, parts: int) -> np.ndarray:
         """Return fractions of the length that divide each element into this many equal parts."""

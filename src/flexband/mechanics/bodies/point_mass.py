@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import check_non_negative, check_option
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
-from flexband.mechanics.kernels.forms import Form, Frame, fixed
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, fixed
 
 
 @frozen(kw_only=True)
@@ -51,7 +51,7 @@ class PointMass(Body):
     def mass_entries(self) -> MassEntries:
         return {(i, i): np.asarray(self.mass, dtype=float) for i in range(2)}
 
-    def frame(self, name: str, first: int) -> Frame:
+    def frame(self, name: str, first: int) -> PlanarFrame:
         check_option("point", name, ["center"])
         position = Form.variable(first), Form.variable(first + 1)
-        return Frame(position, fixed((1.0, 0.0)), fixed((0.0, 1.0)), rigid=True)
+        return PlanarFrame(position, (fixed((1.0, 0.0)), fixed((0.0, 1.0))), rigid=True)

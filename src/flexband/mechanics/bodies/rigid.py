@@ -30,7 +30,7 @@ from flexband.errors import (
 )
 from flexband.mechanics.bodies.body import Body, MassEntries, Point, point
 from flexband.mechanics.bodies.plausible import plausible_block
-from flexband.mechanics.kernels.forms import Form, Frame, dot
+from flexband.mechanics.kernels.forms import Form, PlanarFrame, dot
 
 
 @frozen(kw_only=True)
@@ -253,14 +253,14 @@ class RigidBody(Body):
         diagonal = (self.mass, self.mass, self.inertia, self.inertia)
         return {(i, i): np.asarray(d, dtype=float) for i, d in enumerate(diagonal)}
 
-    def frame(self, name: str, first: int) -> Frame:
+    def frame(self, name: str, first: int) -> PlanarFrame:
         points = {"center": self.center, **self.points}
         check_option("point", name, points)
         (x, y), (cx, cy) = points[name], self.center
-        return Frame.of_rigid_node(first).moved(np.subtract(x, cx), np.subtract(y, cy))
+        return PlanarFrame.of_rigid_node(first).moved(np.subtract(x, cx), np.subtract(y, cy))
 
     def constraints(self, first: int) -> list[Form]:  # Eq. (24): r_x has length one
-        x = Frame.of_rigid_node(first).x
+        x = PlanarFrame.of_rigid_node(first).x
         return [dot(x, x) - Form.constant(1.0)]
 
 

@@ -16,7 +16,6 @@ from flexband.mechanics.joints.joint import (
     PairJoint,
     PointName,
     Resolve,
-    along,
     check_axis,
     couple,
     held_turn,
@@ -27,14 +26,14 @@ from flexband.mechanics.kernels.forms import (
     Form,
     Frame,
     TimeFunction,
-    Vector,
-    cross,
     dot,
     fixed,
     length,
     moves,
+    section_normal,
     subtract,
 )
+from flexband.mechanics.kernels.relations import aligned, along
 
 GROUND = (0.0, 0.0)
 
@@ -88,23 +87,20 @@ class PrescribedRotation(AlignedJoint):
 
     def _sections(self, frame: Resolve) -> tuple[Frame, Frame]:
         for point in self.points:
-            if isinstance(point, str) and not moves(frame(point).normal):
+            if isinstance(point, str) and not moves(section_normal(frame(point))):
                 raise InputError(
                     f"PrescribedRotation must have bodies that rotate; {point!r} is a point mass"
                 )
         return frame(self.first), frame(self.second)
 
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        """Return the second normal turned by the angle, and the first normal."""
+    def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
         name = "PrescribedRotation angle [rad]"
         c, s = (Form.function(Composed(outer, self.angle, name)) for outer in (np.cos, np.sin))
-        first, second = self._sections(frame)
-        x, y = second.normal
-        return (x * c - y * s, x * s + y * c), first.normal
+        return aligned(*self._sections(frame), c, s)
 
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return the sine of the angle from the prescribed direction to the first normal."""
-        return [cross(*self._normals(frame))]
+        return [self._aligned(frame)[0]]
 
     def held(self, frame: Resolve) -> list[Held]:
         return [held_turn(*self._sections(frame), Form.function(self.angle))]
@@ -112,7 +108,7 @@ class PrescribedRotation(AlignedJoint):
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return −λ, times the lengths of both normals."""
         ends = [frame(point) for point in self.points]
-        return [couple(multipliers[0], *((end, end.normal) for end in ends))]
+        return [couple(multipliers[0], *((end, section_normal(end)) for end in ends))]
 
 
 @frozen()

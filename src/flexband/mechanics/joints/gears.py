@@ -19,11 +19,11 @@ from flexband.mechanics.joints.joint import (
     PairJoint,
     PointName,
     Resolve,
-    along,
     check_axis,
     straight,
 )
-from flexband.mechanics.kernels.forms import Form, angle, dot, scale, subtract
+from flexband.mechanics.kernels.forms import Form, angle, dot, scale, section_normal, subtract
+from flexband.mechanics.kernels.relations import along, turn
 
 
 @frozen()
@@ -96,14 +96,14 @@ class Gear(PairJoint, HoldingJoint):
         """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ; the force is along the tangent of the circles."""
         (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
         x, y = centres = subtract(second.position, first.position)
-        turns = angle(first.normal) * r1 + angle(second.normal) * r2
+        turns = angle(section_normal(first)) * r1 + angle(section_normal(second)) * r2
         tangent = scale(1 / (r1 + r2), (-y, x))
         return [Held(turns - angle(centres) * (r1 + r2), tangent, moment=r1)]
 
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         """Return the loss of the mesh, on the mean of both travels along the pitch line."""
         (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
-        turn = angle(first.normal) * r1 - angle(second.normal) * r2
+        turn = angle(section_normal(first)) * r1 - angle(section_normal(second)) * r2
         centres = angle(subtract(second.position, first.position)) * (r1 - r2)
         return mesh_loss(self.efficiency, turn - centres)
 
@@ -148,9 +148,8 @@ class Rack(PairJoint, HoldingJoint):
     def _travels(self, frame: Resolve) -> tuple[Form, Form]:
         """Return x and r θ."""
         pinion, rack = frame(self.first), straight("Rack", frame(self.second))
-        turn = angle(pinion.normal) - angle(rack.normal)
         travel = dot(along(rack, self.axis), subtract(pinion.position, rack.position))
-        return travel, turn * np.asarray(self.radius, dtype=float)
+        return travel, turn(pinion, rack) * np.asarray(self.radius, dtype=float)
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return x + r θ; the force is along the axis."""

@@ -23,11 +23,11 @@ from flexband.mechanics.kernels.forms import (
     Frame,
     Vector,
     add,
-    angle,
     dot,
     scale,
     subtract,
 )
+from flexband.mechanics.kernels.relations import turn
 
 PointName = str | Point
 """A point of a body by name, or coordinates (X, Y) [m] of a point of the ground."""
@@ -194,20 +194,13 @@ class ModifiedJoint(HoldingJoint):
 def held_place(first: Frame, second: Frame) -> list[Held]:
     """Return what holds the first point at its place in the axes of the second body."""
     apart = subtract(first.position, second.position)
-    axes = second.normal, second.direction(0.0, 1.0)
+    axes = (second.direction(*axis) for axis in np.eye(len(apart)).tolist())
     return [Held(dot(axis, apart), axis) for axis in axes]
 
 
-def held_turn(first: Frame, second: Frame, turn: Form | np.ndarray) -> Held:
-    """Return what holds the angle between two sections at `turn` [rad]."""
-    between = angle(first.normal) - angle(second.normal)
-    return Held(between - turn, moment=1.0, angular=True)
-
-
-def along(line: Frame, axis: tuple[float, float]) -> Vector:
-    """Return a direction given in the axes of a frame, a unit vector if the frame is rigid."""
-    x, y = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    return line.direction(x, y)
+def held_turn(first: Frame, second: Frame, angle: Form | np.ndarray) -> Held:
+    """Return what holds the angle between two sections at `angle` [rad]."""
+    return Held(turn(first, second) - angle, moment=1.0, angular=True)
 
 
 def straight(kind: str, line: Frame) -> Frame:

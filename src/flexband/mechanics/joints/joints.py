@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import partial, reduce
 from itertools import product
 
 import numpy as np
@@ -37,7 +37,6 @@ from flexband.mechanics.joints.joint import (
     PairJoint,
     PointName,
     Resolve,
-    along,
     check_axis,
     checked_offset,
     couple,
@@ -52,13 +51,14 @@ from flexband.mechanics.kernels.forms import (
     TimeFunction,
     Vector,
     add,
-    angle,
     cross,
     dot,
     scale,
+    section_normal,
     subtract,
     turned,
 )
+from flexband.mechanics.kernels.relations import across, aligned, along, meet, parallel, turn
 
 
 class AlignedJoint(PairJoint):
@@ -66,12 +66,18 @@ class AlignedJoint(PairJoint):
 
     angle: ArrayLike
 
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        return turned(frame(self.second).normal, self.angle), frame(self.first).normal
+    @property
+    def _turn(self) -> np.ndarray:
+        """The angle that they keep [rad]."""
+        return np.asarray(self.angle, dtype=float)
+
+    def _aligned(self, frame: Resolve) -> tuple[Form, Form]:
+        """Return the sine and the cosine of the angle between the sections, less the given one."""
+        return aligned(frame(self.first), frame(self.second), *_unit(self._turn))
 
     def conditions(self, frame: Resolve) -> list[Form]:
         """Return the cosine of the angle between the sections."""
-        return [dot(*self._normals(frame))]
+        return [self._aligned(frame)[1]]
 
 
 class LineJoint(PairJoint):
@@ -80,12 +86,14 @@ class LineJoint(PairJoint):
     axis: tuple[float, float]
     friction: Friction | None
 
-    def _across(self, frame: Resolve, offset: ArrayLike) -> Held:
-        """Return n · (r_first − r_second) less an offset [m], with n across the line."""
+    def _across(self, frame: Resolve, *offsets: ArrayLike) -> list[Held]:
+        """Return n · (r_first − r_second) less an offset [m], for each n across the line."""
         line = straight(type(self).__name__, frame(self.second))
-        normal = along(line, (-self.axis[1], self.axis[0]))
-        apart = dot(normal, subtract(frame(self.first).position, line.position))
-        return Held(apart - np.asarray(offset, dtype=float), normal)
+        apart = subtract(frame(self.first).position, line.position)
+        return [
+            Held(dot(normal, apart) - np.asarray(offset, dtype=float), normal)
+            for normal, offset in zip(across(line, self.axis), offsets, strict=True)
+        ]
 
     def _travel(self, frame: Resolve) -> Travel:
         x, y = self.axis
@@ -93,7 +101,9 @@ class LineJoint(PairJoint):
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n, and −λ along the line of friction, whose multiplier is the last one."""
-        force = scale(-multipliers[0], along(frame(self.second), (-self.axis[1], self.axis[0])))
+        normals = across(frame(self.second), self.axis)
+        pairs = zip(multipliers, normals, strict=False)
+        force = reduce(add, (scale(-multiplier, normal) for multiplier, normal in pairs))
         if self.friction is None:
             return force
         return add(force, scale(-multipliers[-1], along(frame(self.second), self.axis)))
@@ -147,10 +157,9 @@ class Revolute(PairJoint):
     def frictions(self, frame: Resolve) -> list[FrictionEntry]:
         if self.friction is None or self.clearance is not None:
             return []
-        turn = angle(frame(self.first).normal) - angle(frame(self.second).normal)
         return [
             FrictionEntry(
-                Travel(turn),
+                Travel(turn(frame(self.first), frame(self.second))),
                 self.friction,
                 lambda multipliers: [(multipliers[0], multipliers[1])],
                 lever=self.radius,
@@ -163,7 +172,8 @@ class Revolute(PairJoint):
         """Return r_first − r_second, nothing with clearance."""
         if self.clearance is not None:
             return []
-        return list(subtract(self._pin(frame).position, frame(self.second).position))
+        first, second = frame(self.first), frame(self.second)
+        return meet(self._pin(frame), second) + parallel(first, second)
 
     def _pin(self, frame: Resolve) -> Frame:
         return frame(self.first).moved(*checked_offset("Revolute offset [m]", self.offset))
@@ -172,7 +182,7 @@ class Revolute(PairJoint):
         return held_place(self._pin(frame), frame(self.second))
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        return -multipliers[0], -multipliers[1]
+        return _meeting_force(frame(self.first), multipliers)
 
     def moment(self, multipliers: Sequence[Form]) -> Form | None:
         """Return −λ of the friction."""
@@ -196,6 +206,11 @@ def _check_offset(name: str, offset: Offset, clearance: ArrayLike | None) -> Non
     numbers = checked_offset(f"{name} offset", offset)
     if clearance is not None and any(np.any(number != 0) for number in numbers):
         raise InputError(f"{name} needs one of clearance and offset; got both")
+
+
+def _meeting_force(first: Frame, multipliers: Sequence[Form]) -> Vector:
+    """Return −λ of the rows of `meet`."""
+    return tuple(-multiplier for multiplier in multipliers[: len(first.position)])
 
 
 def _unit(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -233,21 +248,22 @@ class Weld(AlignedJoint):
     def constraints(self, frame: Resolve) -> list[Form]:
         """Return r_first − r_second and the sines of the angles of sections and axes."""
         first, second = frame(self.first), frame(self.second)
-        rows = [*subtract(first.position, second.position), cross(*self._normals(frame))]
+        rows = [*meet(first, second), *parallel(first, second), self._aligned(frame)[0]]
         return [*rows, cross(turned(second.x, self.angle), first.x)] if self.axis else rows
 
     def held(self, frame: Resolve) -> list[Held]:
         """Return the place and the angle between the sections; `axis` is of no effect."""
         first, second = frame(self.first), frame(self.second)
-        return [*held_place(first, second), held_turn(first, second, np.asarray(self.angle))]
+        return [*held_place(first, second), held_turn(first, second, self._turn)]
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
-        return -multipliers[0], -multipliers[1]
+        return _meeting_force(frame(self.first), multipliers)
 
     def moments(self, frame: Resolve, multipliers: Sequence[Form]) -> list[Couple]:
         """Return the moments of the angle between the sections, and of that between the axes."""
         first, second = frame(self.first), frame(self.second)
-        couples = [couple(multipliers[2], (first, first.normal), (second, second.normal))]
+        normals = (section_normal(end) for end in (first, second))
+        couples = [couple(multipliers[2], *zip((first, second), normals, strict=True))]
         if self.axis:
             couples.append(couple(multipliers[3], (first, first.x), (second, second.x)))
         return couples
@@ -355,18 +371,17 @@ class Prismatic(LineJoint, AlignedJoint):
         """Return the row across the line and the sine of the angle, nothing with clearance."""
         if self.clearance is not None:
             return []
-        return [self._across(frame, self.offset[0]).travel, cross(*self._normals(frame))]
+        first, second = frame(self.first), frame(self.second)
+        rows = [held.travel for held in self._across(frame, self.offset[0])]
+        return [*rows, *parallel(first, second, self.axis), self._aligned(frame)[0]]
 
     def held(self, frame: Resolve) -> list[Held]:
-        turn = held_turn(frame(self.first), frame(self.second), self._turn)
-        return [self._across(frame, self.offset[0]), turn]
+        turned = held_turn(frame(self.first), frame(self.second), self._turn)
+        return [*self._across(frame, self.offset[0]), turned]
 
     @property
     def _turn(self) -> np.ndarray:
         return np.asarray(self.angle) + np.asarray(self.offset[1])
-
-    def _normals(self, frame: Resolve) -> tuple[Vector, Vector]:
-        return turned(frame(self.second).normal, self._turn), frame(self.first).normal
 
     def force(self, frame: Resolve, multipliers: Sequence[Form]) -> Vector:
         """Return −λ n and friction along the line, or the sum of the forces of the contacts."""
@@ -379,7 +394,7 @@ class Prismatic(LineJoint, AlignedJoint):
         if self.clearance is not None:
             return [(-multipliers[2], [])]
         slider = frame(self.first)
-        return [couple(multipliers[1], (slider, slider.normal))]
+        return [couple(multipliers[1], (slider, section_normal(slider)))]
 
 
 @frozen()
@@ -421,7 +436,7 @@ class Slot(LineJoint, HoldingJoint):
         return [FrictionEntry(along, self.friction, lambda m: [(m[0], Form({}))])]
 
     def held(self, frame: Resolve) -> list[Held]:
-        return [self._across(frame, self.offset)]
+        return self._across(frame, self.offset)
 
 
 @frozen()

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import reduce
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexband.errors import returned
+from flexband.errors import InputError, returned
 
 TimeFunction = Callable[[float], ArrayLike]
 """A function of the time [s], which returns a number or an array of shape (n,)."""
@@ -218,12 +219,13 @@ def at_point(force: Vector, position: Vector) -> GeneralizedForce:
     return _work(zip(force, position, strict=True))
 
 
-def about(moment: Form, direction: Vector) -> GeneralizedForce:
+def about(moment: Form | ArrayLike, direction: Vector) -> GeneralizedForce:
     """Return the generalized force of a moment on a unit vector d, from M d × δd.
 
     The section of a flexible member has no unit vector; see `Entries.moments`.
     """
-    return _work([(-moment * direction[1], direction[0]), (moment * direction[0], direction[1])])
+    x, y = direction
+    return _work([(y * moment * -1.0, x), (x * moment, y)])
 
 
 def constraint_force(rows: Sequence[Form], multipliers: Sequence[Form]) -> GeneralizedForce:
@@ -250,16 +252,61 @@ def _work(products) -> GeneralizedForce:
 
 @dataclass(frozen=True)
 class Frame:
-    """A point of a body and the body's axes there: r, r_x and r_y of Eqs. (22) and (23).
+    """A point of a body and the axes that the body carries there, forms of as many components."""
+
+    position: Vector  # r
+    axes: tuple[Vector, ...]
+    rigid: bool = False  # whether the axes are perpendicular unit vectors
+
+    @property
+    def x(self) -> Vector:
+        """The first axis, r_x of Eq. (22)."""
+        return self.axes[0]
+
+    @property
+    def y(self) -> Vector:
+        """The second axis, r_y of Eq. (23)."""
+        return self.axes[1]
+
+    def is_on_body_of(self, other: Frame) -> bool:
+        """Return whether both frames are on one rigid body, or on the ground."""
+        same = all(
+            a.terms.keys() == b.terms.keys()
+            for mine, others in zip(self.axes, other.axes, strict=True)
+            for a, b in zip(mine, others, strict=True)
+        )
+        return self.rigid and other.rigid and same
+
+    def shifted(self, rows: int) -> Self:
+        """Return the rates of the frame, or its second rates; see `Form.shifted`."""
+        position, *axes = (
+            tuple(form.shifted(rows) for form in vector) for vector in (self.position, *self.axes)
+        )
+        return replace(self, position=position, axes=tuple(axes))
+
+    def direction(self, *components: Form | ArrayLike) -> Vector:
+        """Return the vector with these components in the axes of the body."""
+        parts = zip(components, self.axes, strict=True)
+        return reduce(add, (scale(component, axis) for component, axis in parts))
+
+    def moved(self, *components: ArrayLike) -> Self:
+        """Return the frame at local coordinates [m] on the same rigid body, Eq. (25)."""
+        return replace(self, position=add(self.position, self.direction(*components)))
+
+    @staticmethod
+    def ground(position: Sequence[ArrayLike]) -> Frame:
+        """Return the global frame moved to `position` [m]."""
+        kind = PlanarFrame if len(position) == 2 else Frame
+        axes = np.eye(len(position)).tolist()
+        return kind(fixed(position), tuple(map(fixed, axes)), rigid=True)
+
+
+class PlanarFrame(Frame):
+    """A frame of the plane: r, r_x and r_y.
 
     Where a flexible member is deformed, the axes are neither unit vectors nor perpendicular to each
     other.
     """
-
-    position: Vector  # r
-    x: Vector  # r_x
-    y: Vector  # r_y
-    rigid: bool = False  # whether the axes are perpendicular unit vectors
 
     @property
     def normal(self) -> Vector:
@@ -269,49 +316,37 @@ class Frame:
         """
         return self.y[1], -self.y[0]
 
-    def is_on_body_of(self, other: Frame) -> bool:
-        """Return whether both frames are on one rigid body, or on the ground."""
-        same = all(
-            a.terms.keys() == b.terms.keys()
-            for mine, others in ((self.x, other.x), (self.y, other.y))
-            for a, b in zip(mine, others, strict=True)
-        )
-        return self.rigid and other.rigid and same
-
-    def shifted(self, rows: int) -> Frame:
-        """Return the rates of the frame, or its second rates; see `Form.shifted`."""
-        pairs = (self.position, self.x, self.y)
-        return Frame(*((v[0].shifted(rows), v[1].shifted(rows)) for v in pairs), rigid=self.rigid)
-
-    @staticmethod
-    def of_node(first: int) -> Frame:
-        """Return the frame of the node whose six coordinates start at z_first."""
-        v = [Form.variable(first + k) for k in range(6)]
-        return Frame((v[0], v[1]), (v[2], v[3]), (v[4], v[5]))
-
-    @staticmethod
-    def of_rigid_node(first: int) -> Frame:
-        """Return the frame of the node whose coordinates [r, r_x] start at z_first."""
-        return replace(Frame.of_slope_node(first), rigid=True)
-
-    @staticmethod
-    def of_slope_node(first: int) -> Frame:
-        """Return the frame of a cable's node, whose coordinates [r, r_x] start at z_first."""
-        v = [Form.variable(first + k) for k in range(4)]
-        return Frame((v[0], v[1]), (v[2], v[3]), (-v[3], v[2]))
-
-    @staticmethod
-    def ground(position: tuple[ArrayLike, ArrayLike]) -> Frame:
-        """Return the global frame moved to `position` [m]."""
-        return Frame(fixed(position), fixed((1.0, 0.0)), fixed((0.0, 1.0)), rigid=True)
-
-    def direction(self, x: Form | ArrayLike, y: Form | ArrayLike) -> Vector:
+    def direction(self, *components: Form | ArrayLike) -> Vector:
         """Return x times the normal and y times the normal turned by 90°.
 
         If the frame is rigid, (x, y) are the components of this vector in the axes of the body.
         """
+        x, y = components
         return add(scale(x, self.normal), scale(y, self.y))
 
-    def moved(self, x: ArrayLike, y: ArrayLike) -> Frame:
-        """Return the frame at local coordinates (x, y) [m] on the same rigid body, Eq. (25)."""
-        return replace(self, position=add(self.position, self.direction(x, y)))
+    @staticmethod
+    def of_node(first: int) -> PlanarFrame:
+        """Return the frame of the node whose six coordinates start at z_first."""
+        v = [Form.variable(first + k) for k in range(6)]
+        return PlanarFrame((v[0], v[1]), ((v[2], v[3]), (v[4], v[5])))
+
+    @staticmethod
+    def of_rigid_node(first: int) -> PlanarFrame:
+        """Return the frame of the node whose coordinates [r, r_x] start at z_first."""
+        return replace(PlanarFrame.of_slope_node(first), rigid=True)
+
+    @staticmethod
+    def of_slope_node(first: int) -> PlanarFrame:
+        """Return the frame of a cable's node, whose coordinates [r, r_x] start at z_first."""
+        v = [Form.variable(first + k) for k in range(4)]
+        return PlanarFrame((v[0], v[1]), ((v[2], v[3]), (-v[3], v[2])))
+
+
+def section_normal(frame: Frame) -> Vector:
+    """Return the normal of a section of the plane, whose angle is that of the section.
+
+    Raise `InputError` if the frame is one of space.
+    """
+    if not isinstance(frame, PlanarFrame):
+        raise InputError("a body of space has no angle; a joint or load that needs one is planar")
+    return frame.normal

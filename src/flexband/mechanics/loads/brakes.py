@@ -17,7 +17,8 @@ from flexband.mechanics.contact.friction import (
     check_law_output,
 )
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, Vector, angle
+from flexband.mechanics.kernels.forms import Form, Vector
+from flexband.mechanics.kernels.relations import turn
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, in_time
 
 
@@ -139,4 +140,4 @@ class OneWayClutch(PairLoad):
 
 def turning_of(model: LoadModel, first: PointName, second: PointName) -> Travel:
     """Return the angle of the first body less that of the second one."""
-    return Travel(angle(model.frame(first).normal) - angle(model.frame(second).normal))
+    return Travel(turn(model.frame(first), model.frame(second)))

@@ -11,7 +11,8 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_finite, check_flag, check_function
 from flexband.mechanics.bodies.properties import Property
 from flexband.mechanics.joints.joint import PointName
-from flexband.mechanics.kernels.forms import Form, TimeFunction, about, at_point, moves
+from flexband.mechanics.kernels.forms import Form, TimeFunction, at_point, moves, section_normal
+from flexband.mechanics.kernels.relations import moment
 from flexband.mechanics.loads.load import (
     Entries,
     FollowingEntry,
@@ -104,7 +105,7 @@ class Force(_PointLoad):
         """Return F · ∂r/∂q."""
         frame, x, y = model.frame(self.point), in_time("x", self.x), in_time("y", self.y)
         if self.following and not frame.rigid:
-            return Entries(following=[FollowingEntry(frame.position, frame.normal, x, y)])
+            return Entries(following=[FollowingEntry(frame.position, section_normal(frame), x, y)])
         force = frame.direction(x, y) if self.following else (x, y)
         return Entries(forces=at_point(force, frame.position))
 
@@ -134,12 +135,12 @@ class Moment(_PointLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return M ∂θ/∂q."""
-        moment, frame = in_time("moment", self.moment), model.frame(self.point)
-        if not moves(frame.normal):
+        given, frame = in_time("moment", self.moment), model.frame(self.point)
+        if not moves(section_normal(frame)):
             raise InputError(f"a Moment acts on a body that rotates; {self.point!r} does not")
         if frame.rigid:
-            return Entries(forces=about(moment, frame.normal))
-        return Entries(moments=[MomentEntry(frame.normal, moment)])
+            return Entries(forces=moment(frame, given))
+        return Entries(moments=[MomentEntry(section_normal(frame), given)])
 
 
 @frozen()

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_angle, check_finite, check_non_negative
 from flexband.mechanics.joints.joint import Compliance, PointName
-from flexband.mechanics.kernels.forms import Form, angle, length, moves, subtract
+from flexband.mechanics.kernels.forms import Form, angle, length, moves, section_normal, subtract
 from flexband.mechanics.loads.characteristic import Characteristic
 from flexband.mechanics.loads.load import Entries, InTime, LoadModel, PairLoad, SpringEntry, in_time
 
@@ -147,7 +147,7 @@ class TorsionSpring(SpringLoad):
         return self.rest_angle
 
     def enters(self, model: LoadModel) -> Entries:
-        first, second = (model.frame(point).normal for point in self.points)
+        first, second = (section_normal(model.frame(point)) for point in self.points)
         if not (moves(first) or moves(second)):
             raise InputError("a TorsionSpring must join a body that rotates")
         turn = angle(first) - angle(second)

@@ -19,6 +19,7 @@ from flexband.mechanics.kernels.forms import (
     add,
     at_point,
     scale,
+    section_normal,
 )
 from flexband.mechanics.kernels.state import FRICTION_ROWS, rows_of_gaps
 from flexband.mechanics.model.frames import within
@@ -33,7 +34,7 @@ class EquationForms(PartRows):
     @cached_property
     def sensor_directions(self) -> list[Vector]:
         """The vectors whose angles sensors alone read."""
-        return [self.frame(point).normal for point in self.sensor_points]
+        return [section_normal(self.frame(point)) for point in self.sensor_points]
 
     @cached_property
     def drawn_angles(self) -> list[ArrayLike]:
@@ -166,7 +167,7 @@ class EquationForms(PartRows):
         rows, unit = self.rows_with_multipliers, np.asarray(1.0)
         angles = [polar._replace(c=unit, f=None) for row in rows for polar in row.polar]
         turns = [[angle.vector for angle in spring.angles] for _, spring in self.springs]
-        turns += [[frame.normal for frame in law.points] for law in self.laws]
+        turns += [[section_normal(frame) for frame in law.points] for law in self.laws]
         turns += [[moment.direction] for moment in self.moments]
         turns += [self.sensor_directions]
         angles += [Polar(vector, unit) for vectors in turns for vector in vectors]

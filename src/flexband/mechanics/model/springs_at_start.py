@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexband.errors import warn
+from flexband.mechanics.kernels.forms import section_normal
 from flexband.mechanics.loads.load import PairLoad
 from flexband.mechanics.model.model import Model
 
@@ -15,7 +16,7 @@ def warn_of_windings(model: Model) -> None:
         rest = load.rest_turn if isinstance(load, PairLoad) else None
         if rest is None:
             continue
-        first, second = (model.drawn(model.frame(point).normal) for point in load.points)
+        first, second = (model.drawn(section_normal(model.frame(point))) for point in load.points)
         apart, twist = np.subtract(first, second), np.subtract(first, second) - rest
         if np.any((np.abs(apart) > np.pi) & (np.abs(twist) > np.pi)):
             largest = np.ravel(twist)[np.argmax(np.abs(twist))]

@@ -10,7 +10,7 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.mechanics.joints.joint import Couple
-from flexband.mechanics.kernels.forms import Form
+from flexband.mechanics.kernels.forms import Form, section_normal
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
 
 
@@ -57,7 +57,9 @@ class Reaction(Sensor):
         force = joint.force(model.frame, multipliers)
         if force is None:
             raise InputError(f"joint {self.joint!r} exerts a moment and no force")
-        return force if self.axes == "global" else [*force, *model.frame(joint.first).normal]
+        return (
+            force if self.axes == "global" else [*force, *section_normal(model.frame(joint.first))]
+        )
 
     def derives(self, model: SensorModel) -> bool:
         return self.axes == "body"

@@ -16,7 +16,7 @@ import numpy as np
 from flexband.arguments import frozen
 from flexband.mechanics.bodies.centre_line import CentreLine
 from flexband.mechanics.joints.joint import Joint, PointName
-from flexband.mechanics.kernels.forms import Form, Frame, Polar, cross
+from flexband.mechanics.kernels.forms import Form, Frame, Polar, cross, section_normal
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
 
@@ -176,7 +176,7 @@ class AngularVelocity(Sensor):
     in_place = "that of the Velocity of points beside it"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
-        normal, rate = model.frame(self.point).normal, model.velocity(self.point).normal
+        normal, rate = map(section_normal, (model.frame(self.point), model.velocity(self.point)))
         return [*normal, *rate] if self.derives(model) else [cross(normal, rate)]
 
     def derives(self, model: SensorModel) -> bool:

@@ -14,7 +14,7 @@ from flexband.mechanics.joints.gears import Gear, Rack
 from flexband.mechanics.joints.joint import Joint, PairJoint, PointName
 from flexband.mechanics.joints.joints import Distance, Prismatic, Revolute, Slot, Weld
 from flexband.mechanics.joints.switched import Switched
-from flexband.mechanics.kernels.forms import Vector, add, scale, subtract
+from flexband.mechanics.kernels.forms import Vector, add, scale, section_normal, subtract
 from flexband.mechanics.sensors.motion import SensorModel
 from flexband.report.shapes.contacts import add_pin, enlarged
 from flexband.report.shapes.scene import body_of, pin_between
@@ -222,7 +222,9 @@ def _on_rack(sketch: Sketch, rack: Rack, end: np.ndarray, name: str) -> int:
     """Return the number of the point of a rack's body that is at `end` [m] at the start."""
     frame = sketch.scene.mechanism.model.frame(rack.second)
     offset = end - sketch.scene.at(rack.second)
-    x, y = (float(offset @ sketch.scene.start.vector(axis)) for axis in (frame.normal, frame.y))
+    x, y = (
+        float(offset @ sketch.scene.start.vector(axis)) for axis in (section_normal(frame), frame.y)
+    )
     return sketch.tracks.position(
         lambda model: model.frame(rack.second).moved(x, y).position, ("rack", name, x, y)
     )

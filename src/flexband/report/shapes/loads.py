@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexband.mechanics.kernels.forms import section_normal
 from flexband.mechanics.loads.brakes import Brake, OneWayClutch
 from flexband.mechanics.loads.bushings import Bushing
 from flexband.mechanics.loads.characteristic import Characteristic
@@ -146,7 +147,7 @@ def _(load: Force, sketch: Sketch, name: str) -> None:
     scene, section = sketch.scene, sketch.scene.mechanism.model.frame(load.point)
     force = np.array([_value(scene, load.x), _value(scene, load.y)])
     if load.following:
-        force = force @ [scene.start.vector(section.normal), scene.start.vector(section.y)]
+        force = force @ [scene.start.vector(section_normal(section)), scene.start.vector(section.y)]
     x, y = force.tolist() if np.any(force) else (1.0, 0.0)
     frame = LocalFrame(sketch.tracks.point(load.point), fixed=(x, y))
     middle = sketch.freest(

@@ -14,9 +14,10 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.bodies.rigid import RigidBody
 from flexband.mechanics.configuration import Configuration
 from flexband.mechanics.joints.gears import Rack
-from flexband.mechanics.joints.joint import PointName, along
+from flexband.mechanics.joints.joint import PointName
 from flexband.mechanics.joints.joints import Revolute
 from flexband.mechanics.kernels.forms import TimeFunction
+from flexband.mechanics.kernels.relations import along
 from flexband.mechanics.model.mechanism import Mechanism
 
 

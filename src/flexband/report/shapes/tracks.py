@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexband.mechanics.configuration import Configuration
-from flexband.mechanics.joints.joint import PointName, along
-from flexband.mechanics.kernels.forms import Form, Vector
+from flexband.mechanics.joints.joint import PointName
+from flexband.mechanics.kernels.forms import Form, Vector, section_normal
+from flexband.mechanics.kernels.relations import along
 from flexband.mechanics.model.mechanism import Mechanism
 from flexband.mechanics.sensors.forces import Reaction
 from flexband.mechanics.sensors.motion import Sensor, SensorModel
@@ -46,7 +47,9 @@ class Tracks:
 
     def turn(self, point: PointName) -> int:
         """Return the number of the normal of the section at a point, which turns with a body."""
-        return self._number("direction", lambda model: model.frame(point).normal, _key(point))
+        return self._number(
+            "direction", lambda model: section_normal(model.frame(point)), _key(point)
+        )
 
     def axis(self, point: PointName, axis: tuple[float, float]) -> int:
         """Return the number of a direction that is given in the frame of a point."""

@@ -17,7 +17,7 @@ from flexband.mechanics.contact.geometry.geometry import (
     Geometry,
     Travel,
 )
-from flexband.mechanics.kernels.forms import Frame, Vector, angle, dot, subtract
+from flexband.mechanics.kernels.forms import Frame, Vector, dot, subtract
 from flexband.mechanics.kernels.lanes import (
     compiled,
     cosine,
@@ -28,6 +28,7 @@ from flexband.mechanics.kernels.lanes import (
     sqrt,
     where,
 )
+from flexband.mechanics.kernels.relations import turn
 
 ENDLESS = 1e300
 """In place of the end of a line that has none."""
@@ -121,7 +122,7 @@ def travel_on_line(
     radius = np.asarray(radius, dtype=float)
     travel, action = dot(line, apart), Action(line, lever, apart, radius)
     if np.any(radius):
-        travel = travel + (angle(first.normal) - angle(second.normal)) * radius
+        travel = travel + turn(first, second) * radius
     return Travel(travel, action, line=ContactLine(first, second, second.direction(x, y), height))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from flexband.arguments import frozen
 from flexband.errors import InputError, check_non_negative, check_pair, check_positive
 from flexband.mechanics.contact.geometry.geometry import NO_LEVER, Action, Geometry, Travel
-from flexband.mechanics.kernels.forms import Frame, angle, subtract
+from flexband.mechanics.kernels.forms import Frame, angle, section_normal, subtract
 from flexband.mechanics.kernels.lanes import compiled, filled, maximum, sqrt
 
 
@@ -106,8 +106,8 @@ def travel_on_circle(first: Frame, second: Frame, radius: np.ndarray) -> Travel:
     It is the travel of the first circle where it meets the second body: its rate is
     |d| φ̇ − r θ̇₁ − (|d| − r) θ̇₂, the difference of the speeds of both bodies there.
     """
-    centres, below = subtract(first.position, second.position), angle(second.normal)
-    turn = (angle(first.normal) - below) * -radius
+    centres, below = subtract(first.position, second.position), angle(section_normal(second))
+    turn = (angle(section_normal(first)) - below) * -radius
     action = Action((-centres[1], centres[0]), NO_LEVER, centres, -radius)
     return Travel(turn, action, orbit=angle(centres) - below)
 

@@ -11,13 +11,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import flexband as fb
-from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.joints.joint import Joint
 from flexband.mechanics.kernels.forms import (
     Form,
-    Frame,
     add,
-    dot,
     fixed,
     length,
     scale,
@@ -25,46 +22,11 @@ from flexband.mechanics.kernels.forms import (
 )
 from flexband.mechanics.kernels.relations import meet, parallel, turn
 from flexband.mechanics.loads.load import Entries, SpringEntry
-from flexband.mechanics.sensors.motion import Sensor
+from tests.mechanics.space import INERTIA, MASS, Coordinates, SpatialBody, axes_of
 
 ignored = pytest.mark.filterwarnings("ignore::flexband.errors.ResolutionWarning")
 
-MASS, INERTIA = 15.0, np.array([0.25, 0.4, 0.3])
 WEIGHT = np.array([0.0, 0.0, -9.81 * MASS])
-
-
-class SpatialBody(Body):
-    """A rigid body with the coordinates [r, g₁, g₂, g₃] and six conditions on its axes."""
-
-    per_node = 12
-    dimension = 3
-
-    def __init__(self, place, turn, velocity, spin):
-        axes = turn.as_matrix()  # columns are the axes
-        self.start = [np.asarray(c) for c in (*place, *axes.T.ravel())]
-        rates = np.cross(spin, axes.T).ravel()  # the spin is in global axes
-        self.rates = [np.asarray(c) for c in (*velocity, *rates)]
-
-    def coordinates(self):
-        return self.start
-
-    def velocities(self):
-        return self.rates
-
-    def mass_entries(self):
-        numbers = np.repeat([MASS, *(INERTIA.sum() / 2 - INERTIA)], 3)
-        return {(k, k): np.asarray(number) for k, number in enumerate(numbers)}
-
-    def frame(self, name, first):
-        vectors = np.array([Form.variable(first + k) for k in range(12)]).reshape(4, 3)
-        place, *axes = map(tuple, vectors)
-        if name == "foot":
-            place = subtract(place, axes[1])
-        return Frame(place, tuple(axes), rigid=True)
-
-    def constraints(self, first):
-        x, y, z = axes = self.frame("center", first).axes
-        return [*(dot(v, v) - 1.0 for v in axes), dot(x, y), dot(y, z), dot(x, z)]
 
 
 class Ball(Joint):
@@ -75,19 +37,6 @@ class Ball(Joint):
 
     def constraints(self, frame):
         return list(frame(self.first).position)
-
-
-class Coordinates(Sensor):
-    """All coordinates of a body."""
-
-    units = tuple((f" {k}", "1") for k in range(12))
-
-    def __init__(self, body):
-        self.body = body
-
-    def rows(self, model):
-        frame = model.frame(self.body)
-        return [form for vector in (frame.position, *frame.axes) for form in vector]
 
 
 class Entered:
@@ -105,11 +54,6 @@ def weight(name):
         return Entries(forces={row: Form.constant(WEIGHT[2])})
 
     return Entered(enters)
-
-
-def axes_of(motion, name):
-    names = [f"{name} {k}" for k in range(3, 12)]
-    return motion.sel(output=names).values.T.reshape(-1, 3, 3).transpose(0, 2, 1)
 
 
 def rates_of_top(t, state):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from flexband.errors import InputError, check_finite, shown
 from flexband.mechanics.kernels.forms import Form, Frame
 
-Point = tuple[ArrayLike, ArrayLike]
+Point = tuple[ArrayLike, ...]
 """Coordinates (x, y) [m], each a number or an array of shape (n,)."""
 
 MassEntries = dict[tuple[int, int], np.ndarray]
@@ -115,13 +115,17 @@ def check_implements(name: str, value: object, kind: type, allowed: str) -> None
         raise InputError(f"{name} must be {allowed}; got {shown(value)}")
 
 
-def point(name: str, value: Point) -> tuple[np.ndarray, np.ndarray]:
-    """Return `value` as coordinates; raise `InputError` if it is not a pair of finite numbers."""
-    pair = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
-    if not pair or len(value) != 2:
-        raise InputError(f"{name} must be a pair; got {shown(value)}")
-    x, y = value
-    return check_finite(f"{name} X [m]", x), check_finite(f"{name} Y [m]", y)
+def point(name: str, value: Point, dimension: int = 2) -> tuple[np.ndarray, ...]:
+    """Return `value` as coordinates; raise `InputError` if it is not a pair of finite numbers.
+
+    Of three dimensions it may be a triple; the third coordinate of a pair is 0.
+    """
+    listed = isinstance(value, list | tuple | np.ndarray) and np.iterable(value)
+    if not listed or not 2 <= len(value) <= dimension:
+        kind = "a pair" if dimension == 2 else "a pair or a triple"
+        raise InputError(f"{name} must be {kind}; got {shown(value)}")
+    axes = zip((*value, 0.0)[:dimension], "XYZ", strict=False)
+    return tuple(check_finite(f"{name} {axis} [m]", component) for component, axis in axes)
 
 
 def add_pairs(entries: MassEntries, places: list[int], block: np.ndarray) -> None:

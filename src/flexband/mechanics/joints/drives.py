@@ -87,7 +87,7 @@ class PrescribedRotation(AlignedJoint):
 
     def _sections(self, frame: Resolve) -> tuple[Frame, Frame]:
         for point in self.points:
-            if isinstance(point, str) and not moves(section_normal(frame(point))):
+            if isinstance(point, str) and not moves(frame(point).y):
                 raise InputError(
                     f"PrescribedRotation must have bodies that rotate; {point!r} is a point mass"
                 )

@@ -95,8 +95,8 @@ class Gear(PairJoint, HoldingJoint):
     def held(self, frame: Resolve) -> list[Held]:
         """Return r₁ θ₁ + r₂ θ₂ − (r₁ + r₂) θ; the force is along the tangent of the circles."""
         (r1, r2), first, second = self.radii, frame(self.first), frame(self.second)
-        x, y = centres = subtract(second.position, first.position)
         turns = angle(section_normal(first)) * r1 + angle(section_normal(second)) * r2
+        x, y = centres = subtract(second.position, first.position)
         tangent = scale(1 / (r1 + r2), (-y, x))
         return [Held(turns - angle(centres) * (r1 + r2), tangent, moment=r1)]
 

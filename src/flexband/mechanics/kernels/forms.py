@@ -285,8 +285,8 @@ class Frame:
         return replace(self, position=position, axes=tuple(axes))
 
     def direction(self, *components: Form | ArrayLike) -> Vector:
-        """Return the vector with these components in the axes of the body."""
-        parts = zip(components, self.axes, strict=True)
+        """Return the vector with these components in the axes of the body, 0 where left out."""
+        parts = zip(components, self.axes[: len(components)], strict=True)
         return reduce(add, (scale(component, axis) for component, axis in parts))
 
     def moved(self, *components: ArrayLike) -> Self:

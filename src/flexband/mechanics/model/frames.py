@@ -72,7 +72,7 @@ class Frames:
                     "A point that moves is one of a body with a PrescribedPath; a load that moves "
                     "along a member is shared by Forces at its nodes, which are functions of time"
                 )
-            return Frame.ground(ground_point("ground point", point))
+            return Frame.ground(ground_point("ground point", point, self.dimension))
         if point not in self._frames:
             body, name = body_and_point(point)
             within("body", body, self.bodies)

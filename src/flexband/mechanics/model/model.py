@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from flexband.mechanics.joints.joint import Joint, PointName
-from flexband.mechanics.kernels.forms import Form, Frame, constraint_force
+from flexband.mechanics.kernels.forms import Form, Frame, constraint_force, section_normal
 from flexband.mechanics.kernels.state import friction_rows, reaction_rows
 from flexband.mechanics.model.equations import EquationForms
 from flexband.mechanics.model.frames import within
@@ -28,6 +28,7 @@ class Model(EquationForms):
 
     def angle(self, point: PointName) -> Form:
         """Return the angle of a point that is among the `turning_points` of a sensor."""
+        section_normal(self.frame(point))  # refuses bodies of space
         return Form.variable(self.state.sensor_angle + self.sensor_points.index(point))
 
     def velocity(self, point: PointName) -> Frame:

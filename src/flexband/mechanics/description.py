@@ -52,8 +52,8 @@ def describe(mechanism: Mechanism) -> str:
     ]
     loads = [[name, type(load).__name__, _points(load)] for name, load in mechanism.loads.items()]
     sensors = [
-        [name, type(sensor).__name__, ", ".join(f"{name}{s} [{u}]" for s, u in sensor.outputs())]
-        for name, sensor in mechanism.sensors.items()
+        [name, type(mechanism.sensors[name]).__name__, ", ".join(f"{s} [{u}]" for s, u in outputs)]
+        for name, outputs in mechanism.model.outputs.items()
     ]
     count = system.structure.state.coordinates
     lines = [

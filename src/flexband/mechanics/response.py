@@ -106,7 +106,7 @@ class SensorResponse(MechanismResponse):
     def components(self, mechanism: Mechanism) -> tuple[list[str], list[str]]:
         quantities, tensors = [], []
         for name, sensor in mechanism.sensors.items():
-            units = [unit for _, unit in sensor.outputs()]
+            units = [unit for _, unit in mechanism.model.outputs[name]]
             quantities += [f"{name} [{unit}]" for unit in units]
             tensors += [f"{name} [{unit}]" for unit in dict.fromkeys(units) if sensor.tensor]
         return quantities, tensors

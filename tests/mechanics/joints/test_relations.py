@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import flexband as fb
 from flexband.mechanics.joints.joint import Joint
-from flexband.mechanics.kernels.forms import dot, subtract
+from flexband.mechanics.kernels.forms import at_point, dot, fixed, subtract
 from flexband.mechanics.kernels.relations import (
     across,
     aligned,
@@ -154,3 +154,29 @@ def test_bodies_of_the_plane_and_of_space_are_not_mixed():
 def test_what_needs_an_angle_refuses_bodies_of_space(part):
     with pytest.raises(fb.errors.InputError, match=r"'[jls]': a body of space has no angle"):
         fb.Mechanism(bodies={"a": SpatialBody(np.zeros(3))}, **part)
+
+
+def test_vectors_have_as_many_outputs_as_components():
+    sensors = {
+        "p": fb.Position("a"), "v": fb.Velocity("a"), "a": fb.Acceleration("a"),
+        "R": fb.Reaction("pin"),
+    }  # fmt: skip
+    pinned = fb.Mechanism(
+        bodies={"a": SpatialBody(np.zeros(3), end=(0.0, 0.0, 2.0))},
+        joints={"pin": fb.Weld("a.end", (0.0, 0.0, 2.0))}, loads={"up": Up()}, sensors=sensors,
+    )  # fmt: skip
+    rest = fb.equilibrium(pinned)
+    names = [f"{name}_{axis}" for name in "pvaR" for axis in "XYZ"]
+    assert list(rest["output"].values) == names
+    reaction = rest.sel(output=["R_X", "R_Y", "R_Z"])
+    np.testing.assert_allclose(reaction, [0.0, 0.0, -7.0], atol=1e-9)
+
+
+class Up:
+    """A force of 7 N along Z."""
+
+    points = ("a",)
+
+    def enters(self, model):
+        force = at_point(fixed((0.0, 0.0, 7.0)), model.frame("a").position)
+        return Entries(forces=force)

@@ -178,10 +178,10 @@ def warn_of_elements(mechanism: Mechanism) -> None:
                 f"wrong near these points. Give elements={body.mesh.parts} or more"
             )
             outputs = tuple(
-                sensor_name + suffix
+                output
                 for sensor_name, sensor in mechanism.sensors.items()
                 if isinstance(sensor, LocalSensor) and sensor.body == name
-                for suffix, _ in sensor.outputs()
+                for output, _ in mechanism.model.outputs[sensor_name]
             )
             remark = Remark(RemarkKind.COARSE_MESH, text, part=name, outputs=outputs)
             warn(text, ResolutionWarning, [remark])

@@ -74,8 +74,8 @@ class System:
     def impulsive(self) -> set[str]:
         """The outputs that are forces and moments of joints."""
         sensors = self.mechanism.sensors.items()
-        return {name + suffix for name, sensor in sensors if sensor.impulsive
-                for suffix, _ in sensor.outputs()}  # fmt: skip
+        outputs = (self.model.outputs[name] for name, sensor in sensors if sensor.impulsive)
+        return {name for group in outputs for name, _ in group}
 
     @property
     def model(self) -> Model:
@@ -193,8 +193,8 @@ def _sensors(model: Model):
     outputs, units, sensors, conditions, rows = [], [], [], [], []
     for name, sensor in model.sensors.items():
         before = len(outputs)
-        for suffix, unit in sensor.outputs():
-            outputs.append(name + suffix)
+        for output, unit in model.outputs[name]:
+            outputs.append(output)
             units.append(unit)
         first = len(rows)
         rows += sensor.rows(model)

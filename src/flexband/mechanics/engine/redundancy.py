@@ -152,7 +152,7 @@ def warn_of_shared(system: System, joints: list[str]) -> list[str]:
             f"choice of many: {' and '.join(joints)} are redundant and share their forces; leave "
             "out what is redundant, or let a body between them be flexible"
         )
-        outputs = tuple(name + suffix for name in touched for suffix, _ in sensors[name].outputs())
+        outputs = tuple(name for sensor in touched for name, _ in system.model.outputs[sensor])
         warn(text, remarks=[Remark(RemarkKind.SHARED_REACTIONS, text, outputs=outputs)])
     return joints
 

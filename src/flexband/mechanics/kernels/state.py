@@ -70,19 +70,20 @@ class State(NamedTuple):
         sensor_angles: int,
         springs: int,
         directions: int,
-        points: int,
+        poses: int,
         law_states: int,
         components: int,
         gaps: int,
     ) -> State:
         """Return the rows of a mechanism with so many coordinates, multipliers, … .
 
-        `points` is the number of points of force laws, `law_states` and `gaps` those of
-        their states and gaps, and `components` that of components of the normal forces of friction.
+        `directions` and `poses` are the numbers of components of following forces and of what force
+        laws do on points, `law_states` and `gaps` those of their states and gaps, and `components`
+        that of components of the normal forces of friction.
         """
         each = 1 + coordinates  # rows of 1 and q, of 0 and v, and of 0 and a
         parts = (each, multipliers, frictions, angles, sensor_angles, each, each, 1, angles)
-        parts = (*parts, springs, springs, 2 * directions, 3 * points)
+        parts = (*parts, springs, springs, directions, poses)
         parts = (*parts, STATE_ROWS * law_states, 3 * (law_states > 0))
         carried = 3 * multipliers + 1 if frictions else 0
         parts = (*parts, FRICTION_ROWS * frictions + carried + components)

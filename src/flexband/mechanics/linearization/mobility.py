@@ -54,5 +54,5 @@ def instantaneous(mechanism: Mechanism) -> list[str]:
     for name, sensor in mechanism.sensors.items():
         rows = {i for form in sensor.rows(mechanism.model) for key in form.terms for i in key[:2]}
         if all(i <= state.coordinates or state.angle <= i < state.velocity for i in rows):
-            names += [name + suffix for suffix, _ in sensor.outputs()]
+            names += [output for output, _ in mechanism.model.outputs[name]]
     return names

@@ -21,6 +21,7 @@ from flexband.mechanics.kernels.forms import (
     scale,
     section_normal,
 )
+from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import FRICTION_ROWS, rows_of_gaps
 from flexband.mechanics.model.frames import within
 from flexband.mechanics.model.part_rows import PartRows
@@ -110,9 +111,9 @@ class EquationForms(PartRows):
         first = state.sensor_angle - len(self.moments) + before
         for k, entry in enumerate(entries.moments):
             force[first + k] = force.get(first + k, Form({})) + entry.moment
-        first = state.direction + 2 * self._before(load, "following")
+        first = state.direction + self.dimension * self._before(load, "following")
         for k, entry in enumerate(entries.following):
-            x, y = (Form.variable(first + 2 * k + axis) for axis in range(2))
+            x, y = (Form.variable(first + self.dimension * k + axis) for axis in range(2))
             vector = add(scale(entry.along, (x, y)), scale(entry.across, (-y, x)))
             for j, part in at_point(vector, entry.position).items():
                 force[j] = force.get(j, Form({})) + part
@@ -122,8 +123,8 @@ class EquationForms(PartRows):
         """Return the row of z with the first force of each law of a part."""
         before, laws = self._before(part, "laws"), self.entries[part].laws
         points = itertools.accumulate((len(law.points) for law in laws), initial=0)
-        row = self.state.law + 3 * sum(len(law.points) for law in self.laws[:before])
-        return [row + 3 * point for point in points][: len(laws)]
+        row = self.state.law + AXES * sum(len(law.points) for law in self.laws[:before])
+        return [row + AXES * point for point in points][: len(laws)]
 
     @cached_property
     def rubbed_rows(self) -> dict[int, int]:

@@ -111,9 +111,12 @@ class Frames:
         }
 
     def weight(self, *components: ArrayLike) -> GeneralizedForce:
-        """Return M g, with the components of g [m/s²] in the rows of the nodes' positions."""
-        forms = [Form.constant(component) for component in components]
-        g = {row: a for place in self.places.tolist() for row, a in zip(place, forms, strict=True)}
+        """Return M g, with the components of g [m/s²] in the rows of the nodes' positions.
+
+        Components that are left out are 0.
+        """
+        forms, rows = [Form.constant(a) for a in components], self.places[:, : len(components)]
+        g = {row: form for place in rows.tolist() for row, form in zip(place, forms, strict=True)}
         force: GeneralizedForce = {}
         for (i, j), value in self.mass.items():
             for to, of in {(i, j), (j, i)}:

@@ -92,7 +92,7 @@ class Mechanism:
         for name in self.loads:
             naming(f"load {name!r}", check_entries, model.entries[name], model.state)
             model.forces(name)
-        check_outputs(self.sensors)
+        check_outputs(model.outputs)
         for name, sensor in self.sensors.items():
             rows, count = naming(f"sensor {name!r}", sensor.rows, model), len(model.watched)
             naming(f"sensor {name!r}", check_forms, "rows", rows, model.state.rows + count)

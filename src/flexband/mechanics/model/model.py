@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.kernels.forms import Form, Frame, constraint_force, section_normal
+from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import friction_rows, reaction_rows
 from flexband.mechanics.model.equations import EquationForms
 from flexband.mechanics.model.frames import within
@@ -25,6 +26,14 @@ class Watched(NamedTuple):
 
 class Model(EquationForms):
     """A mechanism as forms in the state z, which loads enter and sensors read."""
+
+    @cached_property
+    def outputs(self) -> dict[str, list[tuple[str, str]]]:
+        """The name and the unit of each output of each sensor."""
+        return {
+            name: [(name + suffix, unit) for suffix, unit in sensor.outputs(self)]
+            for name, sensor in self.sensors.items()
+        }
 
     def angle(self, point: PointName) -> Form:
         """Return the angle of a point that is among the `turning_points` of a sensor."""
@@ -47,7 +56,7 @@ class Model(EquationForms):
         within("joint", name, self.joints)
         if name in self.entries and self.joints[name].contacts(self.frame):
             rows = self._law_rows(name)
-            force = ([Form.variable(row + axis) * -1.0 for row in rows] for axis in range(3))
+            force = ([Form.variable(row + axis) * -1.0 for row in rows] for axis in range(AXES))
             return self.joints[name], [sum(parts, Form({})) for parts in force]
         if springs := self._springs_of(name):
             return self.joints[name], [self._spring_forms(k)[0] for k in springs]
@@ -100,7 +109,7 @@ class Model(EquationForms):
         angle = self.state.sensor_angle - len(self.moments) - points
         for p, frame in enumerate(frames, start=first):
             moved = (*frame.position, Form.variable(angle + p))
-            row = self.state.law + 3 * p
+            row = self.state.law + AXES * p
             pairs += [(Form.variable(row + axis), form) for axis, form in enumerate(moved)]
         return [(force, moved) for force, moved in pairs if moved.terms]
 

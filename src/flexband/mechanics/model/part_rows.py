@@ -18,6 +18,7 @@ from flexband.mechanics.kernels.forms import (
     Form,
     moves,
 )
+from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import (
     Entries,
@@ -57,7 +58,8 @@ class PartRows(Frames):
         angles += points + len(self.moments)
         return State.of(
             coordinates, len(self.constraints), len(self.frictions), angles,
-            len(self.sensor_points), len(self.springs), len(self.following), points,
+            len(self.sensor_points), len(self.springs), self.dimension * len(self.following),
+            AXES * points,
             sum(len(law.states) for law in self.laws),
             sum(2 * friction.normals for _, friction in self.frictions),
             sum(len(law.events) for law in self.laws),

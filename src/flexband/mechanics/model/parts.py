@@ -16,10 +16,9 @@ import numpy as np
 from flexband.arguments import Fixed
 from flexband.errors import InputError, check_each_finite, check_instance, shown
 from flexband.mechanics.bodies.body import Body, check_implements
-from flexband.mechanics.kernels.forms import Form, Key
+from flexband.mechanics.kernels.forms import Form, Key, section_normal
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import Entries
-from flexband.mechanics.sensors.motion import Sensor
 from flexband.words import number_of
 
 Part = TypeVar("Part")
@@ -125,16 +124,19 @@ def check_entries(entries: Entries, state: State) -> None:
     for law in entries.laws:
         for frame in law.points:
             check_forms("the points of a law", frame.position, 1 + state.coordinates)
+            section_normal(frame)  # refuses bodies of space
+    if any(len(force.direction) > 2 for force in entries.following):
+        raise InputError("forces that follow a deformed section are of the plane")
 
 
-def check_outputs(sensors: Mapping[str, Sensor]) -> None:
-    """Raise `InputError` if two outputs have the same name."""
+def check_outputs(outputs: Mapping[str, Sequence[tuple[str, str]]]) -> None:
+    """Raise `InputError` if two outputs of sensors have the same name."""
     owners: dict[str, str] = {}
-    for name, sensor in sensors.items():
-        for suffix, _ in sensor.outputs():
-            if name + suffix in owners:
+    for sensor, named in outputs.items():
+        for name, _ in named:
+            if name in owners:
                 raise InputError(
-                    f"sensors {owners[name + suffix]!r} and {name!r} both have an output "
-                    f"{name + suffix!r}; give one of them another name"
+                    f"sensors {owners[name]!r} and {sensor!r} both have an output {name!r}; give "
+                    "one of them another name"
                 )
-            owners[name + suffix] = name
+            owners[name] = sensor

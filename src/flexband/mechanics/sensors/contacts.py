@@ -44,7 +44,7 @@ class Gap(Sensor):
     def __post_init__(self) -> None:
         check_flag("Gap angular", self.angular)
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return [("", "rad" if self.angular else "m")]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
@@ -71,7 +71,7 @@ class ContactForce(Sensor):
     def __post_init__(self) -> None:
         check_flag("ContactForce angular", self.angular)
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return [("", "N m" if self.angular else "N")]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
@@ -116,7 +116,7 @@ class Contacts(OverSteps):
         check_flag("Contacts angular", self.angular)
         check_window("Contacts", self.window)
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         instants = [(f"_t{k}", "s") for k in range(1, self.first + 1)]
         force = "N m" if self.angular else "N"
         return [("_number", ""), *instants, ("_force", force), ("_energy", "J")]
@@ -163,7 +163,7 @@ class FrictionForce(Sensor):
         check_flag("FrictionForce angular", self.angular)
         check_integer("FrictionForce number", self.number, 0)
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         force, speed = ("N m", "rad/s") if self.angular else ("N", "m/s")
         return [("", force), ("_speed", speed)]
 

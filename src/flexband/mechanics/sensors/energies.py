@@ -67,7 +67,7 @@ class Work(OverSteps):
     def fixed(self) -> None:
         return None
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return list(self.units)
 
     def watched(self, model: SensorModel) -> list[tuple[Form, int]]:

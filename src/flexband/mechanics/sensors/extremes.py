@@ -64,8 +64,8 @@ class OfSensor(OverSteps):
     def turning_points(self) -> Sequence[PointName]:
         return self.sensor.turning_points
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return self.sensor.outputs()
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
+        return self.sensor.outputs(model)
 
     def watched(self, model: SensorModel) -> Sequence[tuple[Form, int]]:
         if self.sensor.derives(model):
@@ -131,5 +131,5 @@ class Integral(OfSensor):
     window: tuple[float, float] | None = None
     kind = KINDS.integral
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return [(suffix, f"{unit} s") for suffix, unit in self.sensor.outputs()]
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
+        return [(suffix, f"{unit} s") for suffix, unit in self.sensor.outputs(model)]

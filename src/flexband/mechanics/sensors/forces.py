@@ -11,11 +11,11 @@ from flexband.arguments import frozen
 from flexband.errors import InputError, check_instance, check_option
 from flexband.mechanics.joints.joint import Couple
 from flexband.mechanics.kernels.forms import Form, section_normal
-from flexband.mechanics.sensors.motion import Sensor, SensorModel
+from flexband.mechanics.sensors.motion import Sensor, SensorModel, VectorSensor
 
 
 @frozen()
-class Reaction(Sensor):
+class Reaction(VectorSensor):
     """The force that a joint exerts on its first body [N]: outputs "_X" and "_Y".
 
     Parameters
@@ -43,14 +43,17 @@ class Reaction(Sensor):
 
     joint: str
     axes: str = "global"
+    unit = "N"
     impulsive = True
     in_place = "that of the Reaction in global axes"
 
     def __post_init__(self) -> None:
         check_option("axes", self.axes, ["global", "body"])
 
-    def outputs(self) -> list[tuple[str, str]]:
-        return [("_X", "N"), ("_Y", "N")] if self.axes == "global" else [("_x", "N"), ("_y", "N")]
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
+        if self.axes == "body":
+            return [("_x", "N"), ("_y", "N")]
+        return super().outputs(model)
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         joint, multipliers = model.joint(self.joint)
@@ -180,7 +183,7 @@ class LawState(Sensor):
     def __post_init__(self) -> None:
         check_instance("LawState unit", self.unit, str, "text")
 
-    def outputs(self) -> list[tuple[str, str]]:
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
         return [("", self.unit)]
 
     def rows(self, model: SensorModel) -> Sequence[Form]:

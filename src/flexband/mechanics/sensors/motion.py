@@ -44,6 +44,8 @@ class SensorModel(Protocol):
     """The members of a mechanism's `model` that sensors use; they are documented there."""
 
     @property
+    def dimension(self) -> int: ...
+    @property
     def joints(self) -> Mapping[str, Joint]: ...
     @cached_property
     def state(self) -> State: ...
@@ -96,8 +98,8 @@ class Sensor(ABC):
         """The points whose angles it reads, with `SensorModel.angle`."""
         return ()
 
-    def outputs(self) -> list[tuple[str, str]]:
-        """Return `units`, which may depend on the sensor's parameters in subclasses."""
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
+        """Return `units`; those of subclasses may depend on their parameters and on the model."""
         return list(self.units)
 
     @abstractmethod
@@ -113,34 +115,43 @@ class Sensor(ABC):
         return rows
 
 
+class VectorSensor(Sensor):
+    """A vector in global axes: outputs "_X" and "_Y", as many as the model has components."""
+
+    unit: ClassVar[str]
+
+    def outputs(self, model: SensorModel) -> list[tuple[str, str]]:
+        return [(f"_{axis}", self.unit) for axis in "XYZ"[: model.dimension]]
+
+
 @frozen()
-class Position(Sensor):
+class Position(VectorSensor):
     """The position of a point in global axes [m]: outputs "_X" and "_Y"."""
 
     point: PointName
-    units = (("_X", "m"), ("_Y", "m"))
+    unit = "m"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.frame(self.point).position
 
 
 @frozen()
-class Velocity(Sensor):
+class Velocity(VectorSensor):
     """The velocity of a point in global axes [m/s]: outputs "_X" and "_Y"."""
 
     point: PointName
-    units = (("_X", "m/s"), ("_Y", "m/s"))
+    unit = "m/s"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.velocity(self.point).position
 
 
 @frozen()
-class Acceleration(Sensor):
+class Acceleration(VectorSensor):
     """The acceleration of a point in global axes [m/s²]: outputs "_X" and "_Y"."""
 
     point: PointName
-    units = (("_X", "m/s²"), ("_Y", "m/s²"))
+    unit = "m/s²"
 
     def rows(self, model: SensorModel) -> Sequence[Form]:
         return model.acceleration(self.point).position

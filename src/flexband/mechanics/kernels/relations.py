@@ -108,8 +108,8 @@ def aligned(
 def _arm(first: Frame, second: Frame, axis: Axis, first_axis: Axis | None) -> Vector:
     """Return a vector across the axis of the first body, in those across the axis of the second."""
     arm, _ = across(first, axis if first_axis is None else first_axis)
-    right, left = across(second, axis)
-    return dot(arm, right), dot(arm, left)
+    x, y = across(second, axis)
+    return dot(arm, x), dot(arm, y)
 
 
 def moment(frame: Frame, *components: Form | ArrayLike) -> GeneralizedForce:

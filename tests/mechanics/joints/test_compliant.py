@@ -196,6 +196,66 @@ def test_random_mechanisms_move_as_free_bodies_with_springs(seed):
     assert errors[2] < 2e-6
 
 
+def linear_springs(t, x, v, p, force):
+    """Fill in the forces of springs along a x + b y + c φ − s₀ in the axes of the second body.
+
+    Each has the numbers a, b, c, s₀, stiffness and damping.
+    """
+    for n in range(0, len(p), 6):
+        s, rate = -p[n + 3], 0.0
+        for i in range(3):
+            s += p[n + i] * x[2, i]
+            rate += p[n + i] * v[2, i]
+        for i in range(3):
+            force[2, i] -= p[n + i] * (p[n + 4] * s + p[n + 5] * rate)
+
+
+def rod(t, x, v, p, force):
+    """Fill in the forces of a spring along (d · d − ℓ²)/2ℓ, from ℓ, stiffness and damping."""
+    s = (x[2, 0] ** 2 + x[2, 1] ** 2 - p[0] ** 2) / (2 * p[0])
+    rate = (x[2, 0] * v[2, 0] + x[2, 1] * v[2, 1]) / p[0]
+    for i in range(2):
+        force[2, i] -= x[2, i] / p[0] * (p[1] * s + p[2] * rate)
+
+
+def law_of(joint, points, start):
+    """Return a joint of `drawn` that gives as a user's force law."""
+    kind, first, second, numbers, k, tilt, tau = joint
+    if kind == "Distance":
+        return fb.ForceLaw(points, rod, [numbers["length"], k, tau * k], within=[(0, 1)])
+    a, b = np.array(numbers.get("axis", (1.0, 0.0))) / np.hypot(*numbers.get("axis", (1.0, 0.0)))
+    turn = (0, 0, 1, numbers.get("angle"), tilt, tau * tilt)
+    ((held, _), *_) = elongations(kind, start, first, second, numbers)
+    rows = {
+        "Revolute": [(1, 0, 0, 0, k, tau * k), (0, 1, 0, 0, k, tau * k)],
+        "Weld": [(1, 0, 0, 0, k, tau * k), (0, 1, 0, 0, k, tau * k), turn],
+        "Slot": [(-b, a, 0, 0, k, tau * k)],
+        "Prismatic": [(-b, a, 0, 0, k, tau * k), turn],
+        "Rack": [(a, b, numbers.get("radius"), held, k, tau * k)],
+    }[kind]
+    parameters = [float(number) for row in rows for number in row]
+    return fb.ForceLaw(points, linear_springs, parameters, within=[(0, 1)])
+
+
+@pytest.mark.parametrize("seed", range(10, 12))
+@pytest.mark.filterwarnings("ignore::flexband.errors.FlexbandWarning")
+def test_random_mechanisms_move_as_with_force_laws_of_a_user(seed):
+    """Both rules are of second order; the laws are not part of the tangent."""
+    q, v, masses, joints = drawn(seed)
+    given = mechanism_of(q, v, masses, joints)
+    laws = {
+        name: law_of(joint, list(part.points), q)
+        for joint, (name, part) in zip(joints, given.joints.items(), strict=True)
+    }
+    replaced = fb.Mechanism(bodies=given.bodies, loads=laws, sensors=given.sensors)
+    apart = []
+    for step in (5e-4, 2.5e-4):
+        motions = (fb.simulate(m, duration=0.2, step=step).values for m in (given, replaced))
+        apart.append(np.abs(np.subtract(*motions)).max())
+    assert apart[1] < 2e-5
+    assert apart[1] < 0.3 * apart[0]
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_frequencies_about_a_loaded_equilibrium(seed):
     """The tangent has what tensions do: frequencies are those of the Hessian of the energy."""

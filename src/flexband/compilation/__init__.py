@@ -1,0 +1,1 @@
+"""Compiled functions as objects that need neither Numba nor Python, and on disk."""

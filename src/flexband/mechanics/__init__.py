@@ -1,0 +1,1 @@
+"""Motion, statics and modes of mechanisms; uncertainty is not known here."""

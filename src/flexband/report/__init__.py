@@ -1,0 +1,1 @@
+"""All that draws and words results; only the command line imports it."""

@@ -1,0 +1,1 @@
+"""A study as data, and its run into a folder; it prints and draws nothing."""

@@ -1,0 +1,1 @@
+"""The cheapest tolerances that still meet the requirements."""

@@ -1,0 +1,1 @@
+"""How much of the scatter each input accounts for."""

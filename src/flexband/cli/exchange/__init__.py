@@ -1,0 +1,1 @@
+"""The commands that exchange runs with other programs: points, tables, exports."""

@@ -1,0 +1,1 @@
+"""Rigid bodies, point masses, beams and cables; their coordinates and masses."""

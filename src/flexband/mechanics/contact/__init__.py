@@ -1,0 +1,1 @@
+"""Laws of contact and friction, which loads and joints share."""

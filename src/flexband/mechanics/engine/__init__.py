@@ -1,0 +1,1 @@
+"""Initial conditions, generalized-α and projection on lanes of samples; failures and warnings."""

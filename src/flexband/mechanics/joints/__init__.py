@@ -1,0 +1,1 @@
+"""Joints, gears and drives as rows of constraints."""

@@ -1,0 +1,1 @@
+"""All derivatives at a state: equilibria, modes, steady motions."""

@@ -1,0 +1,1 @@
+"""Gravity, forces, springs, brakes and force laws: what they enter in the equations."""

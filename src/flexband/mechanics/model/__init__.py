@@ -1,0 +1,1 @@
+"""A mechanism as data, and behind it its forms: frames, rows of z, equations of motion."""

@@ -1,0 +1,1 @@
+"""What is read of a motion: places, forces, energies; extremes over steps."""

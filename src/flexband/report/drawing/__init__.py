@@ -1,0 +1,1 @@
+"""The pens: Matplotlib and SVG."""

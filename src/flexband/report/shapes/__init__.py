@@ -1,0 +1,1 @@
+"""What a mechanism looks like, as strokes that any pen can draw."""

@@ -1,0 +1,1 @@
+"""Tables, numbers, doubts and verdicts in words."""

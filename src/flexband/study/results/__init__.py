@@ -1,0 +1,1 @@
+"""The result of a study: its files, limits, answers and doubts."""

@@ -1,0 +1,1 @@
+"""Intervals, plays, choices, correlations: inputs as functions of standard variables."""

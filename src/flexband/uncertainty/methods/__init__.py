@@ -1,0 +1,1 @@
+"""Methods with given orders, and samplings; they import no phases."""

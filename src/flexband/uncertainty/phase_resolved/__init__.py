@@ -1,0 +1,1 @@
+"""Phases and envelopes with given orders, judged by held-out runs."""

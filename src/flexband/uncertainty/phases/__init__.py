@@ -1,0 +1,1 @@
+"""Ringing responses as carriers, phases and envelopes; their moments and bounds."""

@@ -1,0 +1,1 @@
+"""Expansions with names and labels: bands of them, and their files."""

@@ -1,0 +1,1 @@
+"""Surrogates of runs that exist; nothing here runs a response."""

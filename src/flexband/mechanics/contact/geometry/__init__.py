@@ -1,0 +1,1 @@
+"""Pairs of shapes that touch: gaps and travels."""

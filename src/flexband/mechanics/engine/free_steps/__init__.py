@@ -1,0 +1,1 @@
+"""Steps that every sample chooses, and events: contacts, sticking, switches."""

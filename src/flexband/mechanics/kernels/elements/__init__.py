@@ -1,0 +1,1 @@
+"""Elements of beams and cables: energy, forces and tangents, compiled."""

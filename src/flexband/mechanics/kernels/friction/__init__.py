@@ -1,0 +1,1 @@
+"""Sticking and sliding on lanes, compiled."""

@@ -1,0 +1,1 @@
+"""Force laws on lanes: their memory, tangents, states and gaps, compiled."""

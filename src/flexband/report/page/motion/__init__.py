@@ -1,0 +1,1 @@
+"""The moving picture of a mechanism, and the data that it plays."""

@@ -1,0 +1,1 @@
+"""The panel in which a reader moves inputs: the surrogate in the reader's browser."""

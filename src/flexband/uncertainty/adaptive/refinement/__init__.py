@@ -1,0 +1,1 @@
+"""Step and elements: which runs are refined, and what of the bands is corrected by them."""

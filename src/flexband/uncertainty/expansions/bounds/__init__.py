@@ -1,0 +1,1 @@
+"""The search for bounds of expansions over boxes and discs."""

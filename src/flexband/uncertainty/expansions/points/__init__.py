@@ -1,0 +1,1 @@
+"""Points at which responses are run: nested and Sobol' points."""

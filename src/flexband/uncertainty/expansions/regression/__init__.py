@@ -1,0 +1,1 @@
+"""Sparse fits, and which few of many variables matter."""

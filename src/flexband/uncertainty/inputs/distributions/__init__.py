@@ -1,0 +1,1 @@
+"""Distributions of random inputs, one kind in each file."""

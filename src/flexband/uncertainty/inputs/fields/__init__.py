@@ -1,0 +1,1 @@
+"""Random and interval fields, and the series that they are expanded into."""

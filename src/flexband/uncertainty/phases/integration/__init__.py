@@ -1,0 +1,1 @@
+"""Rules for the moments of phases, and the second one that judges them."""

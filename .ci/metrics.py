@@ -32,77 +32,20 @@ VAGUE = {
 }  # fmt: skip
 """Pronouns and participles that do not say what a variable holds."""
 
-PARTICIPLES = set(
-    [
-        "given",
-        "kept",
-        "known",
-        "chosen",
-        "shown",
-        "again",
-        "both",
-        "every",
-        "each",
-        "several",
-        "apart",
-        "between",
-        "finer",
-        "good",
-        "among",
-        "used",
-        "needed",
-        "most",
-        "least",
-        "more",
-        "further",
-        "away",
-        "back",
-        "begun",
-        "held",
-        "free",
-        "slow",
-        "near",
-        "far",
-        "whole",
-        "rough",
-        "started",
-        "simulated",
-        "placed",
-        "turned",
-        "raised",
-        "joined",
-        "narrowed",
-        "located",
-        "noticed",
-        "suspected",
-        "stated",
-        "named",
-        "returned",
-        "described",
-        "mapped",
-        "evaluated",
-        "checked",
-    ]
-)
+PARTICIPLES = {
+    "given", "kept", "known", "chosen", "shown", "again", "both", "every", "each", "several",
+    "apart", "between", "finer", "good", "among", "used", "needed", "most", "least", "more",
+    "further", "away", "back", "begun", "held", "free", "slow", "near", "far", "whole", "rough",
+    "started", "simulated", "placed", "turned", "raised", "joined", "narrowed", "located",
+    "noticed", "suspected", "stated", "named", "returned", "described", "mapped", "evaluated",
+    "checked",
+}  # fmt: skip
 """Participles and quantifiers that do not say what a variable holds."""
 
-NOUNS = set(
-    [
-        "string",
-        "spring",
-        "ring",
-        "bearing",
-        "bushing",
-        "damping",
-        "heading",
-        "mapping",
-        "bed",
-        "seed",
-        "speed",
-        "feed",
-        "sorted",
-    ]
-)
+NOUNS = {
+    "string", "spring", "ring", "bearing", "bushing", "damping", "heading", "mapping", "bed",
+    "seed", "speed", "feed", "sorted",
+}  # fmt: skip
 """Words that end as participles do."""
 
 FILE_NAMES = {

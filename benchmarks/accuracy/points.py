@@ -110,7 +110,7 @@ def part_rows(choices: dict[str, list[Points]], most: int, **version: float) -> 
     found = list(decompose(F, 1e-3))[1]
     F, first = F[..., ::THIN], found.carriers[0]
     carrier = Carrier(first.phase[:, ::THIN], first.envelope[..., ::THIN], first.frequency)
-    columns = PartColumns.of(F.shape[1], 1)
+    columns = PartColumns.from_outputs(F.shape[1], 1)
     series = columns.pack(Stage([carrier], found.base[..., ::THIN]))
     F, truth = (y[dense].reshape(len(eta), len(x), -1) for y in (F, series))
     one, two = F.shape[2], F.shape[2] + found.base[..., ::THIN].shape[2]

@@ -154,7 +154,9 @@ def outcome(case: Case, seed: int) -> Outcome:
     stated = [float(found[k]) for k in ("probability", "confidence_low", "confidence_high")]
     rng = np.random.default_rng(seed)
     (corridor,) = corridors(limit, surrogate.labels).values()
-    state = LimitState.of(surrogate, corridor, np.zeros(surrogate.labels.shape[1:]), rng)
+    state = LimitState.from_surrogate(
+        surrogate, corridor, np.zeros(surrogate.labels.shape[1:]), rng
+    )
     known = rare(lambda u: state.least(u, eta), surrogate.space.random_dimension, rng)
     at = estimate(state, state, eta, known, 0.025, rng)
     usual = 2 * TWO_SIDED * at.error / at.probability

@@ -98,7 +98,7 @@ def many_inputs(times: int) -> PhaseExpansion:
     )
     terms = np.concatenate([base, rate[:, None] * t, re, im], axis=1)
     parts = HybridExpansion((HERMITE,) * 5, index, terms)
-    return PhaseExpansion(np.arange(3), parts, PartColumns.of(3, 1))
+    return PhaseExpansion(np.arange(3), parts, PartColumns.from_outputs(3, 1))
 
 
 def sampled(surrogate: PhaseExpansion) -> None:

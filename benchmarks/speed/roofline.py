@@ -133,7 +133,7 @@ def main() -> None:
     mechanism = runpy.run_path(str(ROOT / "examples" / "paper" / "slider_crank.py"))["slider_crank"]
     system = assemble(mechanism(np.linspace(0.194, 0.206, WIDTH), 1000.0, 69e9, 0.34))
     structure, values = system.structure, pack(system, np.array([0.0, 1e-3]))(0)
-    work = WorkSpace.of(structure)
+    work = WorkSpace.from_structure(structure)
     work.smallest[:] = 1e-7
     start(structure, values, work, np.zeros((4, WIDTH)), False, 1.0)
     z, matrix, pattern = work.z, work.matrix, structure.pattern

@@ -234,7 +234,7 @@ class Dense:
         self.values = pack(self.system, np.array([0.0, 1e-3]))(0)
         rest = self.values.springs.rest
         rest[rest == RELAXED] = 0.7
-        self.work = WorkSpace.of(self.structure)
+        self.work = WorkSpace.from_structure(self.structure)
         self.records = Record(self.structure), Record(self.values), Record(self.work)
         self.start = self.values.start[1:, 0].copy()
 

@@ -119,7 +119,10 @@ def test_after_impacts_it_takes_a_run_to_show_that_intervals_leave_their_bounds(
     margins = fb.analysis.check_limits(surrogate, limit)
     made, runs = with_runs(study, surrogate, [limit], margins.assign(surely))
     of_limit = made.assign_attrs(error="error_bar_expected_error").isel(limit=0)
-    assert _by_margin(of_limit, LeastMargin.of(of_limit), of_limit, None)[:2] == (verdict, reason)
+    assert _by_margin(of_limit, LeastMargin.from_result(of_limit), of_limit, None)[:2] == (
+        verdict,
+        reason,
+    )
     assert runs == impacts
 
 

@@ -89,7 +89,7 @@ def p_box(
     dim = next(iter(surrogates.values())).time or "time"
     where |= {k: v for k, v in (("output", output), (dim, time)) if v is not None}
     envelopes = {
-        label: _Envelope.of(selected(case_surrogate, where), samples, seed)
+        label: _Envelope.from_surrogate(selected(case_surrogate, where), samples, seed)
         for label, case_surrogate in surrogates.items()
     }
     if values is None:
@@ -113,7 +113,7 @@ class _Envelope:
     seed: int  # of the samples
 
     @staticmethod
-    def of(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:
+    def from_surrogate(surrogate: Surrogate, samples: int, seed: int) -> _Envelope:
         """Return them for a surrogate of one number."""
         space, labels = surrogate.space, surrogate.labels
         check_free(labels, "value")

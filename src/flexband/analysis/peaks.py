@@ -28,7 +28,7 @@ class TimeAxis:
     window: Window = ALWAYS
 
     @staticmethod
-    def of(labels: xr.DataArray, window: Window = ALWAYS) -> TimeAxis | None:
+    def from_labels(labels: xr.DataArray, window: Window = ALWAYS) -> TimeAxis | None:
         """Return the times of a response; None where they have no order, or are too few."""
         axes = axes_of(labels)
         last = axes.time

@@ -86,11 +86,11 @@ class SampledSeries:
     def of_outputs(expansion: Expansion) -> Iterator[SampledSeries]:
         """Yield the series of each output of an expansion."""
         for output in expansion.outputs:
-            series = expansion.of(np.array([output]))
+            series = expansion.select(np.array([output]))
             hybrid, columns = series.hybrid, None
             if isinstance(series, PhaseExpansion):
                 columns, m = series.columns, hybrid.interval_dimension
-                terms = PartTerms.of(hybrid, columns)
+                terms = PartTerms.from_expansion(hybrid, columns)
                 reach = terms.reach()[:m] * (not terms.saturated)
                 points = scan_points(2 * terms.orders[:m], reach)
             else:

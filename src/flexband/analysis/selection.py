@@ -66,7 +66,7 @@ def selected(surrogate: Surrogate, at: Labels | None) -> Surrogate:
         for expansion in expansions:
             indices = np.intersect1d(expansion.outputs, outputs)
             if len(indices):
-                part: Any = expansion.of(indices, at_times)
+                part: Any = expansion.select(indices, at_times)
                 chosen_parts.append(replace(part, outputs=np.searchsorted(outputs, indices)))
         return tuple(chosen_parts)
 

@@ -53,7 +53,7 @@ class Plan:
         self.where()
 
     @classmethod
-    def of(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
+    def from_content(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
         """Return the plan of a study.json, with other values of options that are not None."""
         names = {plan_field.name for plan_field in fields(cls)}
         if content.get("failed") == "leave-out":  # its former name
@@ -132,7 +132,7 @@ def plan_in(folder: Path, *, trust: bool = False, **changes: Any) -> Plan:
             f"{str(folder)!r}{runs if StudyFolder(folder).recorded else ''}"
         )
     with usage():
-        plan = Plan.of(about, **changes)
+        plan = Plan.from_content(about, **changes)
     if trust:
         return plan
     if not is_near(Path(plan.file), folder):

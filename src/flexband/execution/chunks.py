@@ -75,7 +75,7 @@ class Array:
         }
 
     @classmethod
-    def of(cls, metadata: Mapping[str, Any]) -> Array:
+    def from_metadata(cls, metadata: Mapping[str, Any]) -> Array:
         """Return the array of a zarr.json."""
         dims, shape = tuple(metadata["dimension_names"]), tuple(metadata["shape"])
         if dims[:1] == ("run",):

@@ -67,7 +67,7 @@ class GrowingArrays:
             )
         if _checksum(metadata) != attrs["checksum"]:
             raise ValueError("the checksum is wrong")
-        arrays = {name: Array.of(member) for name, member in dict(members).items()}
+        arrays = {name: Array.from_metadata(member) for name, member in dict(members).items()}
         grown = [members[name]["shape"][0] for name, array in arrays.items() if array.grows]
         self.attrs, self.arrays, self.runs = attrs, arrays, max(grown, default=0)
 

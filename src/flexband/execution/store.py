@@ -119,7 +119,7 @@ class Owner(NamedTuple):
     fields: str
 
     @classmethod
-    def of(
+    def from_response(
         cls, response: ResponseFunction, version: str, inputs: Sequence[str], fields: str
     ) -> Owner:
         """Return the owner for a response, the names of the numbers it takes, and its fields."""

@@ -34,7 +34,7 @@ class Branch:
     uncertain: frozenset[str]  # the bodies whose given angles depend on inputs
 
     @staticmethod
-    def of(builder: Builder, values: Values) -> Branch:
+    def from_builder(builder: Builder, values: Values) -> Branch:
         """Return that of nominal inputs; bodies that cannot be assembled there have not turned.
 
         Turns are rounded to an eighth of a revolution, so that runs are on the same branch if the

@@ -37,7 +37,7 @@ def describe(mechanism: Mechanism) -> str:
     4 coordinates, 1 constraints (including those of rigidity), 3 degrees of freedom
     """
     check_instance("mechanism", mechanism, Mechanism)
-    mobility = Mobility.of(mechanism)
+    mobility = Mobility.from_mechanism(mechanism)
     system, z, redundant, names = mobility
     changes = report(system, corrections(system, z, np.zeros(1, dtype=int)))
 

@@ -85,7 +85,7 @@ class PeriodicStart(Start):
         system: System, values: Values, work: WorkSpace, x: np.ndarray
     ) -> tuple[WorkSpace, np.ndarray]:
         """Return a block that starts from a state, shape (rows, WIDTH), and its failures."""
-        z, held = work.z.copy(), WorkSpace.of(system.structure)
+        z, held = work.z.copy(), WorkSpace.from_structure(system.structure)
         z[_rows(system)] = x
         held.smallest[:], held.z[:] = work.smallest, work.z
         return held, hold(system, values, held, z, velocities=True)

@@ -72,7 +72,7 @@ class MechanismResponse(Response):
 
     def on_branch_of(self, **nominal: Argument) -> MechanismResponse:
         """Return the response whose bodies' angles are on the turns that nominal values lead to."""
-        return replace(self, nominal_branch=Branch.of(self.builder, nominal))
+        return replace(self, nominal_branch=Branch.from_builder(self.builder, nominal))
 
     @property
     def branch(self) -> str:

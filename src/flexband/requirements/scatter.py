@@ -86,7 +86,7 @@ class ScatteringTolerances:
     plays: Mapping[str, FreePair]  # of the surrogate; they scatter by themselves
 
     @staticmethod
-    def of(scatter: Scatter, space: Space) -> ScatteringTolerances:
+    def from_scatter(scatter: Scatter, space: Space) -> ScatteringTolerances:
         """Return how all tolerances of a space scatter.
 
         Raise `InputError` if a name is no tolerance, a tolerance has no distribution, or a
@@ -138,11 +138,11 @@ class ScatteringTolerances:
 def scattering(scatter: Scatter | None, space: Space) -> ScatteringTolerances | None:
     """Return how tolerances scatter; None if they do not, and probabilities are bounded over them.
 
-    Raise `InputError` as `ScatteringTolerances.of`, and if they are bounded over a disc.
+    Raise `InputError` as `ScatteringTolerances.from_scatter`, and if they are bounded over a disc.
     """
     if scatter is None:
         return check_no_play(space, "failure_probability without scatter")
-    return ScatteringTolerances.of(scatter, space)
+    return ScatteringTolerances.from_scatter(scatter, space)
 
 
 def _within(

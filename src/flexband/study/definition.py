@@ -55,7 +55,7 @@ class StudyDefinition:
         check_names(self.response, self.inputs)
         as_method(self.method)
         check_instance("scatter", self.scatter, Mapping, '{"length": fb.Uniform(0.9, 1.1)}')
-        display = Display.of(self.display_units, self.units, self.inputs)
+        display = Display.from_units(self.display_units, self.units, self.inputs)
         checked = {
             "inputs": Fixed(self.inputs),
             "sigmas": checked_sigmas(self.sigmas),
@@ -68,7 +68,7 @@ class StudyDefinition:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.scatter:
-            ScatteringTolerances.of(self.scatter, Space(first_case(self.inputs)))
+            ScatteringTolerances.from_scatter(self.scatter, Space(first_case(self.inputs)))
         _check_criteria(self)
 
     @property

@@ -186,7 +186,7 @@ def with_recorded(
     for runs in itertools.chain.from_iterable(map(_blocks, stores)):
         count += len(runs)
         for k, requirement in enumerate(requirements):
-            extreme = RunExtreme.of(runs, requirement, case)
+            extreme = RunExtreme.from_runs(runs, requirement, case)
             known = extremes.setdefault(k, extreme)
             extremes[k] = min(known, extreme, key=lambda each: each.recorded_margin)
     columns = {
@@ -217,7 +217,7 @@ class RunExtreme(NamedTuple):
     run_margin: float
 
     @classmethod
-    def of(cls, runs: xr.DataArray, requirement: Requirement, case: Surrogate) -> RunExtreme:
+    def from_runs(cls, runs: xr.DataArray, requirement: Requirement, case: Surrogate) -> RunExtreme:
         parts = parts_between(runs, case.labels)
         corridor = requirement.corridor(case.labels).at_more_times(parts)
         error = np.broadcast_to(discretization_error(case), case.labels.shape[1:])

@@ -87,7 +87,7 @@ class StudyProgress(ProgressListener):
     def _end(self, error: BaseException) -> None:
         """Write why the study has ended; leave nothing of one that has no store yet."""
         if self.store is not None and isinstance(error, RunsNeeded):
-            file = RequestedPoints.of(self.folder.path).ask(error, self.study.inputs)
+            file = RequestedPoints.from_folder(self.folder.path).ask(error, self.study.inputs)
             points = {"count": len(error.points), "file": str(file)}
             self.write("waiting", points=points)
         elif self.store is not None and self.opened:

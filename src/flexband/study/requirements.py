@@ -91,7 +91,10 @@ def _sampled(
     made = list[xr.Dataset]()
     with runs_as_expanded(study.response, study.inputs, more_times=True, **how) as runs_of:
         for label, space in spaces.items():
-            parts, count = points.Parts.of(space, study.scatter), options.count(requirements)
+            parts, count = (
+                points.Parts.from_scatter(space, study.scatter),
+                options.count(requirements),
+            )
             samples = run(runs_of, "samples of the parts", label, count)
             error = discretization_error(cases[label]) if predictable else 0.0
             how_judged = options, label, error, cases[label].labels

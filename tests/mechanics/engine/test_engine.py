@@ -345,7 +345,7 @@ def on_three_cranks(stiffness):
     ],
 )  # fmt: skip
 def test_no_result_keeps_the_work_space_of_a_block(build, compute, monkeypatch):
-    memory, alive, work_space = [], [], WorkSpace.of
+    memory, alive, work_space = [], [], WorkSpace.from_structure
 
     def counted(structure):
         work = work_space(structure)
@@ -353,7 +353,7 @@ def test_no_result_keeps_the_work_space_of_a_block(build, compute, monkeypatch):
         alive.append(sum(reference() is not None for reference in memory))
         return work
 
-    monkeypatch.setattr(WorkSpace, "of", counted)
+    monkeypatch.setattr(WorkSpace, "from_structure", counted)
     result = compute(build(np.linspace(1e6, 1.1e6, 160)))
     assert result is not None
     assert len(memory) >= 20  # blocks of eight samples

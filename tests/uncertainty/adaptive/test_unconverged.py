@@ -110,7 +110,7 @@ def test_the_error_of_a_lag_after_halvings_is_that_of_a_late_sine(halvings):
         return np.sin(2 * np.pi * f * t - lag * t * (step / h) ** 2)
 
     change = (sine(h / 2) - sine(h))[None, None]
-    spectrum = ErrorSpectrum.of(change, t[1], resolved=True)
+    spectrum = ErrorSpectrum.from_change(change, t[1], resolved=True)
     assert spectrum.largest == pytest.approx(f, abs=1.0)
     at_f = spectrum.frequency == f
     np.testing.assert_allclose(spectrum.lag(1.0, h)[at_f], lag)

@@ -36,7 +36,7 @@ def surrogate(index, phases, envelopes, base, families):
         flat = envelope.reshape(len(index), -1)
         series += [phase, flat, 0 * flat]
     parts = HybridExpansion(tuple(families), np.array(index), np.concatenate(series, axis=1))
-    return PhaseExpansion(np.arange(outputs), parts, PartColumns.of(outputs, len(phases)))
+    return PhaseExpansion(np.arange(outputs), parts, PartColumns.from_outputs(outputs, len(phases)))
 
 
 def one_wave(slopes, times, interval=0.3, bend=0.0):
@@ -147,8 +147,8 @@ def test_smooth_moments_have_the_polynomials_that_they_need(seed):
 
     phases = [part(2.0)[:, 0], part(1.0)[:, 0]]
     s = surrogate(index, phases, [part(1.0), part(0.5)], part(0.5), [HERMITE] * 2)
-    own = terms.PartTerms.of(s.parts, s.columns)
-    own_polynomials = MomentPolynomials.of(*moment_orders([own]))
+    own = terms.PartTerms.from_expansion(s.parts, s.columns)
+    own_polynomials = MomentPolynomials.from_index(*moment_orders([own]))
     polynomials, smooth = own_polynomials.expansion, own_polynomials.coefficients(own)
     eta = r.uniform(-1, 1, (40, 2))
     true = own.table(eta)
@@ -193,7 +193,7 @@ def test_ten_inputs_against_brute_force():
             for k in range(0, 24, 5):
                 at = k // 12, k % 12
                 eta = np.tile(own.places[side][at], (len(xi), 1))
-                one = s.of(np.array([at[0]]), slice(at[1], at[1] + 1))
+                one = s.select(np.array([at[0]]), slice(at[1], at[1] + 1))
                 F = one.evaluate(xi, eta).ravel()
                 assert abs(F.mean() + c * F.std() - own.values[side][at]) < 0.004 * width[at]
     for eta in 2 * qmc.Sobol(5, rng=np.random.default_rng(2)).random(128) - 1:
@@ -276,7 +276,7 @@ def test_the_least_value_of_a_bowl_is_found_between_the_points(a, b):
     targets, turning = np.array([[0.0, 1.0]]), turning_parts(0)
     values_of = [chebyshev_values(2, x) for x in points.T]
     basis = np.ascontiguousarray(term_values(values_of, index, len(points)))
-    columns = MomentColumns.of(1, 0)
+    columns = MomentColumns.from_outputs(1, 0)
     search(smooth, index, basis, points, beside, columns, turning, targets, 3, values, places)
     np.testing.assert_allclose(values, 0.5, atol=1e-8)
     np.testing.assert_allclose(places[0, 0, 0], (a, b), atol=1e-4)

@@ -89,7 +89,7 @@ def limited(
     for expansion in surrogate.expansions:
         outputs = expansion.outputs[is_limited[expansion.outputs].any(axis=1)]
         if len(outputs):
-            expansions.append(expansion.of(outputs, at))
+            expansions.append(expansion.select(outputs, at))
             numbers.append((outputs[:, None] * times + at).ravel())
     series = np.concatenate(numbers)
     return expansions, series, bounds.reshape(2, -1)[:, series]

@@ -134,7 +134,7 @@ def allocate(
     k = checked_sigmas(sigmas)
     limit_corridors = corridors(limits, surrogate.labels)
     check_instantaneous(limit_corridors, surrogate.diagnostics.attrs)
-    tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
+    tolerances = Tolerances.from_costs(surrogate.space, checked_costs(costs))
     tolerances.cost(tolerances.bounds[1])
     corridor, m = joint(limit_corridors), surrogate.space.interval_dimension
     options = {"store": store, "executor": executor}
@@ -143,7 +143,7 @@ def allocate(
         stated = checked_probability(probability, tolerances)
         chance = Chance(surrogate, tolerances, list(limit_corridors.values()), stated)
         return allocated_by_chance(chance, response, options)
-    worst = WorstCaseBounds.of(surrogate, tolerances, corridor, k)
+    worst = WorstCaseBounds.from_surrogate(surrogate, tolerances, corridor, k)
     check_feasible(surrogate, worst, limit_corridors)
     search = cheapest_grades if tolerances.grades else cheapest
     if response is None:

@@ -170,7 +170,7 @@ class Chance:
     def _narrow(self, x: np.ndarray) -> LimitState:
         narrow = self.surrogate.narrowed(**self.tolerances.inputs(x))
         _, error = error_of_runs(narrow)
-        return LimitState.of(narrow, self.corridors, error, np.random.default_rng(0))
+        return LimitState.from_surrogate(narrow, self.corridors, error, np.random.default_rng(0))
 
     def _searched(self, now: ExceedanceEstimate, places: Sequence[np.ndarray]) -> np.ndarray:
         """Return the cheapest tolerances near some that keep the probability at places."""
@@ -245,7 +245,9 @@ class Chance:
     @cached_property
     def _start(self) -> LimitState:
         none = np.zeros(self.surrogate.labels.shape[1:])
-        return LimitState.of(self.surrogate, self.corridors, none, np.random.default_rng(0))
+        return LimitState.from_surrogate(
+            self.surrogate, self.corridors, none, np.random.default_rng(0)
+        )
 
     def _old(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return normal variables of the surrogate's inputs from those of narrower ones."""

@@ -98,7 +98,10 @@ def confirmed(
         missed = SIGNS[:, None] * missed[:, None]  # how much larger margins of the run are
         margins = worst.margins(values[:, None])
         at = owner, points.side[order], points.series[order]
-        bars, run = worst.values(allocated.x[None], points.of(order))[0], margins[at] + missed[at]
+        bars, run = (
+            worst.values(allocated.x[None], points.select(order))[0],
+            margins[at] + missed[at],
+        )
         inside = (margins[at] > bars + options.near * worst.scale[at[2]]) & (run >= 0)
         run_margins[order] = np.where(inside, run, bars + missed[at])
         kept = np.all(run_margins[order] >= 0)
@@ -126,7 +129,7 @@ def _run_points(
 
     Random inputs are where the value is that of μ ± kσ, to first order.
     """
-    points = allocated.points.of(order)
+    points = allocated.points.select(order)
     n = narrow.space.random_dimension
     u = np.zeros((len(points), n))
     steps = difference * np.concatenate([np.eye(n), -np.eye(n)])

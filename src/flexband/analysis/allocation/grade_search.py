@@ -39,14 +39,14 @@ def cheapest_grades(
     for _ in range(max_rounds):
         x = _chosen(grades, logs, cuts)
         scale = worst.scale[points.series]
-        violated = points.of(worst.values(x[None], points)[0] < negative * scale)
+        violated = points.select(worst.values(x[None], points)[0] < negative * scale)
         if not len(violated):
             margins, places = worst.least(x)
             violated = worst.lowest(margins, places, negative)
             points = points.with_new(violated)
         if not len(violated):
             return allocated(worst, x, points, with_multipliers=False)
-        each = (violated.of(np.array([k])) for k in range(len(violated)))
+        each = (violated.select(np.array([k])) for k in range(len(violated)))
         cuts += [_cut(worst, point, x, logs, negative) for point in each]
     raise InputError(f"limits: no grades that keep them were found in {max_rounds} rounds")
 

@@ -104,9 +104,9 @@ def _with_sizes(
     all_tolerances = worst.tolerances
     inputs = all_tolerances.inputs(all_tolerances.looser(x))
     narrow = surrogate.narrowed(**{name: inputs[name] for name in all_tolerances.sizes})
-    tolerances = Tolerances.of(narrow.space, all_tolerances.costs)
+    tolerances = Tolerances.from_costs(narrow.space, all_tolerances.costs)
     k = worst.sigmas or 1.0
-    return narrow, WorstCaseBounds.of(narrow, tolerances, joint(limits), k)
+    return narrow, WorstCaseBounds.from_surrogate(narrow, tolerances, joint(limits), k)
 
 
 def limit_at(limits: Mapping[str, Corridor], side: int, number: int, bound: float) -> str:

@@ -264,7 +264,7 @@ def _least_between(
     curve: np.ndarray, labels: xr.DataArray, corridor: Corridor, least: float, impacts: bool
 ) -> float:
     """Return the least margin at and between the times of a curve, NaN at times not expanded."""
-    axis = TimeAxis.of(labels, corridor.window)
+    axis = TimeAxis.from_labels(labels, corridor.window)
     if axis is None:
         return least
     known = np.flatnonzero(np.isfinite(curve).reshape(-1, curve.shape[-1]).all(axis=0))

@@ -72,7 +72,9 @@ def _first_tolerances(chance: Chance) -> np.ndarray:
     m = chance.surrogate.space.interval_dimension
     corridor = joint({str(k): each for k, each in enumerate(chance.corridors)})
     for sigmas in (k, k / 2, 0.1 * k):
-        worst = WorstCaseBounds.of(chance.surrogate, chance.tolerances, corridor, sigmas)
+        worst = WorstCaseBounds.from_surrogate(
+            chance.surrogate, chance.tolerances, corridor, sigmas
+        )
         try:
             check_feasible(chance.surrogate, worst, {"a limit": corridor})
             return cheapest(worst, WatchedPlaces.none(m)).x

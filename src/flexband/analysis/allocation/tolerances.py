@@ -37,7 +37,7 @@ class Tolerances:
     compensators: Mapping[str, int]  # that of each `Compensator`
 
     @staticmethod
-    def of(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
+    def from_costs(space: Space, costs: Mapping[str, Cost]) -> Tolerances:
         """Return the tolerances of some inputs.
 
         Raise `InputError` if a name is none of the inputs that have a tolerance: intervals, and

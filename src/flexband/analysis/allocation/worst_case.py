@@ -32,7 +32,7 @@ class WatchedPlaces:
     def none(m: int) -> WatchedPlaces:
         return WatchedPlaces(np.zeros(0, int), np.zeros(0, int), np.zeros((0, m)))
 
-    def of(self, which: np.ndarray) -> WatchedPlaces:
+    def select(self, which: np.ndarray) -> WatchedPlaces:
         return WatchedPlaces(self.series[which], self.side[which], self.places[which])
 
     def with_new(self, points: WatchedPlaces, adjusted: Sequence[int] = ()) -> WatchedPlaces:
@@ -41,7 +41,9 @@ class WatchedPlaces:
         Points that differ in the `adjusted` variables alone are the same.
         """
         keys = {key.tobytes() for key in self.keys(adjusted)}
-        new = points.of(np.array([k.tobytes() not in keys for k in points.keys(adjusted)], bool))
+        new = points.select(
+            np.array([k.tobytes() not in keys for k in points.keys(adjusted)], bool)
+        )
         return WatchedPlaces(
             np.concatenate([self.series, new.series]),
             np.concatenate([self.side, new.side]),
@@ -70,7 +72,7 @@ class WorstCaseBounds:
     sigmas: float  # k; 0 without random inputs
 
     @staticmethod
-    def of(
+    def from_surrogate(
         surrogate: Surrogate, tolerances: Tolerances, corridor: Corridor, sigmas: float
     ) -> WorstCaseBounds:
         """Return the margins of a corridor on a surrogate."""
@@ -186,7 +188,7 @@ class WorstCaseBounds:
                 output = points.series // self.times - row
                 columns = np.flatnonzero((output >= 0) & (output < len(expansion.outputs)))
                 if len(columns):
-                    mean, std = expansion.of(expansion.outputs, used).moments(eta)
+                    mean, std = expansion.select(expansion.outputs, used).moments(eta)
                     bar = np.stack([mean - self.sigmas * std, mean + self.sigmas * std], axis=1)
                     bar = bar.reshape(len(rows), len(points), *bar.shape[1:])
                     side, series = points.side[columns], points.series[columns]
@@ -238,7 +240,7 @@ class WorstCaseBounds:
         """Return by how much a limit is violated with some inputs at their nominal values."""
         output, at = divmod(series, self.times)
         expansion, row = [pair for pair in self._rows(self.expansions) if pair[1] <= output][-1]
-        part = expansion.of(expansion.outputs[[output - row]], np.array([at]))
+        part = expansion.select(expansion.outputs[[output - row]], np.array([at]))
         part = part.substituted(*fixed(self.tolerances.space, names))
         value = part.extremes([-self.sigmas, self.sigmas])[side].values[side].item()
         return float(SIGNS[side] * (self.bounds[side, series] - value))

@@ -68,7 +68,7 @@ class LeastMargin:
     inputs: list[str]  # values of the inputs there, in words
 
     @staticmethod
-    def of(result: xr.Dataset) -> LeastMargin:
+    def from_result(result: xr.Dataset) -> LeastMargin:
         """Return that of one limit, of what `check_limits` returns."""
         dim, places = "", ("", "")
         if "least_margin_at" in result:
@@ -132,7 +132,7 @@ def inputs_in_words(result: xr.Dataset, variable: str) -> list[str]:
 
 def margins_in_words(result: xr.Dataset) -> str:
     """Return whether limits are kept, of what `check_limits` returns, as sentences."""
-    verdicts = [LeastMargin.of(result.isel(limit=k)) for k in range(result.sizes["limit"])]
+    verdicts = [LeastMargin.from_result(result.isel(limit=k)) for k in range(result.sizes["limit"])]
     words = [
         f"{verdict.limit}: {verdict.verdict}, {verdict.in_words(with_error=True)}"
         + (f", with {', '.join(verdict.inputs)}" if verdict.inputs else "")

@@ -349,7 +349,7 @@ def _between(
     which the lowest and the highest count, and what the outputs do there in some runs.
     """
     least, most = np.full(bar.shape, np.inf)
-    axis = TimeAxis.of(labels, corridor.window)
+    axis = TimeAxis.from_labels(labels, corridor.window)
     if axis is None:
         return least, most
     lower, upper = corridor.curves[:, *corridor.where]

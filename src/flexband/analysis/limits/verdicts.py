@@ -66,7 +66,7 @@ def _verdict(
     check: LimitCheck, k: int, contributions: xr.Dataset | None, verification: xr.Dataset | None
 ) -> RequirementVerdict:
     limit = check.margins.isel(limit=k)
-    least = LeastMargin.of(limit)
+    least = LeastMargin.from_result(limit)
     run_remarks = remarks_of(check.margins.attrs if verification is None else verification.attrs)
     criterion = str(limit["criterion"].values) if "criterion" in limit else "WorstCase"
     at_most = float(limit["at_most"]) if "at_most" in limit else np.nan

@@ -143,7 +143,7 @@ def margins_of(
         corridor = requirement.corridor(known, case).at_more_times(parts)
         unsure = at_more_times(np.broadcast_to(unsure, known.shape[1:]), parts)
         inside = corridor.margin(values.values, values.values)
-        lowest, axis = inside - unsure, TimeAxis.of(values, corridor.window)
+        lowest, axis = inside - unsure, TimeAxis.from_labels(values, corridor.window)
         if axis is not None:
             all_times = corridor.margin_at_all_times(values.values)
             lowest = lowest_of_impacts(all_times - unsure[corridor.where], axis)

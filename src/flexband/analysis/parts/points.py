@@ -25,7 +25,7 @@ class Parts:
     scatter: str  # in words: "length: Uniform(lower=0.9, upper=1.1), assumed"
 
     @staticmethod
-    def of(space: Space, scatter: Scatter) -> Parts:
+    def from_scatter(space: Space, scatter: Scatter) -> Parts:
         """Return the parts of a space; a tolerance without a distribution is uniform."""
         check_instance("scatter", scatter, Mapping, '{"length": fb.analysis.Capability(cp=1.33)}')
         groups = [given.members for given in scatter.values() if isinstance(given, Correlated)]
@@ -37,7 +37,7 @@ class Parts:
         }
         words = [f"{name}: {distribution!r}" for name, distribution in scatter.items()]
         words += [f"{name}: {distribution!r}, assumed" for name, distribution in assumed.items()]
-        tolerances = ScatteringTolerances.of({**assumed, **scatter}, space)
+        tolerances = ScatteringTolerances.from_scatter({**assumed, **scatter}, space)
         words += [f"{name}: {pair!r}" for name, pair in space.plays.items()]
         return Parts(space, tolerances, "; ".join(words))
 

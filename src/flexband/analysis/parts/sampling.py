@@ -97,6 +97,6 @@ def sample_parts(
     settings = EvaluationOptions(batch, store, executor, failed)
     scatter = {} if scatter is None else scatter
     with plain_runs(response, inputs, settings) as (space, explored, runs_of):
-        parts, run = Parts.of(space, scatter), runs_of(counted(progress, count))
+        parts, run = Parts.from_scatter(space, scatter), runs_of(counted(progress, count))
         result = distribution(run, parts, known, quantities, seed, options)
     return result.assign_attrs(runs=count + explored)

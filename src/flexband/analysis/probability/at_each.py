@@ -99,7 +99,7 @@ def at_each_time(
         return np.stack([none, none, none + most]), np.zeros((*none.shape, m))
     importance = options.ends.importance
     how = importance.subset.mixture
-    mixture = Mixture.mean(*(Mixture.of(part.u, rng, options=how) for part in known))
+    mixture = Mixture.mean(*(Mixture.from_samples(part.u, rng, options=how) for part in known))
     counts = options.searched_samples, options.samples
     samples = [_weighted(mixture, state.families, count, rng) for count in counts]
     probabilities, places = [], []

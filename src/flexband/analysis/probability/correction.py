@@ -234,7 +234,7 @@ def _doubtful(
     samples, (_, n) = options.importance.batch_samples, near.u.shape
     if not len(near.u):
         return np.zeros((0, n + len(eta))), 0.0
-    mixture = Mixture.of(near.u, rng, options=options.importance.subset.mixture)
+    mixture = Mixture.from_samples(near.u, rng, options=options.importance.subset.mixture)
     u, far = mixture.sample(samples, rng), round(options.spread_share * count)
     spread = _spread(samples, n, rng, options)
     v, spread = with_eta(u, eta), with_eta(spread, _anywhere(samples, len(eta), rng, options))
@@ -259,7 +259,7 @@ def _possible(
     Where no run was made, the scatter of margins is large.
     """
     options_of_mixture = replace(options.importance.subset.mixture, wide_std=2.0, wide_share=0.5)
-    mixture = Mixture.of(np.zeros((0, n)), rng, options=options_of_mixture)
+    mixture = Mixture.from_samples(np.zeros((0, n)), rng, options=options_of_mixture)
     u = mixture.sample(options.repeats, rng)
     h, scatter = margin_and_scatter(with_eta(u, eta))
     return float(np.mean(mixture.weights(u) * ndtr(-h / scatter)))

@@ -154,7 +154,7 @@ class _EndSearch:
     def mixture(self, groups: Iterable[np.ndarray]) -> Mixture:
         """Return a mixture around several groups of rare samples, in equal parts."""
         how = self.options.importance.subset.mixture
-        return Mixture.mean(*(Mixture.of(u, self.rng, options=how) for u in groups))
+        return Mixture.mean(*(Mixture.from_samples(u, self.rng, options=how) for u in groups))
 
     def spread(self, state: LimitState, points: np.ndarray) -> float:
         """Return how much the least margin varies with u: its standard deviation, mean over η."""

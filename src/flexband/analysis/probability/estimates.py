@@ -206,7 +206,7 @@ def mixture_around(
 
     There may be none; `rounds` are the mixtures after the first one, by default the options'.
     """
-    mixture = Mixture.of(known, rng, options=options.subset.mixture)
+    mixture = Mixture.from_samples(known, rng, options=options.subset.mixture)
     for _ in range((rounds or options.mixture_rounds) * bool(len(known))):
         u = mixture.sample(options.batch_samples, rng)
         weights = mixture.weights(u) * (least(u) < 0)
@@ -214,7 +214,7 @@ def mixture_around(
             break
         share = weights / weights.sum()
         around = u[rng.choice(len(u), options.mixture_samples, p=share)]
-        mixture = Mixture.of(around, rng, options=options.subset.mixture)
+        mixture = Mixture.from_samples(around, rng, options=options.subset.mixture)
     return mixture
 
 

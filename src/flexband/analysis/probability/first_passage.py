@@ -54,7 +54,7 @@ def first_passage(
     """
     space, labels, rng = surrogate.space, surrogate.labels, np.random.default_rng(seed)
     error = error_of_runs(surrogate)[1]
-    state = LimitState.of(surrogate, corridors, error, rng)
+    state = LimitState.from_surrogate(surrogate, corridors, error, rng)
     n, m = space.random_dimension, space.interval_dimension
     if tolerances is not None:
         space, n, m = Space({}), n + tolerances.dimension, 0

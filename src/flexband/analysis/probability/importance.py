@@ -51,7 +51,7 @@ class Mixture:
     shares: np.ndarray  # of each density, (count,); their sum is one
 
     @staticmethod
-    def of(
+    def from_samples(
         samples: np.ndarray,
         rng: np.random.Generator,
         *,

@@ -94,7 +94,7 @@ class LimitedOutputs:
 
     def at(self, times: np.ndarray) -> LimitedOutputs:
         """Return the part at some of its times, of which nothing is known between them."""
-        expansion = self.expansion.of(self.expansion.outputs, times)
+        expansion = self.expansion.select(self.expansion.outputs, times)
         names = ("lower", "upper", "error", "scale", "series", "beyond", "inside")
         arrays = {k: getattr(self, k)[..., times] for k in names}
         return replace(self, expansion=expansion, axis=None, **arrays)
@@ -133,7 +133,7 @@ class LimitState:
     beyond: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # runs that leave limits
 
     @staticmethod
-    def of(
+    def from_surrogate(
         surrogate: Surrogate,
         corridors: Sequence[Corridor],
         error: np.ndarray,
@@ -157,11 +157,11 @@ class LimitState:
             outputs = expansion.outputs[limited[expansion.outputs]]
             if not len(outputs):
                 continue
-            axis, near = TimeAxis.of(labels, corridor.window), slice(None)
+            axis, near = TimeAxis.from_labels(labels, corridor.window), slice(None)
             if axis is not None:
                 near, axis = (at := axis.near()), axis.at(at)
             at = np.arange(times)[near]
-            part = expansion.of(outputs, at)
+            part = expansion.select(outputs, at)
             values = part.evaluate(of_normals(u, space.families), eta)
             spread = values.std(axis=0).max(axis=1, keepdims=True)
             size = np.abs(values).max(axis=(0, 2))[:, None]

@@ -116,12 +116,12 @@ def _with_scouts(
         every, _, step = _chains(least, u, np.zeros(chains), step, rng, options)
         u = every[-chains:]  # those before it are too much like it to count
     if len(known.u):
-        weights = Mixture.of(known.u, rng, options=options.mixture).weights
+        weights = Mixture.from_samples(known.u, rng, options=options.mixture).weights
         unlike = weights(u) > options.unlike_factor * np.quantile(weights(known.u), 0.9)
         if unlike.mean() < options.new_region_share:
             return known
     both = np.concatenate([known.u, u])
-    mixture = Mixture.of(both, rng, options=options.mixture)
+    mixture = Mixture.from_samples(both, rng, options=options.mixture)
     tried = mixture.sample(options.level_samples, rng)
     rough = float(np.mean(mixture.weights(tried) * (least(tried) < 0)))
     alone = rough or options.min_probability

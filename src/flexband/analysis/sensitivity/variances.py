@@ -59,7 +59,7 @@ def variances_of(
         exact = Exact(series, groups, options)
         return exact, exact
     counts = (options.searched_samples, seed + 1), (options.samples, seed)
-    few, many = (Sampled.of(series, families, groups, *count, options) for count in counts)
+    few, many = (Sampled.from_series(series, families, groups, *count, options) for count in counts)
     return few, many
 
 
@@ -104,7 +104,7 @@ class Sampled:
     options: VarianceOptions
 
     @staticmethod
-    def of(
+    def from_series(
         series: SampledSeries,
         families: Sequence[Family],
         groups: Sequence[Sequence[int]],

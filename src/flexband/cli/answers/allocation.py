@@ -67,7 +67,7 @@ def allocate(
     if isinstance(surrogate, fb.Surrogate):
         with usage():
             checked_sigmas(k)
-            tolerances = Tolerances.of(surrogate.space, checked_costs(costs))
+            tolerances = Tolerances.from_costs(surrogate.space, checked_costs(costs))
             if probability is not None:
                 checked_probability(probability, tolerances)
     purpose = "confirms the tolerances; --no-confirm does without"

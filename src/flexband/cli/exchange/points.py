@@ -70,7 +70,7 @@ def import_results(
     study = plan.study()
     response = response_elsewhere(study)
     with StudyFolder(folder).held():
-        point_results = RequestedPoints.of(folder).read(results, response.labels)
+        point_results = RequestedPoints.from_folder(folder).read(results, response.labels)
         with evaluations(
             response, study.inputs, EvaluationOptions(store=Store(folder))
         ) as evaluate:

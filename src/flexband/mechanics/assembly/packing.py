@@ -25,7 +25,7 @@ class Packed:
     """The numbers of the samples of a run by block, each made when it is called for."""
 
     def __init__(self, schedule: Schedule, values: Values, samples: np.ndarray | None):
-        self.schedule = schedule.of(samples)
+        self.schedule = schedule.select(samples)
 
         def lanes(rows: np.ndarray) -> Callable[[int], np.ndarray]:
             """Return a function that gives a block; samples share an array of width 1."""

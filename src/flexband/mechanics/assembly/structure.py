@@ -295,7 +295,7 @@ class WorkSpace(NamedTuple):
     kept: np.ndarray  # [1, q] at `KEPT` times of a run, one after the other, see `straining`
 
     @staticmethod
-    def of(structure: Structure) -> WorkSpace:
+    def from_structure(structure: Structure) -> WorkSpace:
         """Return work space for a mechanism, zeros."""
         state, pattern = structure.state, structure.pattern
         turning = len(structure.vectors.turning) - 1

@@ -112,7 +112,7 @@ def assemble(mechanism: Mechanism) -> System:
     outputs, units, sensors, conditions, sensor_rows = _sensors(model)
     watched = model.watched
     weight, force_rows = _forces(model)
-    vectors = VectorTables.of(model)
+    vectors = VectorTables.from_model(model)
     tables: dict[str, Table] = {
         "mass": MassTable(mass, inertia.regular_mass),
         **elements,

@@ -234,7 +234,7 @@ class VectorTables(NamedTuple):
     actions: int  # number of the first vector of contacts that have friction
 
     @staticmethod
-    def of(model: Model) -> VectorTables:
+    def from_model(model: Model) -> VectorTables:
         """Return the tables of a model, vectors with angles first.
 
         These are those of constraints and of friction, of springs, of points of laws and of

@@ -293,7 +293,7 @@ def _started(
     The work space is new: NaN of an attempt that failed would spread. Where they are in the state,
     it is the guess.
     """
-    work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
+    work, failure = WorkSpace.from_structure(system.structure), np.zeros((4, WIDTH))
     work.smallest[:] = smallest_pivots
     work.z[: len(guess)] = guess
     run(HOLD if going_on else START, system, values, work, failure=failure)

@@ -99,8 +99,9 @@ def aligned(
     """
     if isinstance(first, PlanarFrame):
         x, y = section_normal(second)
-        given = x * cosine - y * sine, x * sine + y * cosine
-        return cross(given, section_normal(first)), dot(given, section_normal(first))
+        reference = x * cosine - y * sine, x * sine + y * cosine
+        normal = section_normal(first)
+        return cross(reference, normal), dot(reference, normal)
     x, y = _arm(first, second, axis, first_axis)
     return y * cosine - x * sine, x * cosine + y * sine
 

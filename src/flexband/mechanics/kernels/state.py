@@ -62,7 +62,7 @@ class State(NamedTuple):
     rows: int
 
     @staticmethod
-    def of(
+    def from_counts(
         coordinates: int,
         multipliers: int,
         frictions: int,

@@ -147,7 +147,7 @@ class Equations:
     def __init__(self, system: System, values: Values, lane: int):
         self.system, self.state = system, system.structure.state
         self.values = mapped(lambda rows: _copies(rows[:, lane]), values)
-        self.work = WorkSpace.of(system.structure)
+        self.work = WorkSpace.from_structure(system.structure)
         self.failure = np.zeros((4, WIDTH))  # of force laws, in the last evaluation
         self.q = slice(1, 1 + self.state.coordinates)
         self.v = slice(self.state.velocity + 1, self.state.acceleration)

@@ -95,7 +95,7 @@ def _settled(
     system: System, values: Values, part: np.ndarray, z: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the rests under parts of the loads near some states, and which samples have one."""
-    work, failure = WorkSpace.of(system.structure), np.zeros((4, WIDTH))
+    work, failure = WorkSpace.from_structure(system.structure), np.zeros((4, WIDTH))
     work.z[:] = z
     rows = np.empty((STATIC.iterations + 1, system.sensed, WIDTH))
     run(SETTLE, system, raised(values, part), work, rows, failure)

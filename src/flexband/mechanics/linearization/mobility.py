@@ -25,7 +25,7 @@ class Mobility(NamedTuple):
     joints: list[str]  # those that these belong to
 
     @staticmethod
-    def of(mechanism: Mechanism) -> Mobility:
+    def from_mechanism(mechanism: Mechanism) -> Mobility:
         """Return that of a mechanism; raise what `simulate` does about its start."""
         system = assemble(mechanism)
         values = pack(system, AT_START)(0)
@@ -46,7 +46,7 @@ def instantaneous(mechanism: Mechanism) -> list[str]:
     These are positions, angles and lengths where the motion is prescribed, without gears and the
     like.
     """
-    mobility = Mobility.of(mechanism)
+    mobility = Mobility.from_mechanism(mechanism)
     holds_start = any(joint.holds_start for joint in mechanism.joints.values())
     if mobility.degrees_of_freedom or holds_start:
         return []

@@ -89,7 +89,7 @@ class _MemoryRows(NamedTuple):
     end: int
 
     @staticmethod
-    def of(shape: LawShape) -> _MemoryRows:
+    def from_shape(shape: LawShape) -> _MemoryRows:
         """Return the rows of a law."""
         axes, events = AXES * shape.points, shape.events
         sizes = [1 + shape.parameters, *[axes] * 3, *[shape.states] * 4, events, events]
@@ -108,7 +108,7 @@ def _compile(law: Law, shape: LawShape, kept: list) -> CompiledLaw:
         _one_sample(dispatcher, shape)
     )
     _check_return(law, dispatcher, shape)
-    rows = _MemoryRows.of(shape)
+    rows = _MemoryRows.from_shape(shape)
     report_address = ctypes.cast(report, ctypes.c_void_p).value
     address, called = every_lane.at_address(
         np.zeros((rows.end, WIDTH)), rows, pairs, cast(int, code.address), report_address
@@ -121,7 +121,7 @@ def _reporter(
     dispatcher: Dispatcher, shape: LawShape, pairs: np.ndarray, done: list[CompiledLaw]
 ) -> Any:
     """Return a C function that notes why the law, which will be `done`, failed in a lane."""
-    at, points, count = _MemoryRows.of(shape), shape.points, shape.points + len(shape.lines)
+    at, points, count = _MemoryRows.from_shape(shape), shape.points, shape.points + len(shape.lines)
 
     @Report
     def report(address: int, lane: int, outcome: int) -> None:

@@ -135,12 +135,12 @@ class Moment(_PointLoad):
 
     def enters(self, model: LoadModel) -> Entries:
         """Return M ∂θ/∂q."""
-        given, frame = in_time("moment", self.moment), model.frame(self.point)
+        value, frame = in_time("moment", self.moment), model.frame(self.point)
         if not moves(section_normal(frame)):
             raise InputError(f"a Moment acts on a body that rotates; {self.point!r} does not")
         if frame.rigid:
-            return Entries(forces=moment(frame, given))
-        return Entries(moments=[MomentEntry(section_normal(frame), given)])
+            return Entries(forces=moment(frame, value))
+        return Entries(moments=[MomentEntry(section_normal(frame), value)])
 
 
 @frozen()

@@ -56,7 +56,7 @@ class PartRows(Frames):
         angles += sum(len(spring.angles) for _, spring in self.springs)
         points = sum(len(law.points) for law in self.laws)
         angles += points + len(self.moments)
-        return State.of(
+        return State.from_counts(
             coordinates, len(self.constraints), len(self.frictions), angles,
             len(self.sensor_points), len(self.springs), self.dimension * len(self.following),
             AXES * points,

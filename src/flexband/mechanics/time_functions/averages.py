@@ -29,7 +29,7 @@ class ChordMiss(NamedTuple):
     largest: np.ndarray  # of the absolute values, shape (n,)
 
     @staticmethod
-    def of(
+    def from_values(
         at: Evaluation, times: np.ndarray, values: np.ndarray, search: BreakpointSearch
     ) -> ChordMiss:
         """Look at a function with these values at equidistant times [s]."""

@@ -74,10 +74,10 @@ def slowed(functions: Sequence[TimeFunction], duration: float) -> list[TimeFunct
     """Return functions that start at rest and lag by half the duration [s] in the end."""
     pace = ramp(1.0, duration)
 
-    def of(function: TimeFunction) -> TimeFunction:
+    def slow(function: TimeFunction) -> TimeFunction:
         if isinstance(function, Composed):
             return replace(function, inner=Slowed(function.inner, pace))
         return function if function is during_impulse else Slowed(function, pace)
 
     motions: dict[TimeFunction, TimeFunction] = {}
-    return [motions.setdefault(function, of(function)) for function in functions]
+    return [motions.setdefault(function, slow(function)) for function in functions]

@@ -85,7 +85,7 @@ class Schedule:
         """The arrays of the rounds."""
         return [self.parts, self.numbers.astype(float), self.times, self.limits, self.sides]
 
-    def of(self, samples: np.ndarray | None) -> Schedule:
+    def select(self, samples: np.ndarray | None) -> Schedule:
         """Return the rounds of the samples with these numbers."""
         if samples is None or self.parts.shape[1] == 1:
             return self

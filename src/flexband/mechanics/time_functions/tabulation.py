@@ -59,16 +59,16 @@ def tabulate(
             series.append(_Impulses())
         elif f not in driven:
             averaging = Averaging() if tolerance is None else None
-            series.append(_Load.of(function, samples, times, averaging))
+            series.append(_Load.from_function(function, samples, times, averaging))
         else:
             user, outer = function, None
             if isinstance(function, Composed):
                 user, outer = function.inner, function.outer
             with prescribing(driven[f]):
                 if user not in motions:
-                    motions[user] = _Motion.of(function, samples, times)
+                    motions[user] = _Motion.from_function(function, samples, times)
                     names.append(driven[f])
-                drive = _Drive.of(motions[user], outer, times)
+                drive = _Drive.from_motion(motions[user], outer, times)
                 refuse_jumps(driven[f], function, _fine(times), drive.fine)
                 series.append(drive)
     for name, motion in zip(names, motions.values(), strict=True):
@@ -153,13 +153,13 @@ class _Load(_TabulatedFunction):
         return self.at.points(times, columns) if self.at else np.zeros(len(times))
 
     @staticmethod
-    def of(
+    def from_function(
         function: TimeFunction, samples: int, times: np.ndarray, averaging: Averaging | None
     ) -> _Load:
         if len(times) == 2 and averaging:
             return _Load(None, at_each(function, samples, times))
         (values, at), search = table(function, samples, times), BreakpointSearch()
-        missed = ChordMiss.of(at, times, values, search)
+        missed = ChordMiss.from_values(at, times, values, search)
         noticed = (averaging or Averaging()).noticed(missed)
         points = Breakpoints.none()
         if noticed.any() or at.stated is not None:
@@ -199,7 +199,7 @@ class _Motion:
     breaks: Breaks | None
 
     @staticmethod
-    def of(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
+    def from_function(function: TimeFunction, samples: int, times: np.ndarray) -> _Motion:
         fine, search = _fine(times), BreakpointSearch()
         user, text = function, ""
         if isinstance(function, Composed):
@@ -234,7 +234,7 @@ class _Drive(_TabulatedFunction):
     breaks: Breaks | None
 
     @staticmethod
-    def of(
+    def from_motion(
         motion: _Motion, outer: Callable[[np.ndarray], np.ndarray] | None, times: np.ndarray
     ) -> _Drive:
         fine = _fine(times)

@@ -33,7 +33,7 @@ class RequestedPoints:
     asked: list[tuple[str, tuple[float, ...]]]
 
     @classmethod
-    def of(cls, folder: Path) -> RequestedPoints:
+    def from_folder(cls, folder: Path) -> RequestedPoints:
         """Return the points in a folder; raise `StoreError` if the file is damaged."""
         file = folder / FileName.LEDGER
         try:

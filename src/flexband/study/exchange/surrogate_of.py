@@ -110,5 +110,5 @@ def _of_case(
             if ends[0] < covered.lower or ends[1] > covered.upper:
                 low, high = min(ends[0], covered.lower), max(ends[1], covered.upper)
                 wide[name], narrow[name] = Interval(float(low), float(high)), covered
-    surrogate = surrogate_of_rows(RunTable.of(used, response[rows]), Space(wide), seed)
+    surrogate = surrogate_of_rows(RunTable.from_response(used, response[rows]), Space(wide), seed)
     return surrogate.narrowed(**narrow) if narrow else surrogate

@@ -48,7 +48,7 @@ class Display:
     units: Mapping[str, str] = field(default_factory=dict)
 
     @staticmethod
-    def of(chosen: Any, units: Any, inputs: Mapping[str, Any]) -> Display:
+    def from_units(chosen: Any, units: Any, inputs: Mapping[str, Any]) -> Display:
         """Return display units after a check; raise `InputError` unless they fit the inputs."""
         names = names_of_inputs(inputs)
         check_instance("units", units, Mapping, 'names with units, such as {"crank_length": "m"}')

@@ -197,14 +197,14 @@ class Adaptation:
         stages = decompose(F, self.dt) if self.phase_resolved else [Stage([], F)]
         fits = chain(released(in_use), map(self._fit, stages))
         arguments = self.fitted, self.held, self.generic, self.rare, self.design.weights
-        self.choice = BestFits.of(fits, *arguments, known)
+        self.choice = BestFits.from_fits(fits, *arguments, known)
         m = self.places.shape[1]
         of = self.generic, F, self.dt, m, units_of(self.labels), self.quantities
-        self.error = ExpectedError.of(self.choice, *of)
+        self.error = ExpectedError.from_choice(self.choice, *of)
 
     def _fit(self, stage: Stage) -> PartsFit:
         self.stages.append(compared_times(stage))
-        return PartsFit.of(self.design, stage)
+        return PartsFit.from_design(self.design, stage)
 
     @property
     def _batch(self) -> int:
@@ -224,7 +224,7 @@ class Adaptation:
             self.tries_samples = False
             self._interpolate(budget)
             return None
-        split = Split.of(self.stages, self.choice.carriers, self.held, self.counted)
+        split = Split.from_stages(self.stages, self.choice.carriers, self.held, self.counted)
         design = self.design.extended(min(self._batch, budget), split)
         if len(design) == known:
             return StopReason.ORDERS_USED

@@ -53,7 +53,7 @@ class BestFits(NamedTuple):
     doubted: BestHeldOutFit  # what grows at rare values, though it misses least
 
     @staticmethod
-    def of(
+    def from_fits(
         fits: Iterable[PartsFit],
         fitted: ResponseRuns,
         held: ResponseRuns,
@@ -165,7 +165,9 @@ def in_place_of_runs(
                 placed = change.placed(len(fit.outputs), len(numbers), places)
                 total = placed if total is None else total + placed
         values = in_place([fit.parts for fit, _ in linear if isinstance(fit.parts, Interpolation)])
-        expansions.append((expansion_of(numbers, values, PartColumns.of(len(numbers), 0)), total))
+        expansions.append(
+            (expansion_of(numbers, values, PartColumns.from_outputs(len(numbers), 0)), total)
+        )
     if all(change is None for _, change in expansions):
         return tuple(expansion for expansion, _ in expansions), ()
     whole = [

@@ -153,7 +153,7 @@ class ExpectedError:
         return (error.mean(axis=-1) / self.width).max(axis=0)
 
     @staticmethod
-    def of(
+    def from_choice(
         choice: BestFits,
         generic: int,
         F: np.ndarray,

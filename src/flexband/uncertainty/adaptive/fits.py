@@ -38,7 +38,7 @@ class Split(NamedTuple):
     held: ResponseRuns  # the held-out runs, which are the last
 
     @staticmethod
-    def of(
+    def from_stages(
         stages: Sequence[Stage], carriers: np.ndarray, held: ResponseRuns, counted: np.ndarray
     ) -> Split:
         """Take the stages that outputs use, by the number of carriers of each output.
@@ -89,7 +89,7 @@ class PartsFit(NamedTuple):
     runs: int  # number of runs that are fitted, the first of a design
 
     @staticmethod
-    def of(design: Design, stage: Stage) -> PartsFit:
+    def from_design(design: Design, stage: Stage) -> PartsFit:
         """Fit all outputs to the runs of a design, which are the first of the stage."""
         parts, columns = design.fit(stage.part(slice(len(design)))), PartColumns.of_stage(stage)
         frequencies = [c.frequency for c in stage.carriers]
@@ -101,7 +101,7 @@ class PartsFit(NamedTuple):
             return self
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, slice(None))
-        columns = PartColumns.of(len(outputs), self.columns.carriers)
+        columns = PartColumns.from_outputs(len(outputs), self.columns.carriers)
         return PartsFit(outputs, parts, columns, self.frequencies, self.runs)
 
     @property
@@ -152,7 +152,7 @@ class PartsFit(NamedTuple):
         """
         parts = self.at(thin).formed
         fit, random_terms = self._replace(parts=parts), (parts.random_index, parts.families)
-        groups = [RareValues.of(*random_terms, eta) for eta in places if len(eta)]
+        groups = [RareValues.from_index(*random_terms, eta) for eta in places if len(eta)]
         squares, shares = zip(*(fit._outside(runs, values) for values in groups), strict=True)
         missed = rare.runs.at(thin).values[:, self.outputs]
         missed = missed - fit.evaluate(rare.runs.xi, rare.runs.eta)

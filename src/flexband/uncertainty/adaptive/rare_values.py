@@ -49,7 +49,7 @@ class RareValues(NamedTuple):
     weight: np.ndarray  # of an expectation, (points,)
 
     @staticmethod
-    def of(
+    def from_index(
         index: np.ndarray,
         families: Sequence[Family],
         eta: np.ndarray,

@@ -50,7 +50,9 @@ class DirectExpansion:
     def integration_error(self, bounds: Sequence[Extremes], sigmas: Sequence[float]) -> np.ndarray:
         return np.zeros((len(sigmas), *bounds[0].values.shape))
 
-    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> DirectExpansion:
+    def select(
+        self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)
+    ) -> DirectExpansion:
         which = np.searchsorted(self.outputs, outputs)
         return DirectExpansion(outputs, self.values.of_rows(len(self.outputs), which, times))
 

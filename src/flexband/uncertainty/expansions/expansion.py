@@ -65,7 +65,7 @@ class Expansion(Protocol):
         """
         ...
 
-    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
+    def select(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> Expansion:
         """Return the expansion of some of its outputs, by number, at some of the times."""
         ...
 
@@ -107,7 +107,7 @@ def extremes_of(
     """Return the bounds of μ, μ − kσ and μ + kσ, or the multiples `of` kσ, at some times."""
     multiples = [sigmas * c for c in of]
     bounds = [
-        expansion.of(expansion.outputs, times).extremes(multiples) for expansion in expansions
+        expansion.select(expansion.outputs, times).extremes(multiples) for expansion in expansions
     ]
     return [
         Extremes(

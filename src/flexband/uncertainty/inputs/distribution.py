@@ -235,7 +235,7 @@ class Distribution(Input):
     def quantiles(self) -> Quantiles:
         """The numbers at values of a standard normal variable, as polynomials."""
         reach = 30.0  # z up to which quantiles matter for polynomials of high orders
-        return Quantiles.of(self.at_normal, reach, self.kinks)
+        return Quantiles.from_function(self.at_normal, reach, self.kinks)
 
 
 @dataclass(frozen=True, repr=False)

@@ -57,7 +57,7 @@ def without_effect(
     proof if there are pairs of runs at every combination of two values or more of every other
     variable. Samples have no pairs, so that random inputs are then judged together.
     """
-    runs, masks = _Runs.of(*points, values), _variables(space)
+    runs, masks = _Runs.from_values(*points, values), _variables(space)
     together = np.arange(len(runs.codes)) < space.random_dimension
     sure, likely = {}, []
     for name, input_ in space.uncertain.items():
@@ -78,7 +78,7 @@ def all_have_effects(
 ) -> bool:
     """Return whether the first few runs, as in `without_effect`, show effects of every input."""
     few = slice(64)
-    runs, masks = _Runs.of(points[0][few], points[1][few], values[few]), _variables(space)
+    runs, masks = _Runs.from_values(points[0][few], points[1][few], values[few]), _variables(space)
     return all(runs.differ(which) for which in masks.values() if which.any())
 
 
@@ -112,7 +112,7 @@ class _Runs:
     values: np.ndarray  # shape (runs, …)
 
     @staticmethod
-    def of(xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> _Runs:
+    def from_values(xi: np.ndarray, eta: np.ndarray, values: np.ndarray) -> _Runs:
         columns = [*xi.T, *eta.T]
         codes = np.array([np.unique(c, return_inverse=True)[1] for c in columns], dtype=np.uint64)
         factors = np.random.default_rng(0).integers(2**63, size=len(codes), dtype=np.uint64)

@@ -41,12 +41,12 @@ def corrected_expansion(
         raise RunError("most of the runs that are held out of the correction failed", {})
     (expansion,) = surrogate.expansions
     count = len(expansion.outputs)
-    columns, parts = PartColumns.of(count, 0), expansion.hybrid
+    columns, parts = PartColumns.from_outputs(count, 0), expansion.hybrid
     fit = PartsFit(np.arange(count), parts, columns, [], len(fitted.values))
-    choice = BestFits.of([fit], fitted, held, len(held.values), RareRuns.none(held))
+    choice = BestFits.from_fits([fit], fitted, held, len(held.values), RareRuns.none(held))
     F, units = np.concatenate([fitted.values, held.values]), units_of(labels)
     components = quantities(evaluate, count)
-    error = ExpectedError.of(choice, len(held.values), F, 1.0, m, units, components)
+    error = ExpectedError.from_choice(choice, len(held.values), F, 1.0, m, units, components)
     diagnostics, bands = surrogate.diagnostics, ("mean_expected_error", "error_bar_expected_error")
     if bands[0] in diagnostics:
         both = np.stack([diagnostics[band].values.reshape(count, -1) for band in bands])

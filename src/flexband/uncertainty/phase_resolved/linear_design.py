@@ -23,7 +23,7 @@ class LinearDesign:
     matrix: np.ndarray  # the terms in these runs, (runs, terms)
 
     @staticmethod
-    def of(runs: ResponseRuns, families: Sequence[Family]) -> LinearDesign:
+    def from_runs(runs: ResponseRuns, families: Sequence[Family]) -> LinearDesign:
         """Choose runs that differ in one variable from the one nearest to the middle.
 
         Of a design in which there are none, these are the first ones, two for each term.

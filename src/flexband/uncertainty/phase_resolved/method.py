@@ -96,18 +96,20 @@ class PhaseResolvedPCCI(ImprovedPCCI):
         rare = RareRuns.none(held)
 
         def best(rare: RareRuns) -> BestFits:
-            fits = map(partial(PartsFit.of, design), decompose(runs.values, dt))  # one by one
-            return BestFits.of(fits, fitted, held, HELD, rare)
+            fits = map(
+                partial(PartsFit.from_design, design), decompose(runs.values, dt)
+            )  # one by one
+            return BestFits.from_fits(fits, fitted, held, HELD, rare)
 
         choice = best(rare)
         components = quantities(evaluate, runs.values.shape[1])
         of_runs = HELD, runs.values, dt, len(nodes), units_of(values), components
-        error = ExpectedError.of(choice, *of_runs)
+        error = ExpectedError.from_choice(choice, *of_runs)
         units = units_of(values)
         if space.families:
             rare = _rare_runs(error, space, evaluate)
             choice = best(rare)
-            error = ExpectedError.of(choice, *of_runs)
+            error = ExpectedError.from_choice(choice, *of_runs)
         least = least_error(runs.values, units)[:, None]
         both = np.maximum(error_of_bands(design, held, error), least)
         dataset = xr.Dataset()

@@ -31,19 +31,24 @@ Parts = tuple[HybridExpansion, PartColumns]
 
 def _of_one(expansion: Expansion, weights: np.ndarray) -> Parts:
     """Return the parts of combinations of the outputs of one expansion."""
-    parts, columns = expansion.hybrid, PartColumns.of(weights.shape[1], expansion.carriers)
+    parts, columns = (
+        expansion.hybrid,
+        PartColumns.from_outputs(weights.shape[1], expansion.carriers),
+    )
     rows = parts.coefficients.reshape(len(parts.index), columns.width, -1)
     base, carriers = columns.unpack(rows.reshape(len(rows), -1))
     blocks = [weights @ base]
     for phase, *envelope in carriers:
         blocks += [phase, *(weights @ part for part in envelope)]
     series = np.concatenate(blocks, axis=1).reshape(len(rows), -1)
-    return replace(parts, coefficients=series), PartColumns.of(len(weights), columns.carriers)
+    return replace(parts, coefficients=series), PartColumns.from_outputs(
+        len(weights), columns.carriers
+    )
 
 
 def _sum(summand: Parts, other: Parts) -> Parts:
     """Return the parts of a sum, which has the carriers of both."""
-    columns = PartColumns.of(summand[1].outputs, summand[1].carriers + other[1].carriers)
+    columns = PartColumns.from_outputs(summand[1].outputs, summand[1].carriers + other[1].carriers)
     first = 0
     placed = []
     for parts, layout in (summand, other):

@@ -58,14 +58,14 @@ class PhaseExpansion:
         return self.columns.join(self.parts.evaluate_in_thread(xi, eta), single=True)
 
     def moments(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        blocks = PartTerms.of(self.parts, self.columns).blocks()
+        blocks = PartTerms.from_expansion(self.parts, self.columns).blocks()
         moments = [mean_and_std(terms.table(eta), terms.moments) for _, terms in blocks]
         mean, std = (np.moveaxis(np.concatenate(v), 0, 2) for v in zip(*moments, strict=True))
         return mean, std
 
     def extremes(self, sigmas: Sequence[float]) -> list[Extremes]:
         targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)])
-        terms = PartTerms.of(self.parts, self.columns)
+        terms = PartTerms.from_expansion(self.parts, self.columns)
         shape = len(targets), self.columns.outputs, len(terms.coefficients)
         values, places = np.empty(shape), np.empty((*shape, terms.interval_dimension))
         blocks = terms.blocks()
@@ -81,12 +81,16 @@ class PhaseExpansion:
         return [Extremes(values[k : k + 2], places[k : k + 2]) for k in range(0, len(targets), 2)]
 
     def integration_error(self, bounds: Sequence[Extremes], sigmas: Sequence[float]) -> np.ndarray:
-        return integration_error(PartTerms.of(self.parts, self.columns), bounds, sigmas)
+        return integration_error(PartTerms.from_expansion(self.parts, self.columns), bounds, sigmas)
 
-    def of(self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)) -> PhaseExpansion:
+    def select(
+        self, outputs: np.ndarray, times: slice | np.ndarray = slice(None)
+    ) -> PhaseExpansion:
         which = self.columns.of_outputs(np.searchsorted(self.outputs, outputs))
         parts = self.parts.of_rows(self.columns.width, which, times)
-        return PhaseExpansion(outputs, parts, PartColumns.of(len(outputs), self.columns.carriers))
+        return PhaseExpansion(
+            outputs, parts, PartColumns.from_outputs(len(outputs), self.columns.carriers)
+        )
 
     def substituted(
         self, substitutions: Mapping[int, Substitution], families: Sequence[Family]
@@ -107,7 +111,7 @@ class PhaseExpansion:
         most = CarrierOptions().max_carriers
         if not 1 <= carriers <= most:
             raise InputError(f"carriers must be from 1 to {most}; got {carriers}")
-        columns = PartColumns.of(len(outputs), int(carriers))
+        columns = PartColumns.from_outputs(len(outputs), int(carriers))
         return PhaseExpansion(outputs, HybridExpansion.of_arrays(inputs, **parts), columns)
 
 
@@ -126,7 +130,7 @@ def _search(
     `index` has the orders of the polynomials in η for smooth moments.
     """
     m, orders, reach = terms.interval_dimension, terms.orders, terms.reach()
-    polynomials = MomentPolynomials.of(index)
+    polynomials = MomentPolynomials.from_index(index)
     expansion, smooth = polynomials.expansion, polynomials.coefficients(terms)
     size = np.maximum(smooth.max(axis=0), -smooth.min(axis=0))
     matter = np.any(size > SEARCH.negligible_coefficient * size.max(axis=0), axis=1)

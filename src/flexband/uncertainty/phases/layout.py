@@ -34,14 +34,14 @@ class PartColumns(NamedTuple):
     block: int  # number of columns of a carrier
 
     @staticmethod
-    def of(outputs: int, carriers: int) -> PartColumns:
+    def from_outputs(outputs: int, carriers: int) -> PartColumns:
         return PartColumns(
             outputs, carriers, outputs, outputs + 1, 2 * outputs + 1, 2 * outputs + 1
         )
 
     @staticmethod
     def of_stage(stage: Stage) -> PartColumns:
-        return PartColumns.of(stage.base.shape[1], len(stage.carriers))
+        return PartColumns.from_outputs(stage.base.shape[1], len(stage.carriers))
 
     @property
     def width(self) -> int:
@@ -134,7 +134,7 @@ class MomentColumns(NamedTuple):
     phase: int  # first column of φ̄
 
     @staticmethod
-    def of(outputs: int, carriers: int) -> MomentColumns:
+    def from_outputs(outputs: int, carriers: int) -> MomentColumns:
         turns = len(turning_parts(carriers))
         factors = 2, 2 + carriers, 2 + 2 * carriers, 2 + 2 * carriers + turns
         block = 2 + 2 * carriers + 2 * turns

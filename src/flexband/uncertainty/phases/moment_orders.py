@@ -29,7 +29,7 @@ class Sizes(NamedTuple):
     size: np.ndarray  # (terms, blocks)
 
     @staticmethod
-    def of(index: np.ndarray, columns: Iterable[np.ndarray]) -> Sizes:
+    def from_index(index: np.ndarray, columns: Iterable[np.ndarray]) -> Sizes:
         """Return the sum of what has the same orders, without what is zero in all blocks.
 
         There is a column for each block, one at a time, since all together may take much memory.
@@ -42,7 +42,7 @@ class Sizes(NamedTuple):
     def plus(self, other: Sizes) -> Sizes:
         """Return the sums of sizes of the same orders."""
         index, size = map(np.concatenate, zip(self, other, strict=True))
-        return Sizes.of(index, size.T)
+        return Sizes.from_index(index, size.T)
 
     def times(self, other: Sizes) -> Sizes:
         """Return the sizes of the largest coefficients of a product."""
@@ -55,7 +55,7 @@ class Sizes(NamedTuple):
         first, second = np.nonzero(matter)
         index, factor = self.orders[first] + other.orders[second], half[matter]
         sizes = (a[first] * b[second] * factor for a, b in columns)
-        return Sizes.of(index, sizes).largest(2 * MOMENTS.max_terms)
+        return Sizes.from_index(index, sizes).largest(2 * MOMENTS.max_terms)
 
     def largest(self, count: int) -> Sizes:
         """Return those that are the largest, in parts of the largest one of a block."""
@@ -90,7 +90,7 @@ def moment_orders(blocks: Sequence[PartTerms]) -> list[np.ndarray]:
     index = terms.expansion.index[:, : terms.interval_dimension]
     sizes = np.stack([_sizes(block) for block in blocks], axis=2)
     value, fluctuation, mixed, turned = (
-        Sizes.of(index, size.T).largest(2 * MOMENTS.max_terms) for size in sizes
+        Sizes.from_index(index, size.T).largest(2 * MOMENTS.max_terms) for size in sizes
     )
     turn = _of_exponential(mixed)
     mean = value.times(turn)
@@ -175,7 +175,7 @@ class MomentPolynomials(NamedTuple):
     inverse: np.ndarray  # from values to coefficients
 
     @staticmethod
-    def of(index: np.ndarray) -> MomentPolynomials:
+    def from_index(index: np.ndarray) -> MomentPolynomials:
         """Return the polynomials of these orders, (terms, m)."""
         eta = interval_sequence(int(index.max(initial=0)) + 1)[index]
         expansion = HybridExpansion((), index, np.zeros((len(index), 0)))

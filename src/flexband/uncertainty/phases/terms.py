@@ -34,7 +34,7 @@ class PartTerms:
     coefficients: np.ndarray  # shape (times, terms, parts)
 
     @staticmethod
-    def of(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
+    def from_expansion(expansion: HybridExpansion, columns: PartColumns) -> PartTerms:
         parts = expansion.coefficients.reshape(len(expansion.index), columns.width, -1)
         coefficients = np.ascontiguousarray(np.moveaxis(parts, 2, 0))
         return PartTerms(expansion, columns, coefficients)
@@ -72,7 +72,7 @@ class PartTerms:
     @property
     def moments(self) -> MomentColumns:
         """The columns of the table of smooth moments."""
-        return MomentColumns.of(self.columns.outputs, self.columns.carriers)
+        return MomentColumns.from_outputs(self.columns.outputs, self.columns.carriers)
 
     def blocks(self) -> list[tuple[slice, PartTerms]]:
         """Return slices that divide the times into blocks, and the terms of each."""
@@ -180,7 +180,7 @@ class PartTerms:
             psi = np.ascontiguousarray(expansion.orthogonal(xi).T)
             by_saddles(sections, index, norms, *saddle_rule(len(families)), psi, *filled)
         else:
-            grid = Grid.of(self.over_random)
+            grid = Grid.from_change(self.over_random)
             psi = grid.values(index)
             by_axes(sections, index, norms, grid, psi, *filled)
         return table

@@ -32,7 +32,9 @@ def recorder(store: Store, response: ResponseFunction, space: Space) -> RunRecor
     fields = fields_of(space.inputs).items()
     fingerprints = ", ".join(f"{name}: {fingerprint(field)}" for name, field in fields)
     about = {"intervals": texts(space, random=False), "random": texts(space, random=True)}
-    return RunRecorder(store, Owner.of(response, store.version, names, fingerprints), about)
+    return RunRecorder(
+        store, Owner.from_response(response, store.version, names, fingerprints), about
+    )
 
 
 def generic_runs(

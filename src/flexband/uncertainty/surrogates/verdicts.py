@@ -71,7 +71,7 @@ class VerificationVerdict:
     confidence: float = np.nan  # of `least`
 
     @staticmethod
-    def of(checked: xr.Dataset, good: np.ndarray) -> VerificationVerdict:
+    def from_runs(checked: xr.Dataset, good: np.ndarray) -> VerificationVerdict:
         """Return the verdict of the results of runs; `good` are those that did not fail."""
         at_bounds = sum(place != "anywhere" for place in checked["run_place"].values[good].tolist())
         counts = len(good), checked.sizes["sample"] - len(good), at_bounds
@@ -154,7 +154,7 @@ def verdict(
     `sampled` and `held_out` count those of them, and of the runs of the method, that are samples of
     the whole space.
     """
-    judged = VerificationVerdict.of(checked, good)
+    judged = VerificationVerdict.from_runs(checked, good)
     return {
         "confirmed": judged.confirmation.value,
         "inferred_share": judged.inferred,

@@ -40,7 +40,7 @@ def missed_by_folds(
     """Return what is missed of rows by the fits to the rows of all other folds, 0 in none."""
     missed = np.zeros_like(F)
     for rows, others in _splits(fold):
-        fit = PartsFit.of(design.which(others), stage.part(runs=others))
+        fit = PartsFit.from_design(design.which(others), stage.part(runs=others))
         missed[rows] = F[rows] - fit.evaluate(design.xi[rows], design.eta[rows])
     return missed
 

@@ -55,7 +55,7 @@ def surrogate_of_rows(
     carriers = carriers_of(of_stages, weight)
     missed, expansions = missed_with_carriers(of_stages, weight, fold), []
     for k in np.unique(carriers):
-        fit, outputs = PartsFit.of(design, stages[k]), np.flatnonzero(carriers == k)
+        fit, outputs = PartsFit.from_design(design, stages[k]), np.flatnonzero(carriers == k)
         expansions.append(fit.of_outputs(outputs).expansion)
         known = (xi, eta), space.families, fold, weight
         missed[:, outputs] *= growth_beyond_rows(fit.formed.index, *known)

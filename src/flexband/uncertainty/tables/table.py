@@ -22,7 +22,7 @@ class RunTable:
     response: xr.DataArray
 
     @staticmethod
-    def of(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> RunTable:
+    def from_response(inputs: Mapping[str, np.ndarray], response: xr.DataArray) -> RunTable:
         """Return a table; raise `InputError` unless all values are finite and there are enough."""
         rows = len(response)
         response = labelled(response, rows)

@@ -55,9 +55,9 @@ def _polar(points: np.ndarray, discs: Sequence[int]) -> np.ndarray:
 
 def _of_phases(expansion: PhaseExpansion, scale: np.ndarray) -> JsonRecord:
     parts, columns = expansion.parts, expansion.columns
-    terms = PartTerms.of(parts, columns)
+    terms = PartTerms.from_expansion(parts, columns)
     m, moments = terms.interval_dimension, terms.moments
-    smooth_moments = MomentPolynomials.of(*moment_orders([terms]))
+    smooth_moments = MomentPolynomials.from_index(*moment_orders([terms]))
     polynomials, eta, inverse = smooth_moments
     rule = _rule(terms, eta, scale)
     tree = _scan(*_scan_of_waves(terms.orders[:m], terms.reach()[:m])) | {
@@ -103,7 +103,7 @@ def _difference(
     basis = smooth.expansion.chebyshev(eta)[:, smooth.expansion.i]
     table = basis @ (smooth.inverse @ few.table(smooth.eta, rule))
     own = np.array(mean_and_std(table, few.moments))  # (2, times, places, outputs)
-    python = np.moveaxis(np.array(expansion.of(expansion.outputs, times).moments(eta)), 3, 1)
+    python = np.moveaxis(np.array(expansion.select(expansion.outputs, times).moments(eta)), 3, 1)
     return np.abs(own - python).sum(axis=0).max(axis=(0, 1))
 
 

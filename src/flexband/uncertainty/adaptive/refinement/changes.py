@@ -123,7 +123,9 @@ class Extrapolation(NamedTuple):
     levels: np.ndarray  # the runs on three levels, coarse first, (3, finest, outputs, times)
 
     @staticmethod
-    def of(changes: RunChanges, expand: SmallExpansion, runs: RefinedRuns) -> Extrapolation:
+    def from_changes(
+        changes: RunChanges, expand: SmallExpansion, runs: RefinedRuns
+    ) -> Extrapolation:
         """Expand the change of the runs of the design, and extrapolate it."""
         factors, join = changes.factors, changes.columns.join
         expansion = expand(changes.change[: changes.fitted])

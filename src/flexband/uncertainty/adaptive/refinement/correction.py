@@ -62,7 +62,7 @@ class FitCorrection(NamedTuple):
     extrapolations: Mapping[CorrectedPart, Extrapolation]
 
     @staticmethod
-    def of(
+    def from_fit(
         fit: PartsFit,
         expand: SmallExpansion,
         runs: RefinedRuns,
@@ -75,7 +75,8 @@ class FitCorrection(NamedTuple):
         if phases is not None:
             changes[CorrectedPart.PHASES] = phases
         extrapolations = {
-            kind: Extrapolation.of(change, expand, runs) for kind, change in changes.items()
+            kind: Extrapolation.from_changes(change, expand, runs)
+            for kind, change in changes.items()
         }
         kinds = np.full(len(fit.outputs), CorrectedPart.NOTHING)
         least = np.full(len(fit.outputs), options.most_left)
@@ -121,7 +122,7 @@ class FitCorrection(NamedTuple):
         """
         columns = self.extrapolations[kind].changes.columns
         some = expansion.of_rows(columns.width, columns.of_outputs(outputs), times)
-        placed = PartColumns.of(len(outputs), self.fit.columns.carriers)
+        placed = PartColumns.from_outputs(len(outputs), self.fit.columns.carriers)
         if placed.carriers == columns.carriers:
             return some
         return some.placed(len(outputs), placed.width, np.arange(len(outputs)))
@@ -201,7 +202,7 @@ def corrections_of(
     outputs, times = choice.missed.shape[1:]
     missed, by_fit = np.zeros((outputs, times)), []
     for fit in choice.fits:
-        parts = [FitCorrection.of(fit, expand, some, dt, options) for some in runs.values()]
+        parts = [FitCorrection.from_fit(fit, expand, some, dt, options) for some in runs.values()]
         of_fit = np.zeros((len(fit.outputs), times))
         if together is not None:
             of_fit = SECOND_ORDER**2 * _missed_together(parts, together[fit.outputs])
@@ -285,7 +286,7 @@ def _change(corrections: Sequence[FitCorrection], outputs: np.ndarray) -> Hybrid
         kind = CorrectedPart.PHASES if CorrectedPart.PHASES in kinds else CorrectedPart.VALUES
         change = correction.placed(kind, correction.extrapolations[kind].correction, outputs)
         if kind == CorrectedPart.VALUES:
-            columns = PartColumns.of(len(outputs), correction.fit.columns.carriers)
+            columns = PartColumns.from_outputs(len(outputs), correction.fit.columns.carriers)
             mask = np.pad(kinds == kind, (0, columns.width - len(outputs)))
             change *= np.repeat(mask, change.coefficients.shape[1] // columns.width)
         total = change if total is None else total + change

@@ -113,7 +113,7 @@ class Refinement:
             runs = self.runs[name]
             held = runs.coarse.which(slice(runs.fitted, None) if self.corrects else slice(1))
             change, at = runs.fine - runs.coarse.values, (held.xi[:1], held.eta[:1])
-            spectrum = ErrorSpectrum.of(change, dt, resolved=False)
+            spectrum = ErrorSpectrum.from_change(change, dt, resolved=False)
             coarse = self.evaluate.at_more_times(*at)
             fine = self.evaluate.refinements()[name].at_more_times(*at)
             if coarse is not None and fine is not None:
@@ -121,6 +121,6 @@ class Refinement:
                 if many % few == 0:
                     dt *= (change.shape[-1] - 1) / few
                     change = series(fine)[..., :: many // few] - series(coarse)
-                    spectrum = ErrorSpectrum.of(change, dt, resolved=True)
+                    spectrum = ErrorSpectrum.from_change(change, dt, resolved=True)
             self.spectra[name] = spectrum
         return self.spectra[name]

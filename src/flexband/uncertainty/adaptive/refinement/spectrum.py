@@ -20,7 +20,7 @@ class ErrorSpectrum(NamedTuple):
     resolved: bool  # whether the run is known at all of its steps
 
     @staticmethod
-    def of(change: np.ndarray, dt: float, *, resolved: bool) -> ErrorSpectrum:
+    def from_change(change: np.ndarray, dt: float, *, resolved: bool) -> ErrorSpectrum:
         """Return the spectrum of changes of shape (runs, outputs, times), at steps of dt."""
         times = change.shape[-1]
         energy = (np.abs(np.fft.rfft(change * np.hanning(times))) ** 2).sum(axis=0)

@@ -41,7 +41,7 @@ def _extremes(
     points, neighbours = scan(orders)
     points = in_discs(points, expansion.discs)
     grid = np.ascontiguousarray(expansion.chebyshev(points).T[used[i]]), points, neighbours
-    terms = ExpansionTerms.of(index, i, j, expansion.discs)
+    terms = ExpansionTerms.from_index(index, i, j, expansion.discs)
     tried, series = lines(orders, expansion.discs), expansion.coefficients.shape[1]
     # lower bounds minimize μ + c σ, upper bounds −(μ + c σ)
     targets = np.array([(c, sign) for c in sigmas for sign in (1.0, -1.0)]).reshape(-1, 2)

@@ -37,7 +37,9 @@ class ExpansionTerms(NamedTuple):
     partner: np.ndarray
 
     @staticmethod
-    def of(index: np.ndarray, i: np.ndarray, j: np.ndarray, discs: Sequence[int]) -> ExpansionTerms:
+    def from_index(
+        index: np.ndarray, i: np.ndarray, j: np.ndarray, discs: Sequence[int]
+    ) -> ExpansionTerms:
         """Return the terms Φ_i Ψ_j, i increasing, with the orders of Φ in each variable, (M, m)."""
         partner = np.full(index.shape[1], -1)
         for first in discs:

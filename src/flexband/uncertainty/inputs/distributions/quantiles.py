@@ -28,7 +28,7 @@ class Quantiles:
     coefficients: np.ndarray
 
     @staticmethod
-    def of(
+    def from_function(
         function: Callable[[np.ndarray], np.ndarray], reach: float, kinks: Sequence[float] = ()
     ) -> Quantiles:
         """Return the polynomials of a function of z up to `reach`, between kinks; not of noise."""

@@ -86,7 +86,7 @@ class ScipyDistribution(Distribution):
     @cached_property
     def quantiles(self) -> Quantiles:
         reaches = 30.0, 20.0, 12.0, 9.0  # else 7, all but 3·10⁻¹² of the values
-        return Quantiles.of(super().at_normal, next(filter(self._reaches, reaches), 7.0))
+        return Quantiles.from_function(super().at_normal, next(filter(self._reaches, reaches), 7.0))
 
     def _reaches(self, reach: float) -> bool:
         """Return whether quantiles are the inverse of probabilities up to a z."""

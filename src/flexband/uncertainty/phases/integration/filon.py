@@ -38,7 +38,7 @@ class Grid(NamedTuple):
     products: np.ndarray  # rows (v, k, u, l, point): node k of the axis v, and l of u; −1 for none
 
     @staticmethod
-    def of(change: PhaseChange) -> Grid:
+    def from_change(change: PhaseChange) -> Grid:
         """Return the grid for these families, highest orders, and changes of phases."""
         families, orders = change.families, change.orders
         axis, plane = MOMENTS.axis_points, MOMENTS.plane_points

@@ -2,7 +2,8 @@
 
 The table compares each measure with its ceiling, which metrics.json beside this file records, and
 with its goal. ``--record`` lowers the ceilings to today's values. Words, constants and types are
-counted per thousand names or statements, so that new features do not count as disorder. The ceiling
+counted per thousand names or statements, so that new features do not count as disorder. Shares may
+rise by half a percent, as they do where good code is deleted. The ceiling
 of the number of statements may be raised by hand, in a commit that says why.
 """
 
@@ -345,6 +346,9 @@ class Measure:
     folder: str = "src/flexband"
 
 
+SLACK = 0.005
+"""By how much a measure may be above its ceiling."""
+
 MEASURES = [
     Measure("vague names, per 1000 names", vague_names, 3.0),
     Measure("modules that one module imports, most", most_imports, 15),
@@ -383,7 +387,7 @@ def main(*, record: bool) -> int:
         value = round(measure.of(packages[measure.folder]), 2)
         ceiling = ceilings.get(measure.name, math.inf)
         table.add_row(measure.name, *(f"{x:g}" for x in (value, ceiling, measure.goal)))
-        if value > ceiling:
+        if value > ceiling * (1 + SLACK):
             exceeded.append(f"{measure.name}: {value:g}, at most {ceiling:g} before")
         ceilings[measure.name] = min(value, ceiling)
     Console().print(table)

@@ -18,7 +18,6 @@ from flexband.cli.commands import MODULES, asks_for_help, commands
 SOURCE = Path(fb.__file__).parent
 ROOMS = [
     "words",
-    "deprecation",
     "absent",
     "namespaces",
     "remarks",

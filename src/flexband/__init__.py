@@ -7,7 +7,7 @@ scattered material properties as random fields, and hybrid expansions that propa
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from flexband.namespaces import lazy_names, moved_name
+from flexband.namespaces import lazy_names
 
 __version__: str
 
@@ -152,9 +152,7 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return import_module("importlib.metadata").version("flexband")
-        if name in _names() or (moved := moved_name(__name__, name)) is None:
-            return _public_name(name)
-        return moved
+        return _public_name(name)
 
     def __dir__():
         return [*_names(), "__version__"]

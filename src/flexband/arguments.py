@@ -12,7 +12,6 @@ from difflib import get_close_matches
 from functools import wraps
 from typing import Any, TypeVar, dataclass_transform
 
-from flexband.deprecation import warn_renamed
 from flexband.errors import InputError
 
 Class = TypeVar("Class", bound=type)
@@ -24,35 +23,30 @@ class ArgumentError(InputError, TypeError):
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
-def frozen(renamed: Mapping[str, str] | None = None, **options: Any) -> Callable[[Class], Class]:
+def frozen(**options: Any) -> Callable[[Class], Class]:
     """Return a decorator that makes a frozen dataclass whose `arguments_checked`.
 
-    `renamed` has former names of arguments and those of today; the other options are those of
-    `dataclasses.dataclass`.
+    The options are those of `dataclasses.dataclass`.
     """
 
     def decorated(cls: Class) -> Class:
-        return arguments_checked(dataclass(frozen=True, **options)(cls), renamed)
+        return arguments_checked(dataclass(frozen=True, **options)(cls))
 
     return decorated
 
 
-def arguments_checked(cls: Class, renamed: Mapping[str, str] | None = None) -> Class:
-    """Have a class, and its functions, name the nearest argument where one is misspelled.
-
-    Former names of arguments, `renamed`, are accepted with a `FutureWarning`.
-    """
-    former = renamed or {}
+def arguments_checked(cls: Class) -> Class:
+    """Have a class, and its functions, name the nearest argument where one is misspelled."""
     for name, member in list(vars(cls).items()):
         if name == "__init__":
-            setattr(cls, name, _checked(member, cls.__name__, former))
+            setattr(cls, name, _checked(member, cls.__name__))
         elif isinstance(member, classmethod | staticmethod) and not name.startswith("_"):
             label = f"{cls.__name__}.{name}"
-            setattr(cls, name, type(member)(_checked(member.__func__, label, former)))
+            setattr(cls, name, type(member)(_checked(member.__func__, label)))
     return cls
 
 
-def _checked(function: Any, label: str, renamed: Mapping[str, str]) -> Callable:
+def _checked(function: Any, label: str) -> Callable:
     """Return a function that raises `ArgumentError` where it does not have an argument."""
     code = function.__code__
     count = code.co_argcount + code.co_kwonlyargcount
@@ -61,9 +55,6 @@ def _checked(function: Any, label: str, renamed: Mapping[str, str]) -> Callable:
 
     @wraps(function)
     def checked(*positional: Any, **named: Any) -> Any:
-        for name in [k for k in named if k in renamed and renamed[k] not in named]:
-            warn_renamed(f"{label}({name}=)", f"{label}({renamed[name]}=)")
-            named[renamed[name]] = named.pop(name)
         for name in named.keys() - names:
             possible = _names(function, only_needed=passes_on)
             near = get_close_matches(name, [known for known in possible if known not in named], 1)

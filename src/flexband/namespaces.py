@@ -14,7 +14,6 @@ from importlib import import_module
 from typing import Any
 
 from flexband.absent import absent
-from flexband.deprecation import warn_renamed
 
 NAMESPACES = (
     "analysis",
@@ -63,19 +62,6 @@ def imports_for_types(file: str) -> list[ast.stmt]:
     with open(file, "rb") as source:
         statements = ast.parse(source.read()).body
     return next((node.body for node in statements if isinstance(node, ast.If)), [])
-
-
-def moved_name(package: str, name: str) -> Any:
-    """Return what was a name of the package and is one of a namespace, and warn; None if nothing.
-
-    Former names work for one release.
-    """
-    for namespace in (f"{package}.{part}" for part in NAMESPACES if not name.startswith("_")):
-        module = import_module(namespace)
-        if name in module.__all__:
-            warn_renamed(f"{package}.{name}", f"{namespace}.{name}")
-            return getattr(module, name)
-    return None
 
 
 def unknown_name(package: str, name: str) -> AttributeError:

@@ -13,9 +13,8 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command_from_info, get_command_name
 
 import flexband as fb
-from flexband.cli.commands import asks_for_help, commands, load, renamed
-from flexband.cli.messages import Ending, print_remark, print_text
-from flexband.deprecation import renamed_text
+from flexband.cli.commands import asks_for_help, commands, load
+from flexband.cli.messages import Ending, print_text
 
 
 class _Commands(TyperGroup):
@@ -40,10 +39,7 @@ class _Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: Sequence[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args
         Ending.debug = "--debug" in options
-        today, names = renamed([a for a in options if a != "--debug"])
-        for former, name in names:
-            print_remark(renamed_text(former, name))
-        known = _apart(today)
+        known = _apart([a for a in options if a != "--debug"])
         return super().parse_args(ctx, [*known, *args[len(options) :]])
 
     def main(self, *arguments: Any, **options: Any) -> Any:

@@ -27,43 +27,6 @@ MODULES = (  # the order of the help page
 )  # fmt: skip
 
 
-COMMANDS = {
-    "points": ["export-points"],
-    "ingest": ["import-results"],
-    "rerun": ["resume", "--retry-failed"],
-    "quantiles": ["distribution", "--kind", "quantiles"],
-    "range": ["distribution", "--kind", "range"],
-    "p-box": ["distribution", "--kind", "p-box"],
-}
-"""Former commands, which are accepted for one release, and what they are called now."""
-
-OPTIONS = {
-    "--insist": "--allow-mismatch",
-    "leave-out": "skip",
-    "--failed=leave-out": "--failed=skip",
-}
-"""Former options and values, and what they are called now."""
-
-
-def renamed(arguments: Sequence[str]) -> tuple[list[str], list[tuple[str, str]]]:
-    """Return the arguments of the command line with the names of today, and what they replace."""
-    names: list[tuple[str, str]] = []
-    today: list[str] = []
-    place = next((k for k, name in enumerate(arguments) if not name.startswith("-")), -1)
-    for k, argument in enumerate(arguments):
-        replacement = [argument]
-        if k == place and argument in COMMANDS:
-            replacement = COMMANDS[argument]
-            names.append((f"`flexband {argument}`", f"`flexband {' '.join(replacement)}`"))
-        elif arguments[place] == "rerun" and argument == "--failed":
-            continue
-        elif argument in OPTIONS and (argument[:2] == "--" or arguments[k - 1] == "--failed"):
-            replacement = [OPTIONS[argument]]
-            names.append((argument, replacement[0]))
-        today += replacement
-    return today, names
-
-
 @cache
 def commands() -> dict[str, tuple[str, str]]:
     """Return the module and the help of each command, read from functions with ``@app.command``."""
@@ -90,8 +53,7 @@ def _names(function: ast.FunctionDef) -> Iterator[str]:
 
 def load(arguments: Sequence[str]) -> None:
     """Import the module of the first argument that is a command, which adds its commands."""
-    today, _ = renamed(arguments)
-    name = next((argument for argument in today if argument in commands()), None)
+    name = next((argument for argument in arguments if argument in commands()), None)
     if name is None:
         return
     import_module(commands()[name][0])

@@ -15,7 +15,6 @@ from rich.cells import cell_len
 from rich.table import Column
 from rich.table import Table as RichTable
 
-from flexband.deprecation import RenamedWarning
 from flexband.error_text import error_text, signal_of
 from flexband.errors import FlexbandWarning, InputError
 from flexband.report.text.terminal import Terminal, printable
@@ -70,7 +69,6 @@ def reported_errors() -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # those of other packages
             warnings.simplefilter("default", FlexbandWarning)
-            warnings.simplefilter("default", RenamedWarning)
             warnings.showwarning = lambda message, *_, **__: print_remark(str(message))
             yield
     except (typer.Exit, typer.Abort):

@@ -56,8 +56,6 @@ class Plan:
     def from_content(cls, content: Mapping[str, Any], **changes: Any) -> Plan:
         """Return the plan of a study.json, with other values of options that are not None."""
         names = {plan_field.name for plan_field in fields(cls)}
-        if content.get("failed") == "leave-out":  # its former name
-            content = {**content, "failed": "skip"}
         try:
             plan = cls(**{name: value for name, value in content.items() if name in names})
         except TypeError:

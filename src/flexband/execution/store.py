@@ -35,7 +35,7 @@ def versions() -> str:
     return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
 
 
-@frozen(renamed={"insist": "allow_mismatch"})
+@frozen()
 class Store:
     """A folder in which every run is recorded as soon as it is finished.
 

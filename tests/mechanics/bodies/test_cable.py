@@ -127,14 +127,3 @@ def test_a_damped_cable_decays_as_its_retardation_tells():
     swings = np.array([np.abs(motion[400 * k : 400 * (k + 1)]).max() for k in range(1, 4)])
     exact = np.exp(-2 * 2 * np.pi * ratio / np.sqrt(1 - ratio**2))
     np.testing.assert_allclose(swings[1:] / swings[:-1], exact, rtol=0.02)
-
-
-def test_the_former_name_of_the_retardation_time_is_accepted_with_a_warning():
-    with pytest.warns(FutureWarning, match=r"Cable\(retardation=\) is called .*retardation_time"):
-        former = fb.Cable(length=1.0, elements=8, retardation=0.01, **THIN)
-    assert former == fb.Cable(length=1.0, elements=8, retardation_time=0.01, **THIN)
-    beam = {"height": 0.01, "width": 0.01, "density": 1e3, "youngs_modulus": 1e9, "elements": 1}
-    with pytest.warns(FutureWarning, match="Beam"):
-        former = fb.Beam.along([(0, 0), (1, 1), (2, 3)], poissons_ratio=0.3, retardation=0.02,
-                               **beam)  # fmt: skip
-    assert former.retardation_time == 0.02

@@ -15,7 +15,6 @@ from flexband.uncertainty.expansions.polynomials import (
     chebyshev_zeros,
     scaled_chebyshev_zeros,
 )
-from flexband.uncertainty.methods.method import as_method
 
 
 def cosine(x):
@@ -343,18 +342,3 @@ def test_twenty_intervals_without_a_scan_of_all_vertices():
     values = a * fine + b * fine**2
     np.testing.assert_allclose(found.values[0], values.min(axis=0).sum(axis=0), atol=1e-5)
     np.testing.assert_allclose(found.values[1], values.max(axis=0).sum(axis=0), atol=1e-5)
-
-
-def test_former_attributes_of_a_users_method_are_read_with_a_warning():
-    class Mine:
-        name = label = "mine"
-        leaves_out_failed = True
-
-        def runs(self, space):
-            return 1
-
-        def solve(self, space, evaluate, sigmas=1.0):
-            raise NotImplementedError
-
-    with pytest.warns(FutureWarning, match=r"Mine\.leaves_out_failed is called skips_failed now"):
-        assert as_method(Mine()).skips_failed

@@ -58,7 +58,7 @@ They are those of r and r_x turned by 90°, and of r_y.
 """
 
 
-@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
+@frozen(kw_only=True)
 class Beam(CentreLine):
     """A flexible beam with shear deformation, straight or curved, Eq. (22).
 

@@ -32,7 +32,7 @@ from flexband.mechanics.bodies.properties import Along, Property
 from flexband.mechanics.kernels.forms import Form, PlanarFrame, Vector, cross
 
 
-@frozen(kw_only=True, renamed={"retardation": "retardation_time"})
+@frozen(kw_only=True)
 class Cable(CentreLine):
     """A thin flexible body without shear deformation, straight or curved.
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from flexband.deprecation import warn_renamed
 from flexband.errors import InputError
 from flexband.response import Description
 from flexband.uncertainty.inputs.space import Space
@@ -180,13 +179,6 @@ class UserMethod(Method):
         self.method, self.name = method, method.name
         for name in ("chooses_discretization", "skips_failed", "copies", "copies_per_carrier"):
             setattr(self, name, getattr(method, name, getattr(Method, name)))
-        former = {
-            "finds_discretization": "chooses_discretization",
-            "leaves_out_failed": "skips_failed",
-        }
-        for earlier in former.keys() & set(dir(method)):
-            warn_renamed(f"{type(method).__name__}.{earlier}", former[earlier])
-            setattr(self, former[earlier], getattr(method, earlier))
 
     def __repr__(self) -> str:
         return repr(self.method)

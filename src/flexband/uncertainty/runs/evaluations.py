@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from flexband.deprecation import warn_renamed
 from flexband.errors import (
     InputError,
     RunError,
@@ -66,13 +65,10 @@ class EvaluationOptions:
 
 
 def checked_policy(failed: str) -> str:
-    """Return what to do about a run that fails; "leave out" is the former name of "skip".
+    """Return what to do about a run that fails.
 
     Raise `InputError` if it is none of `POLICIES`.
     """
-    if isinstance(failed, str) and failed == "leave out":
-        warn_renamed('failed="leave out"', 'failed="skip"')
-        return "skip"
     check_option("failed", failed, POLICIES)
     return failed
 

@@ -63,6 +63,7 @@ class State(NamedTuple):
 
     @staticmethod
     def from_counts(
+        *,
         coordinates: int,
         multipliers: int,
         frictions: int,

@@ -51,7 +51,7 @@ class Mechanism:
     ------
     InputError
         If there is no body, two outputs have one name, or a joint, load or sensor names something
-        that the mechanism lacks. So do all methods that look up a name.
+        that the mechanism lacks. So does all that looks up a name in `model`.
     """
 
     bodies: Mapping[str, Body]

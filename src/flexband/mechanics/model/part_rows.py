@@ -14,10 +14,7 @@ from flexband.mechanics.bodies.body import Body
 from flexband.mechanics.contact.friction import FrictionEntry
 from flexband.mechanics.joints.joint import Joint, PointName
 from flexband.mechanics.joints.placement import placed
-from flexband.mechanics.kernels.forms import (
-    Form,
-    moves,
-)
+from flexband.mechanics.kernels.forms import Form, moves
 from flexband.mechanics.kernels.laws.forces import AXES
 from flexband.mechanics.kernels.state import State
 from flexband.mechanics.loads.load import (
@@ -57,13 +54,18 @@ class PartRows(Frames):
         points = sum(len(law.points) for law in self.laws)
         angles += points + len(self.moments)
         return State.from_counts(
-            coordinates, len(self.constraints), len(self.frictions), angles,
-            len(self.sensor_points), len(self.springs), self.dimension * len(self.following),
-            AXES * points,
-            sum(len(law.states) for law in self.laws),
-            sum(2 * friction.normals for _, friction in self.frictions),
-            sum(len(law.events) for law in self.laws),
-        )  # fmt: skip
+            coordinates=coordinates,
+            multipliers=len(self.constraints),
+            frictions=len(self.frictions),
+            angles=angles,
+            sensor_angles=len(self.sensor_points),
+            springs=len(self.springs),
+            directions=self.dimension * len(self.following),
+            poses=AXES * points,
+            law_states=sum(len(law.states) for law in self.laws),
+            components=sum(2 * friction.normals for _, friction in self.frictions),
+            gaps=sum(len(law.events) for law in self.laws),
+        )
 
     @cached_property
     def sensor_points(self) -> list[PointName]:
